@@ -1,0 +1,35 @@
+# Everything a newcomer needs: `make demo` and `make test`. Both install first what is missing.
+BIN := .venv/bin
+OUT ?= out/demo
+
+.PHONY: demo test test-slow lint speed setup clean help
+
+help:
+	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
+	@echo "make test       the test suite (under 15 minutes on 2 cores)"
+	@echo "make test-slow  the tests that take minutes each"
+	@echo "make lint       ruff, mypy, import-linter"
+	@echo "make setup      install only, into .venv"
+
+demo: .venv/.ready
+	$(BIN)/warehouse-sim demo --out $(OUT)
+
+test: .venv/.ready
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+
+test-slow: .venv/.ready
+	$(BIN)/python -m pytest -m slow
+
+lint: .venv/.ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+setup: .venv/.ready
+
+.venv/.ready: pyproject.toml constraints.txt setup.sh
+	sh setup.sh
+
+clean:
+	rm -rf .venv out build dist

@@ -1,0 +1,37 @@
+"""Synthetic warehouse dataset generator and 6D-pose benchmark.
+
+The names below are imported on first use, so that ``import warehouse_sim`` loads no torch, MuJoCo or OpenGL.
+"""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    "load_recipe": "warehouse_sim.generation.recipe",
+    "generate": "warehouse_sim.generation.generate",
+    "observe_scene": "warehouse_sim.generation.observe",
+    "sample_scene": "warehouse_sim.scene",
+    "settle_scene": "warehouse_sim.physics",
+    "open_renderer": "warehouse_sim.render",
+    "DatasetReader": "warehouse_sim.dataset.reader",
+    "validate": "warehouse_sim.dataset.validate",
+    "train": "warehouse_sim.learning.train",
+    "predict": "warehouse_sim.estimators.predict",
+    "evaluate": "warehouse_sim.evaluation",
+    "write_report": "warehouse_sim.evaluation.report",
+}
+
+__all__ = [*_PUBLIC, "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for (PEP 562)."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
+    return getattr(import_module(_PUBLIC[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,49 @@
+"""One family of errors: each says what, where and what to do, in one line."""
+
+
+class WarehouseSimError(Exception):
+    """Base of every error that a user of this package can cause or meet."""
+
+
+class ConfigError(WarehouseSimError):
+    """A configuration or recipe holds a key or value that cannot be used."""
+
+
+class RecipeError(ConfigError):
+    """A scene recipe cannot be read."""
+
+
+class UnknownNameError(WarehouseSimError):
+    """A name is not registered; the message lists the known ones."""
+
+    def __init__(self, kind: str, name: str, known: list[str]) -> None:
+        super().__init__(f"unknown {kind} {name!r}; known: {', '.join(sorted(known)) or '(none)'}")
+        self.kind, self.name, self.known = kind, name, sorted(known)
+
+
+class MissingPackageError(WarehouseSimError):
+    """An optional package or system library is not installed."""
+
+
+class PlacementError(WarehouseSimError):
+    """Objects asked for do not fit where the recipe wants them."""
+
+
+class SettleError(WarehouseSimError):
+    """A scene did not come to rest, or came to rest in an impossible state."""
+
+
+class RenderError(WarehouseSimError):
+    """No renderer could be opened, or a frame could not be drawn."""
+
+
+class DatasetError(WarehouseSimError):
+    """A dataset on disk is incomplete, inconsistent or cannot hold what was asked."""
+
+
+class TrainingError(WarehouseSimError):
+    """A run folder or its data cannot be used for training or prediction."""
+
+
+class EvaluationError(WarehouseSimError):
+    """Predictions cannot be scored against the dataset."""
