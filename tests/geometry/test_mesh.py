@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge, sample_surface, unit_box
+
+
+def test_unit_box_faces_point_outwards_and_are_watertight() -> None:
+    box = unit_box()
+    centres = box.vertices[box.faces].mean(axis=1)
+    assert (np.einsum("ij,ij->i", box.face_normals(), centres) > 0).all()
+    assert box.face_areas().sum() == pytest.approx(6.0)
+    edges = np.concatenate([box.faces[:, [0, 1]], box.faces[:, [1, 2]], box.faces[:, [2, 0]]])
+    directed = {tuple(edge) for edge in edges}
+    assert len(directed) == len(edges)
+    assert all((b, a) in directed for a, b in directed)
+
+
+def test_merge_keeps_every_triangle() -> None:
+    box = unit_box()
+    both = merge([box, TriangleMesh(box.vertices + 5.0, box.faces)])
+    assert both.face_areas().sum() == pytest.approx(12.0)
+    assert both.vertices.max() == 5.5
+
+
+def test_surface_samples_lie_on_the_box_and_are_uniform_by_area() -> None:
+    box = TriangleMesh(unit_box().vertices * [4.0, 2.0, 1.0], unit_box().faces)
+    points, normals = sample_surface(box, 20_000, np.random.default_rng(0))
+    on_face = np.abs(np.abs(points) / [2.0, 1.0, 0.5] - 1.0) < 1e-9
+    assert on_face.any(axis=1).all()
+    share_top = (normals[:, 2] > 0.5).mean()
+    assert share_top == pytest.approx(8 / 28, abs=0.012)  # 4 standard deviations
+
+
+def test_diameter_of_a_box_is_its_diagonal() -> None:
+    assert diameter(unit_box().vertices * [1.2, 0.8, 0.144]) == pytest.approx(np.sqrt(1.44 + 0.64 + 0.144**2))

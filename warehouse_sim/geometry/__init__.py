@@ -1,0 +1,1 @@
+"""Poses, cameras, boxes, meshes and symmetry groups; numpy only."""

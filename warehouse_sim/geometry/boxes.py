@@ -1,0 +1,39 @@
+"""Axis-aligned image boxes (``box_xyxy``, inclusive pixel corners) and boxes in space."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.geometry.pose import Transform, transform_points
+
+
+@dataclass(frozen=True, eq=False)
+class OrientedBox:
+    """A box in some parent frame: its centre frame and its full edge lengths (m)."""
+
+    T_parent_box: Transform
+    size: Float[np.ndarray, "3"]
+
+    def corners(self) -> Float[np.ndarray, "8 3"]:
+        """Return the eight corners in the parent frame (m)."""
+        return transform_points(self.T_parent_box, box_corners(self.size))
+
+
+def box_corners(size: Float[np.ndarray, "3"]) -> Float[np.ndarray, "8 3"]:
+    """Return the corners of a centred box, x slowest and z fastest, minus before plus."""
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    return signs * np.asarray(size) / 2.0
+
+
+def box_edges() -> list[tuple[int, int]]:
+    """Return the twelve edges of ``box_corners`` as index pairs."""
+    return [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in (1, 2, 4)]
+
+
+def mask_box_xyxy(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int, int, int] | None:
+    """Return (left, top, right, bottom) of the set pixels, all inclusive, or None for an empty mask."""
+    columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
+    if columns.size == 0:
+        return None
+    return int(columns[0]), int(rows[0]), int(columns[-1]), int(rows[-1])

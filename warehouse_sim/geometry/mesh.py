@@ -1,0 +1,71 @@
+"""Triangle meshes: the one solid that renderers, ray casters and estimators all read."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from warehouse_sim.geometry.boxes import box_corners
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """A triangle soup with outward counter-clockwise faces; compared by identity so that equal parts are instanced."""
+
+    vertices: Float[np.ndarray, "n 3"]
+    """Positions (m)."""
+    faces: Int[np.ndarray, "m 3"]
+    """Vertex indices of each triangle, counter-clockwise seen from outside."""
+
+    def face_normals(self) -> Float[np.ndarray, "m 3"]:
+        """Return unit outward normals; a degenerate face has a zero normal."""
+        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+        normals = np.cross(b - a, c - a)
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        return normals / np.where(length > 0, length, 1.0)
+
+    def face_areas(self) -> Float[np.ndarray, " m"]:
+        """Return the area of each face (m^2)."""
+        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+
+
+@cache
+def unit_box() -> TriangleMesh:
+    """Return the shared centred cube of edge 1 m; parts scale it."""
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
+    return TriangleMesh(box_corners(np.ones(3)), np.array(faces, dtype=np.int32))
+
+
+def merge(meshes: list[TriangleMesh]) -> TriangleMesh:
+    """Return one mesh that holds all triangles of ``meshes``."""
+    offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
+    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+    return TriangleMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces).astype(np.int32))
+
+
+def sample_surface(
+    mesh: TriangleMesh, count: int, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "k 3"], Float[np.ndarray, "k 3"]]:
+    """Draw ``count`` points uniformly by area; return points (m) and the unit normals of their faces.
+
+    Uniform in each triangle by the square-root map (Osada et al. 2002, section 4.2).
+    """
+    areas = mesh.face_areas()
+    index = rng.choice(len(areas), size=count, p=areas / areas.sum())
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces[index]], 1, 0)
+    r1, r2 = np.sqrt(rng.random((count, 1))), rng.random((count, 1))
+    return (1 - r1) * a + r1 * (1 - r2) * b + r1 * r2 * c, mesh.face_normals()[index]
+
+
+def diameter(points: Float[np.ndarray, "n 3"]) -> float:
+    """Return the largest distance (m) between any two of ``points``, in blocks to bound memory."""
+    unique = np.unique(points, axis=0)
+    largest = 0.0
+    for start in range(0, len(unique), 512):
+        block = unique[start : start + 512]
+        squared = ((block[:, None] - unique[None]) ** 2).sum(axis=-1)
+        largest = max(largest, float(squared.max()))
+    return float(np.sqrt(largest))
