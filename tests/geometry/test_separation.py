@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, rotation_z, transform_points
+from warehouse_sim.geometry.separation import BoxStack
+
+PAIR = np.array([[0, 0]])
+
+
+def box(size: tuple[float, ...], centre: tuple[float, ...], yaw: float = 0.0) -> OrientedBox:
+    return OrientedBox(make_transform(rotation_z(yaw), np.array(centre, dtype=float)), np.array(size, dtype=float))
+
+
+@pytest.mark.parametrize(
+    ("other", "distance", "axis"),
+    [
+        (box((1, 1, 1), (0, 0, 1.25)), 0.25, (0, 0, 1)),
+        (box((1, 1, 1), (-0.75, 0, 0)), -0.25, (-1, 0, 0)),
+        (box((1, 1, 1), (0, 2, 0), np.pi / 4), 1.5 - np.sqrt(0.5), (0, 1, 0)),
+        (box((1, 1, 1), (0, -0.9, 0.2)), -0.1, (0, -1, 0)),
+    ],
+)
+def test_known_gaps_and_depths(other: OrientedBox, distance: float, axis: tuple[float, ...]) -> None:
+    result = BoxStack.of([box((1, 1, 1), (0, 0, 0))]).separation(BoxStack.of([other]), PAIR)
+    np.testing.assert_allclose(result.distance, [distance], atol=1e-12)
+    np.testing.assert_allclose(result.axis, [axis], atol=1e-12)
+
+
+def random_boxes(rng: np.random.Generator, count: int) -> list[OrientedBox]:
+    rotations = matrix_from_quat_wxyz(rng.normal(size=(count, 4)))
+    return [OrientedBox(make_transform(R, rng.uniform(-1, 1, 3)), rng.uniform(0.2, 1.2, 3)) for R in rotations]
+
+
+def test_agrees_with_points_sampled_inside_random_boxes() -> None:
+    rng = np.random.default_rng(0)
+    boxes_a, boxes_b = random_boxes(rng, 300), random_boxes(rng, 300)
+    pairs = np.stack([np.arange(300), np.arange(300)], axis=1)
+    distance = BoxStack.of(boxes_a).separation(BoxStack.of(boxes_b), pairs).distance
+    # The largest box, shrunk by the declared depth on each side, must be clear; an overlap must have a common point.
+    inside = np.zeros(300, dtype=bool)
+    for index, (a, b) in enumerate(zip(boxes_a, boxes_b, strict=True)):
+        points = transform_points(a.T_parent_box, rng.uniform(-0.5, 0.5, (4000, 3)) * a.size)
+        local = (points - b.T_parent_box[:3, 3]) @ b.T_parent_box[:3, :3]
+        inside[index] = np.any(np.all(np.abs(local) < b.size / 2, axis=1))
+    assert not np.any(inside & (distance > 0))
+    assert np.all(inside[distance < -0.1])
+    assert 50 < np.sum(distance > 0) < 250
+
+
+def test_moving_by_the_declared_depth_along_the_axis_ends_the_overlap() -> None:
+    rng = np.random.default_rng(1)
+    boxes_a, boxes_b = random_boxes(rng, 100), random_boxes(rng, 100)
+    pairs = np.stack([np.arange(100), np.arange(100)], axis=1)
+    first = BoxStack.of(boxes_a).separation(BoxStack.of(boxes_b), pairs)
+    moved = [
+        OrientedBox(make_transform(b.T_parent_box[:3, :3], b.T_parent_box[:3, 3] - d * n), b.size)
+        for b, d, n in zip(boxes_b, first.distance, first.axis, strict=True)
+    ]
+    second = BoxStack.of(boxes_a).separation(BoxStack.of(moved), pairs)
+    overlapping = first.distance < 0.0
+    assert overlapping.sum() > 20
+    assert second.distance[overlapping].min() > -1e-9
+
+
+def test_pairs_finds_every_pair_within_the_margin() -> None:
+    rng = np.random.default_rng(2)
+    stack = BoxStack.of(random_boxes(rng, 40))
+    every = np.argwhere(np.ones((40, 40), dtype=bool))
+    touching = every[stack.separation(stack, every).distance <= 0.05]
+    found = {tuple(pair) for pair in stack.pairs(stack, 0.05)}
+    assert {tuple(pair) for pair in touching} <= found
+    assert len(found) < len(every)
+
+
+def test_distance_to_a_point_and_lines_of_sight() -> None:
+    stack = BoxStack.of([box((2, 2, 2), (0, 0, 0)), box((1, 1, 1), (5, 0, 0), np.pi / 4)])
+    np.testing.assert_allclose(
+        stack.distances_to(np.array([2.0, 2.0, 0.5])),
+        [np.sqrt(2.0), np.hypot(np.sqrt(0.5) - 0.5, 5 * np.sqrt(0.5) - 0.5)],
+    )
+    eye = np.array([-3.0, 0.0, 0.0])
+    points = np.array([[3.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [3.0, 5.0, 0.0], [-3.0, 4.0, 0.0]])
+    np.testing.assert_array_equal(stack.block(eye, points), [True, False, False, False])
+
+
+def test_no_boxes_are_clear_of_everything() -> None:
+    empty = BoxStack.of([])
+    assert empty.clear_of(box((1, 1, 1), (0, 0, 0)), 0.1)
+    assert not empty.block(np.zeros(3), np.ones((2, 3))).any()

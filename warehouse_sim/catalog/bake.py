@@ -1,0 +1,59 @@
+"""Bake what the catalog paints into files, with a manifest that says where each file comes from.
+
+``python -m warehouse_sim.catalog.bake assets`` writes ``assets/textures/*.png`` and ``assets/manifest.json``.
+"""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from warehouse_sim.catalog.textures import TEXTURES, paint
+from warehouse_sim.errors import WarehouseSimError
+
+COMMAND = "python -m warehouse_sim.catalog.bake assets"
+LICENCE = "Apache-2.0"
+
+
+def bake(folder: Path) -> Path:
+    """Write all textures and the manifest into ``folder``; return the manifest.
+
+    Raises:
+        WarehouseSimError: A file cannot be written.
+    """
+    entries = []
+    try:
+        (folder / "textures").mkdir(parents=True, exist_ok=True)
+        for name in sorted(TEXTURES):
+            pixels = paint(name)
+            encoded = cv2.imencode(".png", pixels)[1].tobytes()
+            path = Path("textures") / f"{name}.png"
+            (folder / path).write_bytes(encoded)
+            entries.append(
+                {
+                    "path": path.as_posix(),
+                    "sha256": hashlib.sha256(encoded).hexdigest(),
+                    "sha256_pixels": pixels_hash(pixels),
+                    "licence": LICENCE,
+                    "command": COMMAND,
+                }
+            )
+        manifest = folder / "manifest.json"
+        manifest.write_text(json.dumps({"files": entries}, indent=2) + "\n", encoding="utf-8")
+    except OSError as problem:
+        raise WarehouseSimError(
+            f"{problem.filename}: cannot be written ({problem.strerror}); check the folder"
+        ) from problem
+    return manifest
+
+
+def pixels_hash(pixels: np.ndarray) -> str:
+    """Return the SHA-256 of the texels row by row: unlike the file's, it does not depend on the PNG encoder."""
+    return hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()
+
+
+if __name__ == "__main__":
+    bake(Path(sys.argv[1] if len(sys.argv) > 1 else "assets"))

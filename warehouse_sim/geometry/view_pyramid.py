@@ -1,0 +1,37 @@
+"""The part of space that a camera's image shows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.geometry.camera import PinholeCamera
+
+
+@dataclass(frozen=True, eq=False)
+class ViewPyramid:
+    """Four planes through the optical centre: a point in the camera frame is inside when ``normals @ point >= 0``."""
+
+    normals: Float[np.ndarray, "4 3"]
+    """Unit normals that point inwards, camera frame."""
+
+    @classmethod
+    def of(cls, camera: PinholeCamera) -> "ViewPyramid":
+        """Return the pyramid through the outer borders of the image's outer pixels."""
+        left, right = (-0.5 - camera.cx) / camera.fx, (camera.width - 0.5 - camera.cx) / camera.fx
+        top, bottom = (-0.5 - camera.cy) / camera.fy, (camera.height - 0.5 - camera.cy) / camera.fy
+        planes = np.array([[1.0, 0.0, -left], [-1.0, 0.0, right], [0.0, 1.0, -top], [0.0, -1.0, bottom]])
+        return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True))
+
+    def touches(
+        self, centre: Float[np.ndarray, "n 3"], radius: Float[np.ndarray, "n"], near: float = 0.0
+    ) -> Bool[np.ndarray, "n"]:
+        """Return which spheres reach into the pyramid beyond ``near``; keeps a few that just miss its edges.
+
+        Args:
+            centre: Centres in the camera frame (m).
+            radius: Radii (m).
+            near: Distance of the near plane (m).
+        """
+        inside = (centre @ self.normals.T >= -radius[:, None]).all(axis=1)
+        return inside & (centre[:, 2] >= near - radius)
