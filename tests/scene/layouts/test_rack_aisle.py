@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig, Slot, build_rack_aisle
+
+
+def build(**settings: object) -> tuple[SceneDraft, list[Slot]]:
+    draft = SceneDraft()
+    return draft, build_rack_aisle(draft, RackAisleConfig(**settings))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("sides", ["one", "both"])
+def test_counts_of_frames_beams_and_slots(sides: str) -> None:
+    draft, slots = build(bays=3, beam_levels=(1.4, 2.8, 4.2), sides=sides)
+    racks = 1 if sides == "one" else 2
+    names = [item.model for item in draft.instances]
+    assert names.count("rack_frame_5500") == 4 * racks
+    assert names.count("rack_beam_2700") == 3 * 3 * 2 * racks
+    assert names.count("floor_slab") == 1
+    assert len(slots) == 3 * 4 * 3 * racks
+    assert len({slot.bay for slot in slots}) == 3 * 4 * racks
+    assert [item.instance_id for item in draft.instances] == list(range(1, len(names) + 1))
+    assert not any(item.dynamic for item in draft.instances)
+
+
+@pytest.mark.parametrize("sides", ["one", "both"])
+def test_beams_fill_the_bays_and_touch_the_uprights_without_overlap(sides: str) -> None:
+    draft, _ = build(bays=2, sides=sides)
+    rack = [item for item in draft.instances if item.model.startswith("rack")]
+    owner = [item.instance_id for item in rack for _ in draft.models[item.model].collision]
+    stack = BoxStack.of(
+        [
+            OrientedBox(item.T_world_object @ box.T_parent_box, box.size)
+            for item in rack
+            for box in draft.models[item.model].collision
+        ]
+    )
+    pairs = stack.pairs(stack, 0.01)
+    pairs = pairs[[owner[a] < owner[b] for a, b in pairs]]
+    distance = stack.separation(stack, pairs).distance
+    assert distance.min() > -1e-9
+    beams = {item.instance_id for item in rack if "beam" in item.model}
+    touching = [pair for pair, gap in zip(pairs, distance, strict=True) if gap < 1e-9]
+    for beam in beams:
+        assert (
+            len({owner[a] if owner[b] == beam else owner[b] for a, b in touching if beam in (owner[a], owner[b])}) == 2
+        )
+
+
+def test_slots_leave_75_mm_between_pallets_and_uprights() -> None:
+    _, slots = build(bays=1, beam_levels=(), ground_level=True)
+    x = np.array([slot.T_world_slot[0, 3] for slot in slots])
+    np.testing.assert_allclose(np.diff(x), 0.875)
+    np.testing.assert_allclose(1.35 - 0.4 - x.max(), 0.075)
+    for slot in slots:
+        np.testing.assert_array_equal(slot.T_world_slot[:3, 0], [0, 1, 0])  # into the rack
+        assert slot.T_world_slot[1, 3] == pytest.approx(0.55)
+
+
+def test_slots_of_the_opposite_rack_face_the_aisle() -> None:
+    _, slots = build(bays=1, beam_levels=(), sides="both", aisle_width=4.0)
+    far = slots[3:]
+    for slot in far:
+        np.testing.assert_array_equal(slot.T_world_slot[:3, 0], [0, -1, 0])
+        assert slot.T_world_slot[1, 3] == pytest.approx(-4.55)
+
+
+def test_slots_lie_on_the_beams_and_end_under_the_next() -> None:
+    _, slots = build(bays=1, beam_levels=(1.45, 2.9))
+    headroom = {round(float(slot.T_world_slot[2, 3]), 6): slot.headroom for slot in slots}
+    assert headroom == {0.0: pytest.approx(1.23), 1.45: pytest.approx(1.23), 2.9: pytest.approx(1.3)}
+
+
+def test_the_hall_is_closed_on_four_sides() -> None:
+    draft, _ = build()
+    walls = [item for item in draft.instances if item.model == "wall"]
+    corners = np.array([item.T_world_object[:2, 3] for item in walls])
+    assert len(walls) == 4
+    assert corners[:, 0].min() < -20 < 20 < corners[:, 0].max()
+    assert corners[:, 1].min() < -20
+    assert corners[:, 1].max() == pytest.approx(1.1 + 0.4 + 0.1)

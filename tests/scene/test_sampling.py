@@ -1,0 +1,120 @@
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warehouse_sim.errors import PlacementError, RecipeError
+from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.lighting import LightingConfig, illuminance
+from warehouse_sim.scene.shelving import ShelvingConfig
+from warehouse_sim.scene.staging import StagingConfig
+from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.schema import SceneSpec
+
+SMALL = SceneRecipe(layout=RackAisleConfig(bays=2, beam_levels=(1.45,)), observations_per_scene=3)
+
+
+def poses(scene: SceneSpec) -> bytes:
+    return b"".join(item.T_world_object.tobytes() for item in scene.instances)
+
+
+def views(scene: SceneSpec) -> bytes:
+    return b"".join(view.T_world_camera.tobytes() for view in scene.viewpoints)
+
+
+def test_the_same_key_gives_the_same_bytes_and_each_number_matters() -> None:
+    scene = sample_scene(SMALL, 0, 1)
+    again = sample_scene(SMALL, 0, 1)
+    assert (poses(scene), views(scene), scene.exposure) == (poses(again), views(again), again.exposure)
+    others = [sample_scene(SMALL, 1, 1), sample_scene(SMALL, 0, 2), sample_scene(SMALL, 0, 1, attempt=1)]
+    assert len({poses(other) for other in [scene, *others]}) == 4
+
+
+def test_a_draw_in_lighting_or_viewpoints_moves_no_pallet() -> None:
+    scene = sample_scene(SMALL, 0, 0)
+    dark = replace(SMALL, lights=LightingConfig(intensity=Distribution.constant(5000.0)))
+    far = replace(SMALL, viewpoints=ViewpointsConfig(distance=Distribution.constant(6.0)), observations_per_scene=5)
+    assert poses(sample_scene(dark, 0, 0)) == poses(scene)
+    assert views(sample_scene(dark, 0, 0)) == views(scene)
+    assert poses(sample_scene(far, 0, 0)) == poses(scene)
+    assert sample_scene(far, 0, 0).exposure == scene.exposure
+
+
+def test_a_load_on_the_floor_moves_none_in_the_rack() -> None:
+    without = sample_scene(replace(SMALL, staging=StagingConfig(count=Distribution.constant(0))), 0, 0)
+    assert poses(sample_scene(SMALL, 0, 0)).startswith(poses(without))
+
+
+def test_everything_visible_has_a_name() -> None:
+    scene = sample_scene(SceneRecipe(), 0, 0)
+    ids = [item.instance_id for item in scene.instances]
+    assert ids == list(range(1, len(ids) + 1))
+    classes = Counter(scene.model_of(item).class_name for item in scene.instances)
+    assert set(classes) == {"floor", "wall", "rack", "luminaire", "pallet", "carton"}
+    assert {part.material for model in scene.models.values() for part in model.parts} == set(scene.materials)
+    for item in scene.instances:
+        assert item.dynamic == (scene.model_of(item).class_name in ("pallet", "carton")) == (item.group > 0)
+
+
+def test_each_group_is_one_pallet_and_cartons_of_one_sku() -> None:
+    scene = sample_scene(SceneRecipe(), 0, 3)
+    groups: dict[int, list[str]] = {}
+    for item in scene.instances:
+        if item.group:
+            groups.setdefault(item.group, []).append(item.model)
+    assert 15 <= len(groups) <= 35
+    for models in groups.values():
+        assert [model.startswith("epal1") for model in models] == [True] + [False] * (len(models) - 1)
+        assert len(set(models[1:])) <= 1
+        assert len(models) <= 25
+
+
+def test_the_default_scene_is_lit_like_a_warehouse() -> None:
+    # EN 12464-1 asks for 200 lx where people work in a store and 300 lx where they read labels.
+    for index in range(5):
+        scene = sample_scene(SceneRecipe(), 0, index)
+        floor = [
+            illuminance(scene.lights, np.array([x, y, 0.0]), np.array([0.0, 0.0, 1.0])) + scene.ambient
+            for x in (-4.0, 0.0, 4.0)
+            for y in (-1.0, -4.5, -8.0)
+        ]
+        assert 200.0 < np.mean(floor) < 400.0
+        assert min(floor) > 0.5 * np.mean(floor)
+
+
+@pytest.mark.parametrize(
+    ("recipe", "message"),
+    [
+        (replace(SMALL, staging=StagingConfig(count=Distribution.constant(40))), "lower staging.count"),
+        (
+            replace(SMALL, layout=RackAisleConfig(bays=1, aisle_width=3.0), staging=StagingConfig()),
+            "lower staging.count or staging.depth",
+        ),
+        (
+            replace(
+                SMALL,
+                loads=UnitLoadConfig(empty_share=0.0, cartons=("carton_600x400x400",)),
+                layout=RackAisleConfig(beam_levels=(0.6, 1.2)),
+            ),
+            "no carton of the recipe fits the 0.23 m",
+        ),
+        (
+            replace(SMALL, shelving=ShelvingConfig(yaw_deg=Distribution.constant(15.0), empty_slot_share=0.0)),
+            "lower shelving.yaw_deg",
+        ),
+        (replace(SMALL, viewpoints=ViewpointsConfig(distance=Distribution.constant(20.0))), "no viewpoint found"),
+    ],
+)
+def test_what_does_not_fit_names_scene_and_seed_in_one_line(recipe: SceneRecipe, message: str) -> None:
+    with pytest.raises(PlacementError, match=message) as caught:
+        sample_scene(recipe, 7, 3)
+    assert str(caught.value).startswith("scene 3 of seed 7, attempt 0: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_negative_seed_is_refused() -> None:
+    with pytest.raises(RecipeError, match="the seed must be >= 0, found -1"):
+        sample_scene(SMALL, -1, 0)

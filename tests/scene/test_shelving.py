@@ -1,0 +1,69 @@
+from itertools import pairwise
+
+import numpy as np
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig, build_rack_aisle
+from warehouse_sim.scene.shelving import ShelvingConfig, fill_rack
+from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.schema import ObjectInstance
+
+
+def filled(seed: int, **settings: float) -> SceneDraft:
+    draft = SceneDraft()
+    slots = build_rack_aisle(draft, RackAisleConfig(bays=3, sides="both"))
+    config = ShelvingConfig(**settings)  # type: ignore[arg-type]
+    fill_rack(draft, slots, config, UnitLoadConfig(), np.random.default_rng(seed))
+    return draft
+
+
+def pallets(draft: SceneDraft) -> list[ObjectInstance]:
+    return [item for item in draft.instances if item.model.startswith("epal1")]
+
+
+def test_full_racks_hold_a_pallet_a_slot_and_nothing_overlaps() -> None:
+    draft = filled(0, empty_slot_share=0.0)
+    assert len(pallets(draft)) == 2 * 3 * 3 * 3
+    solids = draft.solids()
+    stack = BoxStack.of([box for _, box in solids])
+    group = {item.instance_id: item.group for item in draft.instances}
+    groups = np.array([group[owner] for owner, _ in solids])
+    pairs = stack.pairs(stack)
+    pairs = pairs[groups[pairs[:, 0]] != groups[pairs[:, 1]]]
+    assert stack.separation(stack, pairs).distance.min() > 0.0
+
+
+def test_the_share_of_empty_slots_is_kept() -> None:
+    assert len(pallets(filled(1, empty_slot_share=0.5))) == 27
+    assert len(pallets(filled(1, empty_slot_share=1.0))) == 1
+
+
+def test_pallets_stand_short_side_out_half_a_millimetre_over_both_beams() -> None:
+    draft = filled(2)
+    beam_tops = {0.0, 1.45, 2.9}
+    headings = []
+    for item in pallets(draft):
+        T = item.T_world_object
+        yaw = np.rad2deg(np.arctan2(T[1, 0], T[0, 0]))
+        assert abs(abs(yaw) - 90.0) <= 6.0
+        headings.append(np.sign(yaw))
+        bottom = T[2, 3] - 0.072
+        assert min(abs(bottom - top - 0.0005) for top in beam_tops) < 1e-9
+        centre = abs(T[1, 3] - 0.55) if T[1, 3] > 0 else abs(T[1, 3] + 9.5 + 0.55)
+        assert centre <= 0.05 + 1e-9
+    assert set(headings) == {-1.0, 1.0}
+    assert any(abs(np.rad2deg(np.arcsin(abs(i.T_world_object[0, 0])))) > 2.0 for i in pallets(draft))
+
+
+def test_loads_stay_under_the_beam_above() -> None:
+    draft = filled(3, empty_slot_share=0.0)
+    tops: dict[int, float] = {}
+    for item in draft.instances:
+        box = OrientedBox(item.T_world_object, draft.models[item.model].size)
+        tops[item.group] = max(tops.get(item.group, 0.0), float(box.corners()[:, 2].max()))
+    for item in pallets(draft):
+        level = item.T_world_object[2, 3]
+        above = next(high for low, high in pairwise((0.0, 1.45, 2.9, np.inf)) if low <= level < high)
+        assert tops[item.group] < above - 0.12 - 0.1

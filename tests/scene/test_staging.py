@@ -1,0 +1,36 @@
+import numpy as np
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.staging import StagingConfig, stage_loads
+from warehouse_sim.scene.unit_load import UnitLoadConfig
+
+
+def test_loads_keep_their_distance_and_head_everywhere() -> None:
+    yaws = []
+    for seed in range(10):
+        draft = SceneDraft()
+        config = StagingConfig(count=Distribution.constant(5), clearance=0.4, depth=Distribution.uniform(1.6, 7.4))
+        stage_loads(draft, config, UnitLoadConfig(), Area(-6, 6, -9, 0), np.random.default_rng(seed))
+        stacks = {}
+        for group in range(1, 6):
+            members = [item for item in draft.instances if item.group == group]
+            stacks[group] = BoxStack.of([OrientedBox(i.T_world_object, draft.models[i.model].size) for i in members])
+            T = members[0].T_world_object
+            assert -9 + 1.6 <= T[1, 3] <= -1.6
+            yaws.append(np.arctan2(T[1, 0], T[0, 0]))
+        for a in range(1, 6):
+            for b in range(1, a):
+                every = np.argwhere(np.ones((len(stacks[a].half), len(stacks[b].half)), dtype=bool))
+                assert stacks[a].separation(stacks[b], every).distance.min() >= 0.4 - 1e-9
+    counts, _ = np.histogram(yaws, bins=4, range=(-np.pi, np.pi))
+    assert counts.min() > 0
+
+
+def test_no_load_is_a_valid_count() -> None:
+    draft = SceneDraft()
+    config = StagingConfig(count=Distribution.constant(0))
+    stage_loads(draft, config, UnitLoadConfig(), Area(-1, 1, -2, 0), np.random.default_rng(0))
+    assert draft.instances == []

@@ -1,0 +1,59 @@
+"""One draw of a recipe."""
+
+import numpy as np
+
+from warehouse_sim.catalog import materials
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.rack_aisle import aisle_area, build_rack_aisle
+from warehouse_sim.scene.lighting import draw_lighting, hang_luminaires
+from warehouse_sim.scene.recipe import SceneRecipe
+from warehouse_sim.scene.shelving import fill_rack
+from warehouse_sim.scene.staging import stage_loads
+from warehouse_sim.scene.streams import scene_rng
+from warehouse_sim.scene.viewpoints import choose_viewpoints
+from warehouse_sim.schema import SceneSpec
+
+
+def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int = 0) -> SceneSpec:
+    """Draw scene ``scene_index`` of the dataset with this seed; physics has yet to settle it.
+
+    Args:
+        recipe: Distribution to draw from.
+        seed: Seed of the dataset, >= 0.
+        scene_index: Number of the scene, >= 0; any scene can be drawn alone.
+        attempt: Number of the try, >= 0; another try is another scene.
+
+    Raises:
+        RecipeError: A number is negative.
+        PlacementError: What the recipe asks for does not fit; the message names the scene.
+    """
+
+    def stream(stage: str) -> np.random.Generator:
+        return scene_rng(seed, scene_index, stage, attempt)
+
+    draft, area = SceneDraft(), aisle_area(recipe.layout)
+    try:
+        slots = build_rack_aisle(draft, recipe.layout)
+        lamps = hang_luminaires(draft, recipe.lights, area)
+        fill_rack(draft, slots, recipe.shelving, recipe.loads, stream("shelving"))
+        stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
+        lighting = draw_lighting(recipe.lights, lamps, stream("lighting"))
+        viewpoints = choose_viewpoints(
+            draft, recipe.targets, recipe.observations_per_scene, recipe.viewpoints, area, stream("viewpoints")
+        )
+    except PlacementError as problem:
+        raise PlacementError(f"scene {scene_index} of seed {seed}, attempt {attempt}: {problem}") from problem
+    used = {part.material for model in draft.models.values() for part in model.parts}
+    return SceneSpec(
+        scene_index=scene_index,
+        seed=seed,
+        models=draft.models,
+        materials={name: material for name, material in materials().items() if name in used},
+        instances=tuple(draft.instances),
+        lights=lighting.lights,
+        viewpoints=viewpoints,
+        targets=recipe.targets,
+        ambient=lighting.ambient,
+        exposure=lighting.exposure,
+    )

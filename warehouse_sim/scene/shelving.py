@@ -1,0 +1,115 @@
+"""Unit loads in the slots of a rack, short side out, each a little off and a little turned."""
+
+from dataclasses import dataclass, field
+from itertools import groupby
+
+import numpy as np
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.rack_aisle import Slot
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, make_unit_load
+
+_CLEARANCE = 0.01
+"""Least distance between two loads or a load and the rack (m)."""
+_TRIES, _BAY_TRIES = 50, 10
+_REACH = 4.0
+"""Solids further than this (m) from a slot of a bay touch no load of the bay."""
+
+
+@dataclass(frozen=True)
+class ShelvingConfig:
+    """How pallets stand in their slots."""
+
+    empty_slot_share: float = 0.35
+    """Share of the slots left free, 0-1; at least one slot is taken."""
+    lateral_mm: Distribution = field(default=Distribution.normal(0.0, 12.0, -40.0, 40.0))
+    """Shift of a pallet along the beams (mm), within +-200."""
+    depth_mm: Distribution = field(default=Distribution.normal(0.0, 20.0, -50.0, 50.0))
+    """Shift of a pallet into the rack (mm), within +-75 so that it stays on both beams."""
+    yaw_deg: Distribution = field(default=Distribution.normal(0.0, 2.5, -6.0, 6.0))
+    """Turn of a pallet about the vertical against its slot (deg), within +-20."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.empty_slot_share <= 1.0:
+            raise ValueError(f"empty_slot_share must be 0-1, found {self.empty_slot_share}")
+        for name, most in (("lateral_mm", 200.0), ("depth_mm", 75.0), ("yaw_deg", 20.0)):
+            limits = getattr(self, name)
+            if max(abs(limits.low), abs(limits.high)) > most:
+                raise ValueError(f"{name} must stay within +-{most:g}; give it min and max")
+
+
+def fill_rack(
+    draft: SceneDraft, slots: list[Slot], config: ShelvingConfig, loads: UnitLoadConfig, rng: np.random.Generator
+) -> None:
+    """Put unit loads into a share of the slots.
+
+    Raises:
+        PlacementError: A bay's pallets fit in no try, or no carton fits under the beam above.
+    """
+    count = max(1, round((1.0 - config.empty_slot_share) * len(slots)))
+    taken = [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])]
+    structure = BoxStack.of([box for _, box in draft.solids()])
+    # Loads of other bays and levels are behind an upright or a beam, so each bay is filled for itself.
+    for bay, members in groupby(taken, key=lambda slot: slot.bay):
+        bay_slots = list(members)
+        bay_loads = [make_unit_load(slot.headroom, loads, rng) for slot in bay_slots]
+        for load, T_world_load in zip(
+            bay_loads, _fill_bay(bay, bay_slots, bay_loads, structure, config, rng), strict=True
+        ):
+            load.add_to(draft, T_world_load)
+
+
+def _fill_bay(
+    bay: int,
+    slots: list[Slot],
+    loads: list[UnitLoad],
+    structure: BoxStack,
+    config: ShelvingConfig,
+    rng: np.random.Generator,
+) -> list[Transform]:
+    """Draw the poses of neighbouring loads; a dead end starts the whole bay again."""
+    near = structure.subset(structure.distances_to(slots[0].T_world_slot[:3, 3]) < _REACH)
+    for _ in range(_BAY_TRIES):
+        poses: list[Transform] = []
+        envelopes: list[OrientedBox] = []
+        for slot, load in zip(slots, loads, strict=True):
+            T_world_load = _place(slot, load, near, BoxStack.of(envelopes), config, rng)
+            if T_world_load is None:
+                break
+            poses.append(T_world_load)
+            envelopes.append(_at(T_world_load, load.envelope()))
+        if len(poses) == len(slots):
+            return poses
+    raise PlacementError(
+        f"no room for {len(slots)} pallets in bay {bay} after {_BAY_TRIES} x {_TRIES} tries; "
+        "lower shelving.yaw_deg or shelving.lateral_mm"
+    )
+
+
+def _place(
+    slot: Slot,
+    load: UnitLoad,
+    structure: BoxStack,
+    neighbours: BoxStack,
+    config: ShelvingConfig,
+    rng: np.random.Generator,
+) -> Transform | None:
+    envelope = load.envelope()
+    for _ in range(_TRIES):
+        # The slot's x points into the rack, its y along the beams.
+        shift = np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
+        turn = np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
+        T_world_load = slot.T_world_slot @ make_transform(rotation_z(turn), shift)
+        box = _at(T_world_load, envelope)
+        if structure.clear_of(box, _CLEARANCE) and neighbours.clear_of(box, _CLEARANCE):
+            return T_world_load
+    return None
+
+
+def _at(T_world_load: Transform, box: OrientedBox) -> OrientedBox:
+    return OrientedBox(T_world_load @ box.T_parent_box, box.size)

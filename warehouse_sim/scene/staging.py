@@ -1,0 +1,72 @@
+"""Unit loads that stand on the open floor of the aisle, turned any way."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.unit_load import UnitLoadConfig, make_unit_load
+
+_HEADROOM = 1.3
+_TRIES = 200
+_EDGE = 0.8
+"""Least distance from a load's centre to a rack's front (m)."""
+
+
+@dataclass(frozen=True)
+class StagingConfig:
+    """Unit loads on the floor of the aisle."""
+
+    count: Distribution = field(default=Distribution.uniform(3, 6))
+    """Loads on the floor, a whole number >= 0."""
+    yaw_deg: Distribution = field(default=Distribution.uniform(-180.0, 180.0))
+    """Heading of a pallet's long edge about the vertical (deg)."""
+    depth: Distribution = field(default=Distribution.uniform(1.6, 5.5))
+    """Distance from the first rack's front to a load's centre (m), >= 0.8; the far end of the aisle limits it too."""
+    clearance: float = 0.4
+    """Least distance between two loads on the floor (m), >= 0."""
+
+    def __post_init__(self) -> None:
+        if self.count.low < 0 or self.count.high > 40:
+            raise ValueError("count must stay within 0-40")
+        if self.depth.low < _EDGE:
+            raise ValueError(f"depth must be >= {_EDGE} m, found {self.depth.low}")
+        if self.clearance < 0.0:
+            raise ValueError(f"clearance must be >= 0, found {self.clearance}")
+
+
+def stage_loads(
+    draft: SceneDraft,
+    config: StagingConfig,
+    loads: UnitLoadConfig,
+    area: Area,
+    rng: np.random.Generator,
+) -> None:
+    """Put loads on the floor of the aisle ``area``.
+
+    Raises:
+        PlacementError: The floor is too small for so many loads.
+    """
+    count = config.count.draw_count(rng)
+    placed: list[OrientedBox] = []
+    for number in range(count):
+        load, stack = make_unit_load(_HEADROOM, loads, rng), BoxStack.of(placed)
+        envelope = load.envelope()
+        for _ in range(_TRIES):
+            position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
+            T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)
+            box = OrientedBox(T_world_load @ envelope.T_parent_box, envelope.size)
+            if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance):
+                break
+        else:
+            raise PlacementError(
+                f"no room for load {number + 1} of {count} on the floor after {_TRIES} tries; "
+                "lower staging.count or staging.depth"
+            )
+        placed.append(box)
+        load.add_to(draft, T_world_load)
