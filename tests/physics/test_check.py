@@ -1,0 +1,59 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.physics import contact_state
+from warehouse_sim.schema import ObjectInstance, SceneSpec
+
+
+def scene_of(*placed: tuple[str, tuple[float, float, float]]) -> SceneSpec:
+    """Return a scene with a floor (instance 1) and loose objects at the given centres."""
+    names = {name for name, _ in placed} | {"floor_slab"}
+    floor = ObjectInstance(1, "floor_slab", make_transform(translation=np.array([0.0, 0.0, -0.1])))
+    loose = [
+        ObjectInstance(index + 2, name, make_transform(rotation_z(0.3), np.array(at)), dynamic=True, group=1)
+        for index, (name, at) in enumerate(placed)
+    ]
+    models = {name: catalog_object(name) for name in names}
+    return SceneSpec(0, 0, models, materials(), (floor, *loose), (), ())
+
+
+@pytest.mark.parametrize("lift", [0.004, 0.0, -0.004])
+def test_gap_and_overlap_of_a_pallet_on_the_floor(lift: float) -> None:
+    state = contact_state(scene_of(("epal1", (0.0, 0.0, 0.072 + lift))))
+    np.testing.assert_allclose(state.gap, [lift], atol=1e-9)
+    assert state.max_gap == pytest.approx(max(0.0, lift), abs=1e-9)
+    assert state.max_overlap == pytest.approx(max(0.0, -lift), abs=1e-9)
+
+
+def test_a_tower_names_the_pair_that_overlaps_and_the_object_that_floats() -> None:
+    carton = "carton_600x400x400"
+    deck = 0.144 + 0.2
+    state = contact_state(
+        scene_of(("epal1", (0, 0, 0.072)), (carton, (0, 0, deck - 0.003)), (carton, (0, 0, deck + 0.405)))
+    )
+    np.testing.assert_array_equal(state.loose, [2, 3, 4])
+    np.testing.assert_allclose(state.gap, [0.0, -0.003, 0.008], atol=1e-9)
+    deep = state.overlap > 1e-6
+    np.testing.assert_array_equal(state.pairs[deep], [[2, 3]])
+    np.testing.assert_allclose(state.overlap[deep], [0.003], atol=1e-9)
+
+
+def test_a_neighbour_at_the_side_does_not_carry() -> None:
+    beside = scene_of(("carton_600x400x400", (0, 0, 0.2)), ("carton_600x400x400", (0.7, 0.0, 0.21)))
+    assert contact_state(beside).gap[1] == pytest.approx(0.01)
+
+
+def test_what_hangs_high_has_no_support_in_reach() -> None:
+    assert contact_state(scene_of(("carton_600x400x400", (0, 0, 3.0)))).max_gap == pytest.approx(0.03)
+
+
+def test_fixed_things_may_overlap_each_other() -> None:
+    scene = scene_of(("epal1", (0.0, 0.0, 0.072)))
+    sunk = replace(scene.instances[1], dynamic=False, T_world_object=make_transform(translation=np.zeros(3)))
+    state = contact_state(replace(scene, instances=(scene.instances[0], sunk)))
+    assert state.max_overlap == 0.0
+    assert state.max_gap == 0.0
