@@ -20,6 +20,10 @@ class UnknownNameError(WarehouseSimError):
         super().__init__(f"unknown {kind} {name!r}; known: {', '.join(sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
 
+    def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:
+        """Pickle by the arguments, so that the error crosses from a worker process."""
+        return type(self), (self.kind, self.name, self.known)
+
 
 class MissingPackageError(WarehouseSimError):
     """An optional package or system library is not installed."""

@@ -13,14 +13,14 @@ class OrientedBox:
     """A box in some parent frame: its centre frame and its full edge lengths (m)."""
 
     T_parent_box: Transform
-    size: Float[np.ndarray, "3"]
+    size: Float[np.ndarray, " 3"]
 
     def corners(self) -> Float[np.ndarray, "8 3"]:
         """Return the eight corners in the parent frame (m)."""
         return transform_points(self.T_parent_box, box_corners(self.size))
 
 
-def box_corners(size: Float[np.ndarray, "3"]) -> Float[np.ndarray, "8 3"]:
+def box_corners(size: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "8 3"]:
     """Return the corners of a centred box, x slowest and z fastest, minus before plus."""
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
     return signs * np.asarray(size) / 2.0

@@ -65,7 +65,7 @@ def matrix_from_quat_wxyz(quat_wxyz: Float[np.ndarray, "*batch 4"]) -> Float[np.
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def quat_wxyz_from_matrix(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
+def quat_wxyz_from_matrix(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 4"]:
     """Return the unit quaternion with w >= 0 of a rotation matrix.
 
     The quaternion is the principal eigenvector of Bar-Itzhack's symmetric matrix (J. Guidance 23(6), 2000),
@@ -95,7 +95,7 @@ def rotation_angle(
     return 2.0 * np.arcsin(np.clip(chord / (2.0 * np.sqrt(2.0)), 0.0, 1.0))
 
 
-def level_camera(position: Float[np.ndarray, "3"], yaw: float, pitch: float = 0.0, roll: float = 0.0) -> Transform:
+def level_camera(position: Float[np.ndarray, " 3"], yaw: float, pitch: float = 0.0, roll: float = 0.0) -> Transform:
     """Return ``T_world_camera`` of an OpenCV camera (x right, y down, z forward).
 
     Args:

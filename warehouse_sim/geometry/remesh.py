@@ -6,7 +6,7 @@ from jaxtyping import Float
 from warehouse_sim.geometry.mesh import TriangleMesh
 
 
-def grid_box(size: Float[np.ndarray, "3"], spacing: float) -> TriangleMesh:
+def grid_box(size: Float[np.ndarray, " 3"], spacing: float) -> TriangleMesh:
     """Return the surface of a centred box as an even grid; faces share the vertices of their common edges.
 
     Args:

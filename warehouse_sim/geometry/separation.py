@@ -41,12 +41,12 @@ class BoxStack:
         """Return the boxes for which ``chosen`` is set."""
         return BoxStack(self.centre[chosen], self.rotation[chosen], self.half[chosen])
 
-    def distances_to(self, point: Float[np.ndarray, "3"]) -> Float[np.ndarray, " n"]:
+    def distances_to(self, point: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " n"]:
         """Return the distance (m) from ``point`` to each box, 0 inside."""
         local = np.einsum("nij,ni->nj", self.rotation, point - self.centre)
         return np.linalg.norm(np.maximum(np.abs(local) - self.half, 0.0), axis=1)
 
-    def block(self, eye: Float[np.ndarray, "3"], points: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
+    def block(self, eye: Float[np.ndarray, " 3"], points: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
         """Return for each point whether a box lies across the line from ``eye`` to it (slab test)."""
         start = np.einsum("nij,ni->nj", self.rotation, eye - self.centre)[:, None]
         step = np.einsum("nij,nmi->nmj", self.rotation, np.broadcast_to(points - eye, (len(self.half), *points.shape)))

@@ -24,8 +24,8 @@ class ViewPyramid:
         return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True))
 
     def touches(
-        self, centre: Float[np.ndarray, "n 3"], radius: Float[np.ndarray, "n"], near: float = 0.0
-    ) -> Bool[np.ndarray, "n"]:
+        self, centre: Float[np.ndarray, "n 3"], radius: Float[np.ndarray, " n"], near: float = 0.0
+    ) -> Bool[np.ndarray, " n"]:
         """Return which spheres reach into the pyramid beyond ``near``; keeps a few that just miss its edges.
 
         Args:

@@ -1,0 +1,18 @@
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.toy import make_dataset
+
+
+@pytest.fixture(scope="session")
+def toy_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A complete toy dataset, to read only."""
+    return make_dataset(tmp_path_factory.mktemp("toy") / "data")
+
+
+@pytest.fixture
+def toy_copy(toy_root: Path, tmp_path: Path) -> Path:
+    """A copy of the toy dataset, to break."""
+    return Path(shutil.copytree(toy_root, tmp_path / "copy"))

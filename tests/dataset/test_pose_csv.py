@@ -1,0 +1,86 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warehouse_sim.dataset import pose_csv
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
+from warehouse_sim.schema import PoseEstimate
+
+HEADER = "scene_id,im_id,obj_id,score,R,t,time"
+ROW = "1,2,3,0.5,1 0 0 0 1 0 0 0 1,10 20 1000,-1"
+
+
+def random_estimates(count: int) -> list[PoseEstimate]:
+    rng = np.random.default_rng(5)
+    R = matrix_from_quat_wxyz(rng.normal(size=(count, 4)))
+    T = make_transform(R, rng.uniform(-10, 10, (count, 3)))
+    return [PoseEstimate(i // 4, i // 2, 1 + i % 3, float(rng.random()), T[i], 0.125 * (i // 2)) for i in range(count)]
+
+
+def test_round_trip_keeps_rotations_exactly_and_positions_to_a_rounding_step(tmp_path: Path) -> None:
+    estimates = random_estimates(40)
+    pose_csv.write(tmp_path / "new" / "preds.csv", estimates)
+    for read, written in zip(pose_csv.read(tmp_path / "new" / "preds.csv"), estimates, strict=True):
+        for key in ("scene_id", "image_id", "obj_id", "score", "time"):
+            assert getattr(read, key) == getattr(written, key)
+        assert np.array_equal(read.T_camera_object[:3, :3], written.T_camera_object[:3, :3])
+        assert np.abs(read.T_camera_object - written.T_camera_object).max() < 1e-14
+
+
+def test_file_is_what_the_bop_toolkit_expects(tmp_path: Path) -> None:
+    T_camera_object = make_transform(None, np.array([0.25, -0.5, 4.0]))
+    pose_csv.write(tmp_path / "a.csv", [PoseEstimate(7, 0, 1, 0.75, T_camera_object, -1.0)])
+    header, row = (tmp_path / "a.csv").read_text().splitlines()
+    assert header == HEADER
+    cells = row.split(",")
+    assert cells[:4] == ["7", "0", "1", "0.75"]
+    assert [float(word) for word in cells[4].split(" ")] == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    assert [float(word) for word in cells[5].split(" ")] == [250, -500, 4000]
+    assert float(cells[6]) == -1
+
+
+def test_no_estimates_is_a_file_with_a_header(tmp_path: Path) -> None:
+    pose_csv.write(tmp_path / "a.csv", [])
+    assert (tmp_path / "a.csv").read_text() == HEADER + "\n"
+    assert pose_csv.read(tmp_path / "a.csv") == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([], ":1: the header must be"),
+        (["scene,im,obj", ROW], ":1: the header must be"),
+        ([HEADER, ROW, ROW + ",1"], ":3: 7 fields separated by commas are expected, found 8"),
+        ([HEADER, "", ROW], ":2: 7 fields"),
+        ([HEADER, ROW.replace("0.5", "high")], ":2: a field is not a number"),
+        ([HEADER, ROW.replace("1,2,3", "1,2.0,3")], ":2: a field is not a number"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0")], ":2: R needs 9 and t needs 3 numbers"),
+        ([HEADER, ROW.replace("10 20 1000", "10 20")], ":2: R needs 9 and t needs 3 numbers"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0 -1")], ":2: R must be a rotation"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "2 0 0 0 2 0 0 0 2")], ":2: R must be a rotation"),
+        ([HEADER, ROW.replace("1000", "nan")], ":2: R must be a rotation, and every number finite"),
+        ([HEADER, ROW.replace("0.5", "inf")], ":2: R must be a rotation, and every number finite"),
+        ([HEADER, ROW, ROW.replace(",-1", ",0.3")], "the rows of scene 1, image 2 differ"),
+    ],
+)
+def test_wrong_files_are_refused_with_their_line(tmp_path: Path, lines: list[str], message: str) -> None:
+    path = tmp_path / "preds.csv"
+    path.write_text("\n".join(lines))
+    with pytest.raises(DatasetError) as caught:
+        pose_csv.read(path)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_missing_file_says_what_makes_it(tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match="make it with warehouse-sim predict"):
+        pose_csv.read(tmp_path / "none.csv")
+
+
+def test_what_is_not_finite_is_not_written(tmp_path: Path) -> None:
+    T_camera_object = make_transform(None, np.array([np.nan, 0.0, 1.0]))
+    with pytest.raises(DatasetError, match="obj_id 4 in scene 1, image 2 is not finite"):
+        pose_csv.write(tmp_path / "a.csv", [PoseEstimate(1, 2, 4, 1.0, T_camera_object)])
+    assert not (tmp_path / "a.csv").exists()

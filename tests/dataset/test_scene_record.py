@@ -1,0 +1,42 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.dataset.toy import RENDERER, make_scene
+from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.errors import DatasetError
+
+
+def test_record_names_everything_in_the_scene(toy_root: Path) -> None:
+    scene, record = make_scene(1), read_scene_record(toy_root, 1)
+    assert (record.scene_index, record.seed, record.split, record.renderer) == (1, 3, "val", RENDERER)
+    assert record.settle == {"problems": [], "speed": 0.0}
+    assert [item.instance_id for item in record.objects] == [1, 10, 11, 12, 20]
+    for instance in scene.instances:
+        item = record.object(instance.instance_id)
+        model = scene.model_of(instance)
+        assert (item.class_name, item.model, item.obj_id) == (model.class_name, model.name, model.obj_id)
+        assert item.group == instance.group
+        assert np.array_equal(item.T_world_object, instance.T_world_object)
+    for stored, viewpoint in zip(record.T_world_camera, scene.viewpoints, strict=True):
+        assert np.array_equal(stored, viewpoint.T_world_camera)
+    assert record.object(99) is None
+
+
+def test_lights_are_stored(toy_root: Path) -> None:
+    data = json.loads((toy_root / "scenes" / "000001.json").read_text())
+    (light,) = data["lights"]
+    assert (light["kind"], light["position"], light["intensity"]) == ("spot", [1.0, 0.0, 5.0], 800.0)
+    assert (data["ambient"], data["exposure"]) == (30.0, 0.01)
+
+
+@pytest.mark.parametrize("key", ["scene_index", "split", "objects", "observations", "renderer", "settle"])
+def test_missing_entries_are_named(toy_copy: Path, key: str) -> None:
+    path = toy_copy / "scenes" / "000001.json"
+    data = json.loads(path.read_text())
+    del data[key]
+    path.write_text(json.dumps(data))
+    with pytest.raises(DatasetError, match=rf"000001\.json: the entry '{key}' is missing"):
+        read_scene_record(toy_copy, 1)

@@ -1,0 +1,39 @@
+import pytest
+
+from warehouse_sim.dataset.split import SPLITS, SplitConfig, split_scenes
+from warehouse_sim.errors import DatasetError
+
+
+@pytest.mark.parametrize("scene_count", [*range(1, 40), 250])
+@pytest.mark.parametrize("shares", [(0.7, 0.1, 0.2), (0.34, 0.33, 0.33), (0.98, 0.01, 0.01), (0.5, 0.0, 0.5)])
+def test_splits_are_contiguous_disjoint_and_complete(scene_count: int, shares: tuple[float, float, float]) -> None:
+    config = SplitConfig(*shares)
+    splits = split_scenes(scene_count, config)
+    assert [index for name in ("train", "val", "test") for index in splits[name]] == list(range(scene_count))
+    if scene_count >= 3:
+        assert all(splits[name] for name, share in zip(SPLITS, shares, strict=True) if share > 0)
+    for name, share in zip(SPLITS, shares, strict=True):
+        assert abs(len(splits[name]) - share * scene_count) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("scene_count", "sizes"), [(1, (1, 0, 0)), (2, (1, 0, 1)), (3, (1, 1, 1)), (10, (7, 1, 2)), (100, (70, 10, 20))]
+)
+def test_sizes_of_the_default_split(scene_count: int, sizes: tuple[int, int, int]) -> None:
+    splits = split_scenes(scene_count, SplitConfig())
+    assert tuple(len(splits[name]) for name in SPLITS) == sizes
+
+
+def test_a_share_of_zero_gives_an_empty_split() -> None:
+    assert split_scenes(5, SplitConfig(0.0, 0.0, 1.0)) == {"train": (), "val": (), "test": (0, 1, 2, 3, 4)}
+
+
+def test_no_scene_is_an_error() -> None:
+    with pytest.raises(DatasetError, match="needs at least one scene, found 0"):
+        split_scenes(0, SplitConfig())
+
+
+@pytest.mark.parametrize("shares", [(0.7, 0.1, 0.1), (1.2, -0.1, -0.1), (0.0, 0.0, 0.0)])
+def test_shares_must_sum_to_one(shares: tuple[float, float, float]) -> None:
+    with pytest.raises(ValueError, match="sum to 1"):
+        SplitConfig(*shares)

@@ -1,0 +1,157 @@
+import hashlib
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.toy import (
+    CAMERA,
+    PALLET,
+    RENDERER,
+    make_dataset,
+    make_manifest,
+    make_scene,
+    observe,
+    write_scene,
+    write_scenes,
+)
+from warehouse_sim.dataset.manifest import read_manifest
+from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.errors import DatasetError, UnknownNameError
+
+
+def contents(root: Path) -> dict[str, str]:
+    files = (path for path in root.rglob("*") if path.is_file())
+    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def test_order_of_scenes_does_not_change_a_byte(toy_root: Path, tmp_path: Path) -> None:
+    assert contents(make_dataset(tmp_path / "other", order=[2, 0, 1])) == contents(toy_root)
+
+
+def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> None:
+    manifest = make_manifest()
+    store = DatasetStore(tmp_path / "data", manifest)
+    store.begin([PALLET], CAMERA)
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        for job in [pool.submit(write_scenes, store.root, manifest, scenes) for scenes in ([1], [2, 0])]:
+            job.result()
+    store.finish()
+    assert contents(store.root) == contents(toy_root)
+
+
+@pytest.mark.parametrize("formats", [("bop",), ("kitti",), ("bop", "kitti")])
+def test_any_choice_of_formats_has_the_same_files(toy_root: Path, tmp_path: Path, formats: tuple[str, ...]) -> None:
+    found = contents(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
+    expected = {
+        name: digest
+        for name, digest in contents(toy_root).items()
+        if name.split("/")[0] in (*formats, "scenes", "objects.json")
+    }
+    found.pop("manifest.json")
+    assert found == expected
+
+
+def test_killed_run_resumes_to_the_same_bytes(toy_root: Path, tmp_path: Path) -> None:
+    root = tmp_path / "data"
+    store = DatasetStore(root, make_manifest())
+    store.begin([PALLET], CAMERA)
+    write_scene(store, 1)
+
+    def killed() -> Iterator:
+        yield observe(make_scene(0))[0]
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        store.write_scene(make_scene(0), killed(), {"problems": [], "speed": 0.0}, RENDERER)
+    # What else a dying process can leave: a temporary file, and a mask that the finished scene will not have.
+    (root / "bop" / "train" / "000000" / "rgb" / ".000001.png.99.part").touch()
+    (root / "bop" / "train" / "000000" / "mask" / "000000_000009.png").touch()
+    with pytest.raises(DatasetError, match="the dataset is incomplete; resume it with"):
+        read_manifest(root)
+
+    resumed = DatasetStore(root, make_manifest())
+    resumed.begin([PALLET], CAMERA, resume=True)
+    assert resumed.pending() == [0, 2]
+    finished = root / "scenes" / "000001.json"
+    before = finished.stat().st_mtime_ns
+    for index in resumed.pending():
+        write_scene(resumed, index)
+    resumed.finish()
+    assert finished.stat().st_mtime_ns == before
+    assert contents(root) == contents(toy_root)
+
+
+def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, toy_copy: Path) -> None:
+    store = DatasetStore(toy_copy, make_manifest())
+    store.begin([PALLET], CAMERA, resume=True)
+    assert store.pending() == []
+    store.finish()
+    assert contents(toy_copy) == contents(toy_root)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"seed": 4}, "seed"),
+        ({"recipe": {"description": "other"}}, "recipe"),
+        ({"packages": {"numpy": "newer"}}, "packages"),
+        ({"formats": ("bop",)}, "formats"),
+    ],
+)
+@pytest.mark.parametrize("complete", [True, False])
+def test_resuming_another_dataset_is_refused(toy_copy: Path, change: dict, key: str, complete: bool) -> None:
+    if not complete:
+        (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
+    before = contents(toy_copy)
+    with pytest.raises(DatasetError, match=f"begun with another {key}; resume it with the same settings"):
+        DatasetStore(toy_copy, replace(make_manifest(), **change)).begin([PALLET], CAMERA, resume=True)
+    assert contents(toy_copy) == before
+
+
+def test_foreign_folders_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "holiday.jpg").touch()
+    with pytest.raises(DatasetError, match="the folder is not empty; choose another one, or add --resume"):
+        DatasetStore(tmp_path, make_manifest()).begin([PALLET], CAMERA)
+    with pytest.raises(DatasetError, match="holds no dataset to resume; choose an empty folder"):
+        DatasetStore(tmp_path, make_manifest()).begin([PALLET], CAMERA, resume=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["holiday.jpg"]
+
+
+def test_manifest_comes_last(tmp_path: Path) -> None:
+    store = DatasetStore(tmp_path / "data", make_manifest())
+    store.begin([PALLET], CAMERA, resume=True)
+    for index in (0, 1):
+        write_scene(store, index)
+    with pytest.raises(DatasetError, match=r"scenes \[2\] are missing; go on with --resume"):
+        store.finish()
+    assert not (store.root / "manifest.json").exists()
+    write_scene(store, 2)
+    assert store.finish() == replace(make_manifest(), renderers=(RENDERER,))
+    assert read_manifest(store.root) == replace(make_manifest(), renderers=(RENDERER,))
+    assert not (store.root / "manifest.unfinished.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("observations", "message"),
+    [
+        (lambda first, second: [first], "scene 0: 1 observations, the dataset has 2 in every scene"),
+        (lambda first, second: [second, first], "observation 1 of scene 0 came as number 0 of 2"),
+        (lambda first, second: [first, second, first], "observation 0 of scene 0 came as number 2 of 2"),
+        (lambda first, second: [first, replace(second, scene_index=1)], "observation 1 of scene 1 came as number 1"),
+    ],
+)
+def test_scene_with_wrong_observations_stays_pending(tmp_path: Path, observations, message: str) -> None:
+    store = DatasetStore(tmp_path / "data", make_manifest())
+    store.begin([PALLET], CAMERA)
+    with pytest.raises(DatasetError, match=message):
+        store.write_scene(make_scene(0), observations(*observe(make_scene(0))), {}, RENDERER)
+    assert store.pending() == [0, 1, 2]
+
+
+def test_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="unknown dataset format 'coco'; known: bop, kitti"):
+        DatasetStore(tmp_path, make_manifest(formats=("bop", "coco")))

@@ -1,0 +1,372 @@
+"""Each check must be able to fail: one defect a row, and the check that has to find it."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.dataset.toy import make_dataset, make_manifest
+from warehouse_sim.dataset.validate import Check, validate
+
+BOP = Path("bop/train/000000")
+KITTI = Path("kitti/training")
+CHECKS = [
+    "manifest",
+    "objects",
+    "scene records",
+    "bop files",
+    "bop tables",
+    "bop coco",
+    "bop targets",
+    "bop images",
+    "bop masks",
+    "bop poses on images",
+    "kitti files",
+    "kitti labels",
+    "kitti calib",
+    "kitti images",
+    "kitti points in boxes",
+    "kitti and bop labels",
+    "kitti and bop images",
+]
+
+
+def failed(checks: list[Check]) -> set[str]:
+    return {check.name for check in checks if not check.ok}
+
+
+def test_good_dataset_passes_every_check(toy_root: Path) -> None:
+    checks = validate(toy_root)
+    assert [(check.name, check.ok) for check in checks] == [(name, True) for name in CHECKS]
+    details = {check.name: check.detail for check in checks}
+    assert details["manifest"] == "3 scenes (train 1, val 1, test 1), disjoint by scene"
+    assert details["bop masks"] == "9 pairs of masks"
+    assert details["bop poses on images"].startswith("9 targets: mean shift 0.000 px")
+    assert details["kitti labels"] == "9 labels of 15 fields"
+
+
+@pytest.mark.parametrize("formats", [("bop",), ("kitti",)])
+def test_single_formats_have_their_own_checks(tmp_path: Path, formats: tuple[str, ...]) -> None:
+    checks = validate(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
+    assert failed(checks) == set()
+    shared = ("manifest", "objects", "scene records")
+    assert [check.name for check in checks if check.name not in shared] == [
+        name for name in CHECKS if name.startswith(formats[0]) and " and " not in name
+    ]
+
+
+def test_black_image_is_found_without_bop_files(tmp_path: Path) -> None:
+    root = make_dataset(tmp_path / "data", make_manifest(formats=("kitti",)))
+    edit_image(KITTI / "image_2/000000.png", black)(root)
+    assert failed(validate(root)) == {"kitti images"}
+
+
+# ---------------------------------------------------------------- ways to break a dataset
+
+
+def edit_json(file: Path | str, change: Callable) -> Callable[[Path], None]:
+    def defect(root: Path) -> None:
+        data = json.loads((root / file).read_text())
+        change(data)
+        (root / file).write_text(json.dumps(data))
+
+    return defect
+
+
+def edit_text(file: Path | str, old: str, new: str) -> Callable[[Path], None]:
+    def defect(root: Path) -> None:
+        text = (root / file).read_text()
+        assert old in text
+        (root / file).write_text(text.replace(old, new, 1))
+
+    return defect
+
+
+def edit_image(file: Path | str, change: Callable) -> Callable[[Path], None]:
+    def defect(root: Path) -> None:
+        image = cv2.imread(str(root / file), cv2.IMREAD_UNCHANGED)
+        # A new file: the old one may be shared with the other format.
+        (root / file).unlink()
+        cv2.imwrite(str(root / file), change(image))
+
+    return defect
+
+
+def edit_points(file: Path | str, dtype: str, change: Callable) -> Callable[[Path], None]:
+    def defect(root: Path) -> None:
+        (root / file).write_bytes(change(np.fromfile(root / file, dtype=dtype)).astype(dtype).tobytes())
+
+    return defect
+
+
+def remove(file: Path | str) -> Callable[[Path], None]:
+    return lambda root: (root / file).unlink()
+
+
+def copy(source: Path | str, target: Path | str) -> Callable[[Path], None]:
+    return lambda root: shutil.copy(root / source, root / target)
+
+
+def move_pose(mm: float) -> Callable[[Path], None]:
+    """Shift a pose everywhere, so that only pixels can tell."""
+
+    def defect(root: Path) -> None:
+        edit_json(BOP / "scene_gt.json", lambda data: shift(data["0"][1]["cam_t_m2c"], mm))(root)
+        camera = np.array(json.loads((root / "scenes/000000.json").read_text())["observations"][0]["T_world_camera"])
+        step = camera[:3, 0] * mm / 1000
+
+        def shift_record(data: dict) -> None:
+            T = next(item for item in data["objects"] if item["instance_id"] == 11)["T_world_object"]
+            for axis in range(3):
+                T[axis][3] += step[axis]
+
+        edit_json("scenes/000000.json", shift_record)(root)
+
+    return defect
+
+
+def shift(values: list[float], step: float) -> None:
+    values[0] += step
+
+
+def drop_last(rows: list) -> None:
+    rows.pop()
+
+
+def black(image: np.ndarray) -> np.ndarray:
+    return np.zeros_like(image)
+
+
+def set_pixel(value: int) -> Callable[[np.ndarray], np.ndarray]:
+    def change(image: np.ndarray) -> np.ndarray:
+        image[2, 3] = value
+        return image
+
+    return change
+
+
+def blank_line(root: Path) -> None:
+    with open(root / KITTI / "label_2/000000.txt", "a") as file:
+        file.write("\n")
+
+
+LABEL_READERS = {"kitti labels", "kitti points in boxes", "kitti and bop labels"}
+DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
+    ("symmetry is no group", edit_json("objects.json", lambda d: turn_symmetry(d["1"])), {"objects"}),
+    (
+        "diameter differs",
+        edit_json("bop/models_eval/models_info.json", lambda d: d["1"].update(diameter=9.0)),
+        {"objects"},
+    ),
+    ("model size differs", edit_json("bop/models/models_info.json", lambda d: d["1"].update(size_x=9.0)), {"objects"}),
+    (
+        "symmetry not in BOP",
+        edit_json("bop/models/models_info.json", lambda d: d["1"].pop("symmetries_discrete")),
+        {"objects"},
+    ),
+    ("mesh missing", remove("bop/models_eval/obj_000001.ply"), {"objects"}),
+    ("record of another split", edit_json("scenes/000001.json", lambda d: d.update(split="test")), {"scene records"}),
+    ("record too many", copy("scenes/000001.json", "scenes/000003.json"), {"scene records"}),
+    (
+        "instance twice",
+        edit_json("scenes/000001.json", lambda d: d["objects"].append(d["objects"][0])),
+        {"scene records"},
+    ),
+    ("mask missing", remove(BOP / "mask/000000_000001.png"), {"bop files", "bop masks", "bop poses on images"}),
+    ("image too many", copy(BOP / "rgb/000000.png", BOP / "rgb/000007.png"), {"bop files"}),
+    ("scene in two splits", lambda root: shutil.copytree(root / BOP, root / "bop/test/000000"), {"bop files"}),
+    (
+        "camera row missing",
+        edit_json(BOP / "scene_camera.json", lambda d: d.pop("1")),
+        {
+            "bop tables",
+            "bop coco",
+            "bop images",
+            "bop masks",
+            "bop poses on images",
+            "kitti and bop labels",
+            "kitti and bop images",
+        },
+    ),
+    (
+        "mirrored pose",
+        edit_json(BOP / "scene_gt.json", lambda d: d["0"][0].update(cam_R_m2c=[1, 0, 0, 0, 1, 0, 0, 0, -1])),
+        {
+            "bop tables",
+            "bop coco",
+            "bop images",
+            "bop masks",
+            "bop poses on images",
+            "kitti and bop labels",
+            "kitti and bop images",
+        },
+    ),
+    (
+        "pose moved by 1 mm",
+        edit_json(BOP / "scene_gt.json", lambda d: shift(d["0"][1]["cam_t_m2c"], 1.0)),
+        {"bop tables", "kitti and bop labels"},
+    ),
+    (
+        "pose moved by 40 mm everywhere in BOP",
+        move_pose(40.0),
+        {"bop poses on images", "kitti labels", "kitti and bop labels"},
+    ),
+    (
+        "wrong COCO area",
+        edit_json(BOP / "scene_gt_coco.json", lambda d: d["annotations"][0].update(area=3)),
+        {"bop coco"},
+    ),
+    (
+        "wrong COCO box",
+        edit_json(BOP / "scene_gt_coco.json", lambda d: shift(d["annotations"][2]["bbox"], 1)),
+        {"bop coco"},
+    ),
+    (
+        "COCO file outside",
+        edit_json(BOP / "scene_gt_coco.json", lambda d: d["images"][0].update(file_name="../../x.png")),
+        {"bop coco"},
+    ),
+    (
+        "COCO mask of another object",
+        edit_json(
+            BOP / "scene_gt_coco.json",
+            lambda d: d["annotations"][0].update(segmentation=d["annotations"][1]["segmentation"]),
+        ),
+        {"bop masks"},
+    ),
+    ("target missing", edit_json("bop/test_targets_bop19.json", drop_last), {"bop targets"}),
+    ("image missing in targets", edit_json("bop/test_targets_bop24.json", drop_last), {"bop targets"}),
+    ("black image", edit_image(BOP / "rgb/000000.png", black), {"bop images", "kitti and bop images"}),
+    (
+        "depth 20 cm off",
+        edit_image(BOP / "depth/000000.png", lambda image: image + np.uint16(200)),
+        {"bop poses on images", "kitti and bop images"},
+    ),
+    (
+        "visible mask beyond its silhouette",
+        edit_image(BOP / "mask_visib/000000_000001.png", set_pixel(255)),
+        {"bop masks"},
+    ),
+    (
+        "grey mask",
+        edit_image(BOP / "mask_visib/000000_000001.png", set_pixel(128)),
+        {"bop masks", "bop poses on images"},
+    ),
+    (
+        "masks exchanged",
+        copy(BOP / "mask_visib/000000_000000.png", BOP / "mask_visib/000000_000001.png"),
+        {"bop masks"},
+    ),
+    ("wrong count", edit_json(BOP / "scene_gt_info.json", lambda d: d["0"][1].update(px_count_valid=1)), {"bop masks"}),
+    (
+        "wrong fraction",
+        edit_json(BOP / "scene_gt_info.json", lambda d: d["0"][1].update(visib_fract=0.5)),
+        {"bop masks"},
+    ),
+    (
+        "unknown instance",
+        edit_json(BOP / "scene_gt_info.json", lambda d: d["0"][1].update(instance_id=77)),
+        {"bop tables"},
+    ),
+    ("frame missing", remove(KITTI / "planes/000002.txt"), {"kitti files", "kitti calib"}),
+    ("test frame in train", edit_text("kitti/ImageSets/train.txt", "000001", "000004"), {"kitti files"}),
+    ("sweep too many", copy(KITTI / "velodyne/000000.bin", KITTI / "velodyne/000009.bin"), {"kitti files"}),
+    (
+        "label too many",
+        copy(KITTI / "label_2/000000.txt", KITTI / "label_2/000001.txt"),
+        {"kitti labels", "kitti and bop labels"},
+    ),
+    (
+        "occluded as float",
+        edit_text(KITTI / "label_2/000000.txt", " 1 ", " 1.0 "),
+        LABEL_READERS,
+    ),
+    ("two blanks", edit_text(KITTI / "label_2/000000.txt", " ", "  "), LABEL_READERS),
+    ("blank line at the end", blank_line, LABEL_READERS),
+    ("empty label file", lambda root: (root / KITTI / "label_2/000001.txt").write_text(""), LABEL_READERS),
+    (
+        "wrong height",
+        edit_text(KITTI / "label_2/000000.txt", " 0.144000 ", " 0.154000 "),
+        {"kitti labels", "kitti and bop labels"},
+    ),
+    (
+        "wrong class",
+        edit_text(KITTI / "label_2/000000.txt", "pallet", "carton"),
+        {"kitti labels", "kitti and bop labels"},
+    ),
+    (
+        "box beyond the image",
+        edit_text(KITTI / "label_2/000000.txt", " 57.00 ", " -57.00 "),
+        {"kitti labels", "kitti and bop labels"},
+    ),
+    (
+        "six calib lines",
+        edit_text(KITTI / "calib/000000.txt", "Tr_imu_to_velo: ", ""),
+        {"kitti calib", "kitti points in boxes"},
+    ),
+    (
+        "rotated LiDAR",
+        edit_text(KITTI / "calib/000000.txt", "Tr_velo_to_cam: 0.0", "Tr_velo_to_cam: 0.3"),
+        {"kitti calib", "kitti points in boxes"},
+    ),
+    (
+        "LiDAR elsewhere",
+        edit_text(KITTI / "calib/000000.txt", "-2.700000000000e-01", "7.000000000000e-01"),
+        {"kitti points in boxes"},
+    ),
+    ("floor too low", edit_text(KITTI / "planes/000000.txt", "9.000000000e-01", "9.500000000e-01"), {"kitti calib"}),
+    (
+        "points in mm",
+        edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points * 1000),
+        {"kitti points in boxes"},
+    ),
+    (
+        "one point less",
+        edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points[:-4]),
+        {"kitti points in boxes"},
+    ),
+    (
+        "nameless point",
+        edit_points(KITTI / "velodyne_ids/000000.bin", "<i4", lambda ids: ids + 1000),
+        {"kitti points in boxes"},
+    ),
+    (
+        "8-bit depth",
+        edit_image(KITTI / "depth_2/000000.png", lambda image: image.astype(np.uint8)),
+        {"kitti images", "kitti and bop images"},
+    ),
+    ("no reading", edit_image(KITTI / "depth_2/000000.png", black), {"kitti images", "kitti and bop images"}),
+]
+
+
+def turn_symmetry(entry: dict) -> None:
+    c, s = np.cos(1.0), np.sin(1.0)
+    entry["symmetries"][1][:2] = [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0]]
+
+
+@pytest.mark.parametrize(("defect", "expected"), [row[1:] for row in DEFECTS], ids=[row[0] for row in DEFECTS])
+def test_defect_is_found_by_its_check(toy_copy: Path, defect: Callable[[Path], object], expected: set[str]) -> None:
+    defect(toy_copy)
+    assert failed(validate(toy_copy)) == expected
+
+
+def test_every_check_has_a_defect_that_it_finds() -> None:
+    assert set().union(*(row[2] for row in DEFECTS)) | {"manifest"} == set(CHECKS)
+
+
+def test_incomplete_dataset_is_one_failed_check(toy_copy: Path) -> None:
+    (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
+    (check,) = validate(toy_copy)
+    assert (check.name, check.ok) == ("manifest", False)
+    assert "the dataset is incomplete; resume it with" in check.detail
+
+
+def test_detail_names_the_file_and_counts_the_rest(toy_copy: Path) -> None:
+    for name in ("000000", "000002"):
+        (toy_copy / KITTI / "velodyne_ids" / f"{name}.bin").unlink()
+    detail = {check.name: check.detail for check in validate(toy_copy)}["kitti files"]
+    assert detail == f"{toy_copy / KITTI}/velodyne_ids/000000.bin: this file is missing (and 1 more)"

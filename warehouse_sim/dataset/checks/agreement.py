@@ -1,0 +1,69 @@
+"""Checks that the KITTI and the BOP files tell the same story."""
+
+import math
+
+import numpy as np
+
+from warehouse_sim.dataset.checks.kitti import read_labels
+from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.image_io import decode_depth
+from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.dataset.writers.kitti_label import KittiLabel
+
+_SAME_PLACE = 1e-5
+# Half a step of each format's depth, and float rounding.
+_SAME_DEPTH = 0.5 / 256 + 0.5 / 1000 + 1e-4
+
+
+def labels(subject: Subject) -> Findings:
+    """Both formats list the same objects in the same order, with the same place, heading and 2D box."""
+    findings, count = Findings(), 0
+    for image in subject.images():
+        frame = _frame(subject, image)
+        rows = read_labels(subject, image.split, frame)
+        where = f"frame {frame:06d}"
+        if not findings.require(
+            len(rows) == len(image.targets), f"{where}: {len(rows)} KITTI labels, {len(image.targets)} BOP poses"
+        ):
+            continue
+        for row, target in zip(rows, image.targets, strict=True):
+            _same(findings, subject, row, image, target, f"{where}, label {target.gt_index + 1}")
+            count += 1
+    findings.examined = f"{count} labels with their poses"
+    return findings
+
+
+def images(subject: Subject) -> Findings:
+    """Colour images are equal byte for byte, depth images within their steps."""
+    findings, count = Findings(), 0
+    for image in subject.images():
+        frame = _frame(subject, image)
+        rgb_path = subject.kitti.file(image.split, "image_2", frame)
+        bop_path = subject.bop.scene(image.split, image.scene_id).rgb(image.image_id)
+        same = rgb_path.samefile(bop_path) or rgb_path.read_bytes() == bop_path.read_bytes()
+        findings.require(same, f"{rgb_path}: differs from {bop_path}")
+        depth_path = subject.kitti.file(image.split, "depth_2", frame)
+        difference = np.abs(decode_depth(depth_path) / np.float32(256.0) - subject.reader.depth(image)).max()
+        findings.require(bool(difference <= _SAME_DEPTH), f"{depth_path}: differs from BOP's by {difference:.4f} m")
+        count += 2
+    findings.examined = f"{count} pairs of images"
+    return findings
+
+
+def _same(
+    findings: Findings, subject: Subject, row: KittiLabel, image: ImageRecord, target: TargetRecord, where: str
+) -> None:
+    T_camera_object = target.T_camera_object
+    moved = float(np.abs(row.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max())
+    findings.require(moved < _SAME_PLACE, f"{where}: KITTI and BOP place it {moved:.6f} m apart")
+    turned = math.remainder(row.rotation_y - math.atan2(-T_camera_object[2, 0], T_camera_object[0, 0]), 2 * math.pi)
+    findings.require(abs(turned) < _SAME_PLACE, f"{where}: KITTI and BOP turn it {turned:.6f} rad apart")
+    class_name = subject.objects[target.obj_id].class_name
+    findings.require(row.type == class_name, f"{where}: is a {row.type} in KITTI and a {class_name} in BOP")
+    last = image.camera.width - 1, image.camera.height - 1
+    box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])
+    findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
+
+
+def _frame(subject: Subject, image: ImageRecord) -> int:
+    return image.scene_id * subject.manifest.observations_per_scene + image.image_id

@@ -1,0 +1,82 @@
+"""Checks of the BOP images and masks, pixel by pixel."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float32
+
+from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.json_file import read_json, read_table
+from warehouse_sim.dataset.reader import ImageRecord
+from warehouse_sim.dataset.writers.bop_labels import run_lengths
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+
+
+def images(subject: Subject) -> Findings:
+    """Colour and depth images can be read and have the camera's size."""
+    findings, count = Findings(), 0
+    for image in subject.images():
+        shape = image.camera.height, image.camera.width
+        for name, pixels in (("rgb", subject.reader.rgb(image)), ("depth", subject.reader.depth(image))):
+            where = f"{subject.bop.scene(image.split, image.scene_id).root / name}: image {image.image_id}"
+            findings.require(pixels.shape[:2] == shape, f"{where}: is {pixels.shape[:2]}, the camera {shape} (h, w)")
+            findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")
+            count += 1
+    findings.examined = f"{count} images"
+    return findings
+
+
+def masks(subject: Subject) -> Findings:
+    """Visible masks lie in their silhouettes, do not overlap, and give the stored counts, boxes and run lengths."""
+    findings, count = Findings(), 0
+    for split, scene in subject.scenes():
+        layout = subject.bop.scene(split, scene)
+        infos, coco = read_table(layout.table("gt_info")), read_json(layout.table("gt_coco"))
+        runs = iter([annotation["segmentation"] for annotation in coco["annotations"]])
+        for image in (image for image in subject.reader.images(split) if image.scene_id == scene):
+            taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
+            depth = subject.reader.depth(image)
+            for index, info in enumerate(infos[image.image_id]):
+                visible = _mask_agrees(findings, subject, image, index, info, depth, next(runs, None))
+                where = f"{layout.mask(image.image_id, index, visible=True)}"
+                findings.require(not (taken & visible).any(), f"{where}: overlaps the visible mask of another object")
+                taken |= visible
+                count += 1
+    findings.examined = f"{count} pairs of masks"
+    return findings
+
+
+def _mask_agrees(
+    findings: Findings,
+    subject: Subject,
+    image: ImageRecord,
+    index: int,
+    info: dict[str, Any],
+    depth: Float32[np.ndarray, "h w"],
+    runs: dict[str, Any] | None,
+) -> Bool[np.ndarray, "h w"]:
+    where = str(subject.bop.scene(image.split, image.scene_id).mask(image.image_id, index, visible=True))
+    whole, visible = subject.reader.mask(image, index), subject.reader.mask_visible(image, index)
+    if not whole.shape == visible.shape == depth.shape:
+        raise DatasetError(f"{where}: the masks {whole.shape}, {visible.shape} have not the image's size {depth.shape}")
+    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole silhouette")
+    counted = int(visible.sum())
+    findings.require(
+        counted == info["px_count_visib"] > 0,
+        f"{where}: has {counted} pixels, px_count_visib is {info['px_count_visib']}",
+    )
+    valid = int((whole & (depth > 0)).sum())
+    findings.require(
+        valid == info["px_count_valid"], f"{where}: {valid} readings, px_count_valid is {info['px_count_valid']}"
+    )
+    findings.require(int(whole.sum()) <= info["px_count_all"], f"{where}: px_count_all is less than its silhouette")
+    share = counted / info["px_count_all"] if info["px_count_all"] else -1.0
+    findings.require(abs(share - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {share:.6f}")
+    box = mask_box_xyxy(visible)
+    stored = image.targets[index].box_visible_xyxy
+    findings.require(
+        box is not None and tuple(map(float, box)) == stored, f"{where}: bbox_visib is {stored}, not {box}"
+    )
+    findings.require(runs == run_lengths(visible), f"{where}: differs from the run lengths in scene_gt_coco.json")
+    return visible

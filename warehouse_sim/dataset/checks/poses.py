@@ -1,0 +1,139 @@
+"""The check that matters most: the CAD model at the stored pose lands on the stored mask and depth."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.dataset.checks.raster import mesh_depth
+from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.geometry.mesh import TriangleMesh
+
+_SAMPLE = 100
+_FEWEST_PIXELS = 50
+_LARGEST_MEAN_SHIFT_PX = 0.1
+_LARGEST_SHIFT_PX = 0.5
+# Of the pixels along the outline; an edge through pixel centres may tip a whole row of them.
+_LARGEST_MISMATCH = 0.25
+_LARGEST_RESIDUAL = 0.005
+# Depth sensors match windows of about this size, inside of which readings are not independent.
+_WINDOW_PIXELS = 25
+_MARGIN_PX = 10
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """How a target's files differ from its model drawn at its pose."""
+
+    shift_px: Float[np.ndarray, " 2"]
+    mismatch: float
+    """Differing pixels over pixels along the outline."""
+    residual: float
+    """Median of stored minus drawn depth (m)."""
+    uncertainty: float
+    """Standard error of ``residual`` (m), infinite with too few readings."""
+
+
+def projection(subject: Subject) -> Findings:
+    """Draw a spread sample of targets anew from the models and compare silhouettes and depth with the files."""
+    meshes = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
+    findings, comparisons = Findings(), []
+    for image, target in _spread_sample(subject):
+        compared = _compare(subject, image, target, meshes[target.obj_id])
+        if compared is None:
+            continue
+        comparisons.append(compared)
+        where = f"scene {image.scene_id}, image {image.image_id}, target {target.gt_index}"
+        shift = float(np.linalg.norm(compared.shift_px))
+        findings.require(
+            shift <= _LARGEST_SHIFT_PX and compared.mismatch <= _LARGEST_MISMATCH,
+            f"{where}: the model is drawn {shift:.2f} px or more beside its mask; its pose, mesh or camera is wrong",
+        )
+        limit = 0.01 + 6.0 * compared.uncertainty
+        findings.require(
+            abs(compared.residual) <= limit,
+            f"{where}: stored depth is {compared.residual:.3f} m from the model's, noise explains {limit:.3f} m",
+        )
+    _judge_all(findings, comparisons)
+    return findings
+
+
+def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
+    if not comparisons:
+        findings.examined = "no target is large enough to compare"
+        return
+    shift = float(np.linalg.norm(np.mean([item.shift_px for item in comparisons], axis=0)))
+    weights = np.array([1.0 / max(item.uncertainty, 1e-4) ** 2 for item in comparisons])
+    residuals = np.array([item.residual for item in comparisons])
+    residual = float((weights * residuals).sum() / max(weights.sum(), 1e-9))
+    findings.require(shift <= _LARGEST_MEAN_SHIFT_PX, f"models are drawn {shift:.3f} px beside their masks on average")
+    findings.require(
+        abs(residual) <= _LARGEST_RESIDUAL, f"stored depth is {residual:.4f} m from the models' on average"
+    )
+    findings.examined = (
+        f"{len(comparisons)} targets: mean shift {shift:.3f} px to the mask, {residual * 1000:.2f} mm to the depth"
+    )
+
+
+def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
+    pairs = [
+        (image, target)
+        for image in subject.images()
+        for target in image.targets
+        if target.pixels_visible >= _FEWEST_PIXELS and target.obj_id in subject.objects
+    ]
+    step = max(len(pairs) / _SAMPLE, 1.0)
+    return [pairs[int(i * step)] for i in range(min(_SAMPLE, len(pairs)))]
+
+
+def _compare(subject: Subject, image: ImageRecord, target: TargetRecord, mesh: TriangleMesh) -> _Comparison | None:
+    """Return the differences, or None if the target is too near to be drawn."""
+    drawn = mesh_depth(mesh, target.T_camera_object, image.camera)
+    if drawn is None:
+        return None
+    silhouette, mask = np.isfinite(drawn), subject.reader.mask(image, target.gt_index)
+    shift_px, mismatch = silhouette_shift(mask, silhouette)
+    depth = subject.reader.depth(image)
+    seen = silhouette & subject.reader.mask_visible(image, target.gt_index) & (depth > 0)
+    residuals = depth[seen] - drawn[seen]
+    if len(residuals) < _FEWEST_PIXELS:
+        return _Comparison(shift_px, mismatch, 0.0, np.inf)
+    median = float(np.median(residuals))
+    # 1.4826 times the median deviation is sigma for Gaussian noise, and a median is 1.25 times less sure than a mean.
+    sigma = 1.4826 * float(np.median(np.abs(residuals - median)))
+    return _Comparison(shift_px, mismatch, median, 1.25 * sigma / np.sqrt(max(len(residuals) / _WINDOW_PIXELS, 1.0)))
+
+
+def silhouette_shift(
+    mask: Bool[np.ndarray, "h w"], silhouette: Bool[np.ndarray, "h w"]
+) -> tuple[Float[np.ndarray, " 2"], float]:
+    """Return by how much ``mask`` is shifted against ``silhouette``, and which share of the outline differs.
+
+    The shift (u, v in pixels, true up to about two) is the least-squares solution of Lucas and Kanade (1981) on blurred
+    silhouettes: sharp ones are staircases, whose steps have no slope along the edge. Where the image border cuts the
+    silhouette there is no slope, so nothing is concluded from it.
+    """
+    box = mask_box_xyxy(mask | silhouette)
+    if box is None:
+        return np.zeros(2), 0.0
+    left, top, right, bottom = box
+    window = np.s_[max(top - _MARGIN_PX, 0) : bottom + _MARGIN_PX, max(left - _MARGIN_PX, 0) : right + _MARGIN_PX]
+    mask, silhouette = mask[window], silhouette[window]
+    mismatch = float(np.count_nonzero(mask != silhouette)) / max(_outline_length(silhouette), 1)
+    there, here = _blurred(mask), _blurred(silhouette)
+    gradient_v, gradient_u = np.gradient(here)
+    slopes = np.stack([gradient_u, gradient_v], axis=-1)[1:-1, 1:-1].reshape(-1, 2)
+    difference = (here - there)[1:-1, 1:-1].ravel()
+    return np.linalg.lstsq(slopes.T @ slopes, slopes.T @ difference, rcond=None)[0], mismatch
+
+
+def _blurred(mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w"]:
+    return cv2.GaussianBlur(mask.astype(np.float64), (0, 0), 1.5, borderType=cv2.BORDER_REPLICATE)
+
+
+def _outline_length(mask: Bool[np.ndarray, "h w"]) -> int:
+    """Return the number of set pixels that have an unset neighbour in the image."""
+    return int(np.count_nonzero(mask & ~cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)))

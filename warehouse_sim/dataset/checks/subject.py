@@ -1,0 +1,96 @@
+"""The dataset under test and what a check has found."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from warehouse_sim.dataset.layout import BopLayout, DatasetLayout, KittiLayout
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.dataset.split import SPLITS, Split
+
+
+@dataclass(frozen=True)
+class Check:
+    """The outcome of one check."""
+
+    name: str
+    ok: bool
+    detail: str
+    """What was examined, or the first thing that is wrong."""
+
+
+@dataclass
+class Findings:
+    """Collects what is wrong while a check runs."""
+
+    examined: str = ""
+    """What was looked at, with its number."""
+    problems: list[str] = field(default_factory=list)
+
+    def require(self, holds: bool, problem: str) -> bool:
+        """Note ``problem`` unless ``holds``; return ``holds``."""
+        if not holds:
+            self.problems.append(problem)
+        return holds
+
+
+class Subject:
+    """A dataset with a readable manifest, and what the checks share of it.
+
+    Args:
+        root: Folder of the dataset.
+        manifest: Its manifest.
+    """
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self.root, self.manifest = root, manifest
+        self.layout = DatasetLayout(root)
+        self.bop = BopLayout(self.layout.format_folder("bop"))
+        self.kitti = KittiLayout(self.layout.format_folder("kitti"))
+        self._records: dict[int, SceneRecord] = {}
+
+    @cached_property
+    def reader(self) -> DatasetReader:
+        """The dataset as training and scoring see it."""
+        return DatasetReader(self.root)
+
+    @cached_property
+    def objects(self) -> dict[int, ObjectInfo]:
+        """The objects of objects.json by obj_id."""
+        return read_objects(self.root)
+
+    def record(self, scene_index: int) -> SceneRecord:
+        """Return a scene's record, read once."""
+        if scene_index not in self._records:
+            self._records[scene_index] = read_scene_record(self.root, scene_index)
+        return self._records[scene_index]
+
+    def scenes(self) -> Iterator[tuple[Split, int]]:
+        """Yield every scene with its split."""
+        for split in SPLITS:
+            for index in self.manifest.splits[split]:
+                yield split, index
+
+    def frames(self) -> Iterator[tuple[Split, int, int, int]]:
+        """Yield split, scene, observation and KITTI frame number of every observation."""
+        count = self.manifest.observations_per_scene
+        for split, scene in self.scenes():
+            for observation in range(count):
+                yield split, scene, observation, scene * count + observation
+
+    def images(self) -> Iterator[ImageRecord]:
+        """Yield every image of the BOP files."""
+        for split in SPLITS:
+            yield from self.reader.images(split)
+
+
+def compare_names(findings: Findings, folder: Path, expected: set[str], kind: str = "file") -> None:
+    """Note which ``expected`` names are missing in ``folder`` and which are there beyond them."""
+    found = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    for words, names in (("is missing", expected - found), ("does not belong to the dataset", found - expected)):
+        for name in sorted(names):
+            findings.require(False, f"{folder / name}: this {kind} {words}")

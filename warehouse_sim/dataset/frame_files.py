@@ -1,0 +1,78 @@
+"""What the formats have in common of one observation: who is labelled, and the files that they share."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool
+
+from warehouse_sim.dataset.atomic import share_file, write_bytes
+from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.schema import ObjectAnnotation, Observation
+
+
+@dataclass
+class SharedFile:
+    """Content that several formats store: encoded once, written once, then given more names."""
+
+    data: bytes
+    _first: Path | None = field(default=None, init=False)
+
+    def save(self, path: Path) -> None:
+        """Put the content at ``path``."""
+        if self._first is None:
+            write_bytes(path, self.data)
+            self._first = path
+        else:
+            share_file(self._first, path, self.data)
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledTarget:
+    """A target that is written, with its masks in the image."""
+
+    annotation: ObjectAnnotation
+    mask: Bool[np.ndarray, "h w"]
+    """The part of the whole silhouette that lies in the image."""
+    mask_visible: Bool[np.ndarray, "h w"]
+
+
+@dataclass(frozen=True, eq=False)
+class ObservationFiles:
+    """One observation on its way to disk, handed to every writer in turn."""
+
+    observation: Observation
+
+    @cached_property
+    def rgb(self) -> SharedFile:
+        """The colour image as PNG."""
+        return SharedFile(encode_rgb(self.observation.rgbd.rgb))
+
+    @cached_property
+    def targets(self) -> tuple[LabelledTarget, ...]:
+        """The labelled targets: every target of which at least one pixel is visible, in order of instance id.
+
+        All formats follow this one rule and this one order, so that the row of a KITTI label, the BOP gt index and the
+        mask number of an object agree.
+        """
+        ids = self.observation.buffers.instance_ids
+        return tuple(
+            LabelledTarget(annotation, image_silhouette(annotation, ids.shape), ids == annotation.instance_id)
+            for annotation in self.observation.annotations
+            if annotation.pixels_visible > 0
+        )
+
+
+def image_silhouette(annotation: ObjectAnnotation, shape: tuple[int, ...]) -> Bool[np.ndarray, "h w"]:
+    """Return the part of an object's whole silhouette that lies in an image of ``shape`` (height, width)."""
+    mask = np.zeros(shape, dtype=bool)
+    left, top = annotation.silhouette_offset
+    height, width = annotation.silhouette.shape
+    rows = slice(max(top, 0), min(top + height, shape[0]))
+    columns = slice(max(left, 0), min(left + width, shape[1]))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        mask[rows, columns] = annotation.silhouette[
+            rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+        ]
+    return mask

@@ -1,0 +1,104 @@
+"""PNG files: RGB in memory is always RGB, depth is 16-bit, masks are 0 and 255.
+
+No compression level is ever set: an explicit one turns the encoder's fast run-length strategy off and doubles the time.
+Masks go without PNG's row filter, which only breaks their long runs up (half the time to write and to read).
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, UInt8, UInt16
+
+from warehouse_sim.errors import DatasetError
+
+_LARGEST = 65535
+
+
+def encode_rgb(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
+    """Return the PNG of an RGB image."""
+    return _encode(cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+
+
+def encode_mask(mask: Bool[np.ndarray, "h w"]) -> bytes:
+    """Return the 8-bit PNG of a mask, 255 where it is set."""
+    return _encode(mask.astype(np.uint8) * np.uint8(255), [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE])
+
+
+def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, where: str) -> bytes:
+    """Return the 16-bit PNG of a depth image, 0 = no reading.
+
+    Args:
+        depth: Metres along the optical axis.
+        steps_per_metre: 1000 for millimetres (BOP), 256 for KITTI.
+        where: Dataset format and observation, for the message.
+
+    Raises:
+        DatasetError: A depth is negative, not finite, or beyond the format's range; nothing is wrapped or clipped.
+    """
+    nearest, farthest = float(depth.min()), float(depth.max())
+    limit = (_LARGEST + 0.499) / steps_per_metre
+    if not (nearest >= 0.0 and farthest <= limit):
+        raise DatasetError(
+            f"{where}: depth {nearest if nearest < 0 else farthest:.3f} m does not fit into 16 bits "
+            f"(0 to {_LARGEST / steps_per_metre:.3f} m); lower the depth sensor's largest range"
+        )
+    return _encode(np.rint(depth * np.float32(steps_per_metre)).astype(np.uint16))
+
+
+def decode_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    """Read an 8-bit colour PNG as RGB."""
+    image = _decode(path)
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
+        raise DatasetError(f"{path}: expected an 8-bit colour image, found {image.dtype} of shape {image.shape}")
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
+    """Read an 8-bit mask PNG; other values than 0 and 255 are an error."""
+    image = _decode(path)
+    if image.dtype != np.uint8 or image.ndim != 2:
+        raise DatasetError(f"{path}: expected an 8-bit mask, found {image.dtype} of shape {image.shape}")
+    mask = image == 255
+    if not np.array_equal(mask, image > 0):
+        raise DatasetError(f"{path}: a mask holds 0 and 255 only")
+    return mask
+
+
+def decode_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
+    """Read a 16-bit depth PNG in the file's own steps, 0 = no reading."""
+    image = _decode(path)
+    if image.dtype != np.uint16 or image.ndim != 2:
+        raise DatasetError(f"{path}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
+    return image
+
+
+def png_size_wh(path: Path) -> tuple[int, int]:
+    """Return width and height of a PNG from its header, without decoding it."""
+    try:
+        with open(path, "rb") as file:
+            header = file.read(24)
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+    if len(header) < 24 or header[:8] != b"\x89PNG\r\n\x1a\n" or header[12:16] != b"IHDR":
+        raise DatasetError(f"{path}: is not a PNG image")
+    return int.from_bytes(header[16:20], "big"), int.from_bytes(header[20:24], "big")
+
+
+def _encode(image: np.ndarray, parameters: Sequence[int] = ()) -> bytes:
+    done, data = cv2.imencode(".png", image, parameters)
+    if not done:
+        raise DatasetError(f"an image of shape {image.shape} and type {image.dtype} cannot be encoded as PNG")
+    return data.tobytes()
+
+
+def _decode(path: Path) -> np.ndarray:
+    try:
+        data = np.fromfile(path, dtype=np.uint8)
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    if image is None:
+        raise DatasetError(f"{path}: is not a readable image; generate the dataset again")
+    return image

@@ -1,0 +1,114 @@
+"""manifest.json: what a dataset is and how to make it again; written last, so that it also says "complete"."""
+
+import platform
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.errors import ConfigError, DatasetError
+
+FORMAT_VERSION = 1
+# What can change a byte of a dataset.
+_PACKAGES = ("warehouse-sim", "numpy", "scipy", "opencv-python-headless", "mujoco", "trimesh", "moderngl", "embreex")
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """Everything that decides a dataset's bytes, and nothing that depends on time, place or number of workers."""
+
+    seed: int
+    """Seed of the dataset, >= 0."""
+    scenes: int
+    """Number of scenes."""
+    observations_per_scene: int
+    """Number of observations of every scene."""
+    splits: dict[str, tuple[int, ...]]
+    """Scene indices of "train", "val" and "test"."""
+    formats: tuple[str, ...]
+    """Dataset formats, e.g. ("kitti", "bop")."""
+    targets: tuple[str, ...]
+    """Class names whose objects have full labels."""
+    recipe: dict[str, Any] = field(default_factory=dict)
+    """The resolved recipe as plain data."""
+    packages: dict[str, str] = field(default_factory=dict)
+    """Versions of Python and of the packages that make the data."""
+    renderers: tuple[str, ...] = ()
+    """Descriptions of the renderers that drew the scenes; filled in at the end, more than one after a resume on
+    another machine."""
+    format_version: int = FORMAT_VERSION
+    """Version of the folder's layout."""
+
+    def __post_init__(self) -> None:
+        if self.format_version != FORMAT_VERSION:
+            raise ValueError(f"format_version {self.format_version} is not readable by this version of warehouse-sim")
+        if self.seed < 0 or self.scenes < 1 or self.observations_per_scene < 1:
+            raise ValueError(
+                "seed must be >= 0 and scenes and observations_per_scene >= 1, "
+                f"found {self.seed}, {self.scenes} and {self.observations_per_scene}"
+            )
+        listed = sorted(index for indices in self.splits.values() for index in indices)
+        if sorted(self.splits) != sorted(SPLITS) or listed != list(range(self.scenes)):
+            raise ValueError("splits must hold every scene exactly once, under train, val or test")
+
+    def split_of(self, scene_index: int) -> Split:
+        """Return the split that a scene belongs to.
+
+        Raises:
+            DatasetError: The dataset has no such scene.
+        """
+        for name in SPLITS:
+            if scene_index in self.splits[name]:
+                return name
+        raise DatasetError(f"scene {scene_index} is not in the dataset; it has scenes 0 to {self.scenes - 1}")
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions of Python and of every installed package that can change a dataset's bytes."""
+    versions = {"python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return versions
+
+
+def write_manifest(path: Path, manifest: Manifest) -> None:
+    """Write a manifest atomically."""
+    write_json(path, to_mapping(manifest), depth=2)
+
+
+def read_manifest(root: Path) -> Manifest:
+    """Read the manifest of a complete dataset.
+
+    Raises:
+        DatasetError: The folder is no dataset, is incomplete, or its manifest cannot be used.
+    """
+    layout = DatasetLayout(root)
+    if not root.is_dir():
+        raise DatasetError(f"{root}: is not a folder; make a dataset with warehouse-sim generate")
+    if not layout.manifest.is_file():
+        if layout.unfinished.is_file():
+            raise DatasetError(
+                f"{root}: no manifest.json: the dataset is incomplete; "
+                f"resume it with warehouse-sim generate RECIPE --out {root} --resume"
+            )
+        raise DatasetError(f"{root}: no manifest.json: this is no dataset; make one with warehouse-sim generate")
+    return load_manifest(layout.manifest)
+
+
+def load_manifest(path: Path) -> Manifest:
+    """Read one manifest file strictly.
+
+    Raises:
+        DatasetError: The file is missing, or holds a key or value that does not belong there.
+    """
+    try:
+        return from_mapping(Manifest, read_json(path), str(path))
+    except ConfigError as problem:
+        raise DatasetError(str(problem)) from problem

@@ -1,0 +1,129 @@
+"""scenes/000000.json: everything that stands in a scene, so that nothing visible is nameless.
+
+The record is the last file of its scene: where it exists, the scene is complete.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.plain import plain, read_transform, take
+from warehouse_sim.dataset.split import Split
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import SceneSpec
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedObject:
+    """One object of a scene."""
+
+    instance_id: int
+    class_name: str
+    model: str
+    obj_id: int
+    group: int
+    T_world_object: Transform
+
+
+@dataclass(frozen=True, eq=False)
+class SceneRecord:
+    """What is stored of a scene beside its sensor data."""
+
+    scene_index: int
+    seed: int
+    split: str
+    renderer: str
+    """Description of the renderer that drew it."""
+    objects: tuple[RecordedObject, ...]
+    """In order of instance id."""
+    T_world_camera: tuple[Transform, ...]
+    """Camera of each observation."""
+    settle: dict[str, Any] = field(default_factory=dict)
+    """How the scene came to rest."""
+
+    def object(self, instance_id: int) -> RecordedObject | None:
+        """Return the object with an instance id, or None."""
+        return next((item for item in self.objects if item.instance_id == instance_id), None)
+
+
+def write_scene_record(
+    path: Path,
+    scene: SceneSpec,
+    split: Split,
+    T_world_camera: list[Transform],
+    settle: Mapping[str, Any],
+    renderer: str,
+) -> None:
+    """Write the record of a settled scene.
+
+    Args:
+        path: The record's file.
+        scene: The scene as it was drawn.
+        split: The split it belongs to.
+        T_world_camera: Camera of each observation that was written, in order.
+        settle: Plain data on how the scene came to rest.
+        renderer: Description of the renderer.
+    """
+    objects = [
+        {
+            "instance_id": item.instance_id,
+            "class_name": scene.model_of(item).class_name,
+            "model": item.model,
+            "obj_id": scene.model_of(item).obj_id,
+            "group": item.group,
+            "T_world_object": item.T_world_object,
+        }
+        for item in sorted(scene.instances, key=lambda item: item.instance_id)
+    ]
+    data = {
+        "scene_index": scene.scene_index,
+        "seed": scene.seed,
+        "split": split,
+        "renderer": renderer,
+        "targets": scene.targets,
+        "ambient": scene.ambient,
+        "exposure": scene.exposure,
+        "lights": [vars(light) for light in scene.lights],
+        "settle": dict(settle),
+        "observations": [{"T_world_camera": T} for T in T_world_camera],
+        "objects": objects,
+    }
+    write_json(path, plain(data), depth=2)
+
+
+def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
+    """Read the record of a scene strictly.
+
+    Raises:
+        DatasetError: The record is missing, incomplete or malformed.
+    """
+    path = DatasetLayout(root).scene_record(scene_index)
+    data, where = read_json(path), str(path)
+    observations = take(data, "observations", list, where)
+    objects = take(data, "objects", list, where)
+    return SceneRecord(
+        scene_index=take(data, "scene_index", int, where),
+        seed=take(data, "seed", int, where),
+        split=take(data, "split", str, where),
+        renderer=take(data, "renderer", str, where),
+        objects=tuple(_read_object(item, f"{where}: objects[{i}]") for i, item in enumerate(objects)),
+        T_world_camera=tuple(
+            read_transform(take(item, "T_world_camera", list, where), f"{where}: observations[{i}]")
+            for i, item in enumerate(observations)
+        ),
+        settle=take(data, "settle", dict, where),
+    )
+
+
+def _read_object(data: Any, where: str) -> RecordedObject:
+    return RecordedObject(
+        instance_id=take(data, "instance_id", int, where),
+        class_name=take(data, "class_name", str, where),
+        model=take(data, "model", str, where),
+        obj_id=take(data, "obj_id", int, where),
+        group=take(data, "group", int, where),
+        T_world_object=read_transform(take(data, "T_world_object", list, where), where),
+    )

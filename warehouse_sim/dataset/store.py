@@ -1,0 +1,143 @@
+"""A dataset folder while it is made: begun once, written scene by scene in any order, finished once."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.atomic import remove_temporaries
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
+from warehouse_sim.dataset.objects import write_objects
+from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
+from warehouse_sim.dataset.writers import WRITERS, DatasetWriter
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
+
+
+class DatasetStore:
+    """The folder and its writers; cheap to build, so that every worker process has its own.
+
+    Args:
+        root: Folder of the dataset.
+        manifest: What the dataset will be.
+
+    Raises:
+        UnknownNameError: A format is not registered.
+    """
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self.root, self.manifest = root, manifest
+        self._layout = DatasetLayout(root)
+        self._writers: list[DatasetWriter] = [WRITERS.get(name)(root, manifest) for name in manifest.formats]
+
+    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera, resume: bool = False) -> None:
+        """Open the folder and store what all scenes share; once, before any scene.
+
+        Args:
+            models: Every geometry that a label can name, unworn.
+            camera: The rig's camera.
+            resume: Keep the finished scenes of an interrupted run of the same dataset.
+
+        Raises:
+            DatasetError: The folder holds something else, or a dataset that differs from this one.
+        """
+        self._claim(resume)
+        self._layout.scenes.mkdir(parents=True, exist_ok=True)
+        write_manifest(self._layout.unfinished, self.manifest)
+        write_objects(self.root, models)
+        for writer in self._writers:
+            writer.begin(models, camera)
+
+    def pending(self) -> list[int]:
+        """Return the scenes that are not complete, in order."""
+        return [index for index in range(self.manifest.scenes) if not self._layout.scene_record(index).is_file()]
+
+    def write_scene(
+        self, scene: SceneSpec, observations: Iterable[Observation], settle: Mapping[str, Any], renderer: str
+    ) -> None:
+        """Store one scene in every format; its record comes last and makes it count as complete.
+
+        Args:
+            scene: The settled scene.
+            observations: Its observations in order of index; they may be made while this runs.
+            settle: Plain data on how the scene came to rest.
+            renderer: Description of the renderer that draws the observations.
+
+        Raises:
+            DatasetError: A format cannot hold an observation, or their number is not the manifest's.
+        """
+        index = scene.scene_index
+        split = self.manifest.split_of(index)
+        scene_writers = [writer.scene(index) for writer in self._writers]
+        cameras: list[Transform] = []
+        for observation in observations:
+            self._require_next(observation, index, len(cameras))
+            files = ObservationFiles(observation)
+            for scene_writer in scene_writers:
+                scene_writer.write(files)
+            cameras.append(observation.T_world_camera)
+        if len(cameras) != self.manifest.observations_per_scene:
+            raise DatasetError(
+                f"scene {index}: {len(cameras)} observations, the dataset has {self.manifest.observations_per_scene} "
+                "in every scene; check the recipe's viewpoints"
+            )
+        for scene_writer in scene_writers:
+            scene_writer.finish()
+        write_scene_record(self._layout.scene_record(index), scene, split, cameras, settle, renderer)
+
+    def finish(self) -> Manifest:
+        """Store what needs all scenes and, last of all, the manifest.
+
+        Raises:
+            DatasetError: A scene is missing.
+        """
+        pending = self.pending()
+        if pending:
+            raise DatasetError(f"{self.root}: scenes {pending} are missing; go on with --resume")
+        for writer in self._writers:
+            writer.finish()
+        renderers = {read_scene_record(self.root, index).renderer for index in range(self.manifest.scenes)}
+        manifest = replace(self.manifest, renderers=tuple(sorted(renderers)))
+        write_manifest(self._layout.manifest, manifest)
+        self._layout.unfinished.unlink()
+        return manifest
+
+    def _require_next(self, observation: Observation, scene_index: int, expected: int) -> None:
+        found = observation.scene_index, observation.observation_index
+        if found != (scene_index, expected) or expected >= self.manifest.observations_per_scene:
+            raise DatasetError(
+                f"scene {scene_index}: observation {found[1]} of scene {found[0]} came as number {expected} of "
+                f"{self.manifest.observations_per_scene}; check the recipe's viewpoints"
+            )
+
+    def _claim(self, resume: bool) -> None:
+        if not self.root.exists() or not any(self.root.iterdir()):
+            self.root.mkdir(parents=True, exist_ok=True)
+            return
+        if not resume:
+            raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
+        if self._layout.manifest.is_file():
+            stored = load_manifest(self._layout.manifest)
+            self._require_same(replace(stored, renderers=()), self._layout.manifest)
+            # Opened again, it is not complete until it is finished again.
+            self._layout.manifest.rename(self._layout.unfinished)
+        elif self._layout.unfinished.is_file():
+            self._require_same(load_manifest(self._layout.unfinished), self._layout.unfinished)
+        else:
+            raise DatasetError(f"{self.root}: holds no dataset to resume; choose an empty folder")
+        remove_temporaries(self.root)
+
+    def _require_same(self, stored: Manifest, path: Path) -> None:
+        before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))
+        different = [key for key in now if before[key] != now[key]]
+        if different:
+            key = different[0]
+            raise DatasetError(
+                f"{path}: the dataset was begun with another {key}; resume it with the same settings and "
+                "package versions, or choose another folder"
+            )

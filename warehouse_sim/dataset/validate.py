@@ -1,0 +1,68 @@
+"""Say of a dataset folder, check by check, whether it can be trusted."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from warehouse_sim.dataset.checks import agreement, bop_images, bop_tables, kitti, poses, structure
+from warehouse_sim.dataset.checks.subject import Check, Findings, Subject
+from warehouse_sim.dataset.manifest import read_manifest
+from warehouse_sim.errors import WarehouseSimError
+
+__all__ = ["Check", "validate"]
+
+_CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] = (
+    ("objects", frozenset(), structure.objects),
+    ("scene records", frozenset(), structure.scenes),
+    ("bop files", frozenset({"bop"}), bop_tables.files),
+    ("bop tables", frozenset({"bop"}), bop_tables.tables),
+    ("bop coco", frozenset({"bop"}), bop_tables.coco),
+    ("bop targets", frozenset({"bop"}), bop_tables.targets),
+    ("bop images", frozenset({"bop"}), bop_images.images),
+    ("bop masks", frozenset({"bop"}), bop_images.masks),
+    ("bop poses on images", frozenset({"bop"}), poses.projection),
+    ("kitti files", frozenset({"kitti"}), kitti.files),
+    ("kitti labels", frozenset({"kitti"}), kitti.labels),
+    ("kitti calib", frozenset({"kitti"}), kitti.calib),
+    ("kitti images", frozenset({"kitti"}), kitti.images),
+    ("kitti points in boxes", frozenset({"kitti"}), kitti.points),
+    ("kitti and bop labels", frozenset({"kitti", "bop"}), agreement.labels),
+    ("kitti and bop images", frozenset({"kitti", "bop"}), agreement.images),
+)
+"""Name, formats that a dataset must have for it, and the function."""
+
+
+def validate(root: Path) -> list[Check]:
+    """Check a dataset folder from its manifest down to single pixels.
+
+    Args:
+        root: Folder of the dataset.
+
+    Returns:
+        One entry a check; only the first one where the manifest cannot be read.
+    """
+    try:
+        manifest = read_manifest(root)
+    except WarehouseSimError as problem:
+        return [Check("manifest", False, str(problem))]
+    splits = ", ".join(f"{name} {len(scenes)}" for name, scenes in manifest.splits.items())
+    checks = [Check("manifest", True, f"{manifest.scenes} scenes ({splits}), disjoint by scene")]
+    subject = Subject(root, manifest)
+    for name, formats, function in _CHECKS:
+        if formats <= set(manifest.formats):
+            checks.append(_run(name, function, subject))
+    return checks
+
+
+def _run(name: str, function: Callable[[Subject], Findings], subject: Subject) -> Check:
+    """Run one check; what it cannot read is a failure of this check, and the others still run."""
+    try:
+        findings = function(subject)
+    except WarehouseSimError as problem:
+        return Check(name, False, str(problem))
+    except (KeyError, ValueError, TypeError, IndexError, OSError) as problem:
+        # A file of the right kind with the wrong content: a defect of the data like any other.
+        return Check(name, False, f"cannot be examined ({type(problem).__name__}: {problem})")
+    if not findings.problems:
+        return Check(name, True, findings.examined)
+    more = f" (and {len(findings.problems) - 1} more)" if len(findings.problems) > 1 else ""
+    return Check(name, False, findings.problems[0] + more)

@@ -1,0 +1,110 @@
+"""Rows of the BOP tables of one image: camera, poses, visibility, and the same as COCO."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float32
+
+from warehouse_sim.dataset.frame_files import LabelledTarget
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import invert
+from warehouse_sim.schema import ObjectAnnotation, Observation
+
+DEPTH_SCALE = 1.0
+"""Millimetres a step of the depth images: 65.5 m of range, where BOP's usual 0.1 ends at 6.55 m."""
+VISIBLE_ENOUGH = 0.1
+"""Visible fraction from which BOP asks for a target."""
+
+
+def camera_row(observation: Observation) -> dict[str, Any]:
+    """Return an entry of scene_camera.json; translations in millimetres."""
+    T_camera_world = invert(observation.T_world_camera)
+    return {
+        "cam_K": observation.camera.K.ravel().tolist(),
+        "depth_scale": DEPTH_SCALE,
+        "cam_R_w2c": T_camera_world[:3, :3].ravel().tolist(),
+        "cam_t_w2c": (T_camera_world[:3, 3] * 1000.0).tolist(),
+    }
+
+
+def pose_row(annotation: ObjectAnnotation) -> dict[str, Any]:
+    """Return an entry of scene_gt.json; the translation in millimetres."""
+    return {
+        "obj_id": annotation.obj_id,
+        "cam_R_m2c": annotation.T_camera_object[:3, :3].ravel().tolist(),
+        "cam_t_m2c": (annotation.T_camera_object[:3, 3] * 1000.0).tolist(),
+    }
+
+
+def visibility_row(target: LabelledTarget, depth: Float32[np.ndarray, "h w"]) -> dict[str, Any]:
+    """Return an entry of scene_gt_info.json.
+
+    Counts are those of bop_toolkit's calc_gt_info: px_count_all over a canvas of three images each way, px_count_valid
+    over the silhouette in the image, occluded or not, where the depth image has a reading. ``instance_id`` is our own
+    addition; it leads to the scene record.
+    """
+    annotation = target.annotation
+    return {
+        "bbox_obj": _box_xywh(annotation.box_amodal_xyxy, extra=0),
+        "bbox_visib": _box_xywh(_visible_box(target), extra=0),
+        "px_count_all": annotation.pixels_all,
+        "px_count_valid": int(np.count_nonzero(target.mask & (depth > 0))),
+        "px_count_visib": annotation.pixels_visible,
+        "visib_fract": annotation.visible_fraction,
+        "instance_id": annotation.instance_id,
+    }
+
+
+def coco_image(image_id: int, camera: PinholeCamera) -> dict[str, Any]:
+    """Return an image of scene_gt_coco.json."""
+    return {"id": image_id, "file_name": f"rgb/{image_id:06d}.png", "width": camera.width, "height": camera.height}
+
+
+def coco_annotation(number: int, image_id: int, target: LabelledTarget) -> dict[str, Any]:
+    """Return an annotation of scene_gt_coco.json: amodal box (COCO's width, one more than BOP's), visible mask.
+
+    Args:
+        number: Annotation id, >= 1: COCO's evaluation reads 0 as "unmatched".
+        image_id: Image it belongs to.
+        target: The target and its masks.
+    """
+    annotation = target.annotation
+    return {
+        "id": number,
+        "image_id": image_id,
+        "category_id": annotation.obj_id,
+        "iscrowd": 0,
+        "ignore": annotation.visible_fraction < VISIBLE_ENOUGH,
+        "area": annotation.pixels_visible,
+        "bbox": _box_xywh(annotation.box_amodal_xyxy, extra=1),
+        "segmentation": run_lengths(target.mask_visible),
+        "width": target.mask_visible.shape[1],
+        "height": target.mask_visible.shape[0],
+    }
+
+
+def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
+    """Return COCO's uncompressed run lengths: column by column, the first run counts zeros."""
+    box = mask_box_xyxy(mask)
+    height, width = mask.shape
+    if box is None:
+        return {"size": [height, width], "counts": [height * width]}
+    left, _, right, _ = box
+    # Only the columns in use are read; the empty ones on both sides lengthen the first and the last run.
+    columns = mask[:, left : right + 1].T.ravel()
+    changes = np.flatnonzero(np.diff(columns, prepend=False)) + left * height
+    counts = np.diff(changes, prepend=0, append=height * width)
+    return {"size": [height, width], "counts": counts[: len(counts) - (counts[-1] == 0)].tolist()}
+
+
+def _visible_box(target: LabelledTarget) -> tuple[int, int, int, int]:
+    # Every labelled target has visible pixels, so the box is there.
+    box = target.annotation.box_visible_xyxy
+    assert box is not None
+    return box
+
+
+def _box_xywh(box_xyxy: tuple[float, float, float, float], extra: int) -> list[float]:
+    left, top, right, bottom = (int(value) if float(value).is_integer() else float(value) for value in box_xyxy)
+    return [left, top, right - left + extra, bottom - top + extra]

@@ -1,0 +1,124 @@
+"""The KITTI object detection format, strict enough for OpenPCDet, mmdet3d, Open3D-ML, torchvision and the devkit."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from warehouse_sim.dataset.atomic import write_bytes
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.image_io import encode_depth
+from warehouse_sim.dataset.layout import KITTI_KINDS, DatasetLayout, KittiLayout
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.writers.kitti_calib import calib_text, plane_text, require_level
+from warehouse_sim.dataset.writers.kitti_label import DONT_CARE, kitti_label
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.schema import LidarScan, ObjectModel
+
+_STEPS_PER_METRE = 256.0
+_LARGEST_FRAME = 999_999
+
+_README = """# Dataset in the KITTI object detection format
+
+- Frame = scene * {per_scene} + observation. Train and validation frames are in training/, test frames in testing/, both
+  with labels.
+- Labels name every target with at least one visible pixel. Length is the object's x axis, width its y axis.
+- truncated: share of the silhouette's pixels outside the image. occluded: 0 if at least 90 % of the silhouette inside
+  the image is visible, 1 if at least 50 %, else 2. bbox: whole silhouette, occluded parts included, cut at the image.
+- A frame without labels holds one DontCare row, because some readers stop at an empty file.
+- depth_2: 16 bit, metres * 256, 0 = no reading. planes: the floor in the camera frame.
+- velodyne: float32 x, y, z, reflectance. velodyne_ids (our own): int32, the instance id of each point, 0 = none; the
+  ids are those of ../scenes/.
+- P0 to P3 are the same camera; Tr_imu_to_velo is the identity.
+- Class names are ours: set CLASS_NAMES (and POINT_CLOUD_RANGE, for a warehouse) in your reader's configuration.
+"""
+
+
+class KittiWriter:
+    """Write frames as ``kitti/{training,testing}/KIND/%06d.*``."""
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self._layout, self._manifest = KittiLayout(DatasetLayout(root).format_folder("kitti")), manifest
+
+    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+        """Make the folders and write the lists of frames.
+
+        Raises:
+            DatasetError: The dataset has more frames than six digits can number.
+        """
+        per_scene = self._manifest.observations_per_scene
+        if self._manifest.scenes * per_scene > _LARGEST_FRAME + 1:
+            raise DatasetError(
+                f"KITTI: {self._manifest.scenes} scenes of {per_scene} observations need more than six digits; "
+                "make several datasets, or leave kitti out of --formats"
+            )
+        for split in SPLITS:
+            for kind in KITTI_KINDS:
+                (self._layout.folder(split) / kind).mkdir(parents=True, exist_ok=True)
+        sets: dict[str, tuple[Split, ...]] = {name: (name,) for name in SPLITS}
+        sets["trainval"] = ("train", "val")
+        self._layout.image_set("train").parent.mkdir(exist_ok=True)
+        for name, parts in sets.items():
+            frames = [frame for part in parts for scene in self._manifest.splits[part] for frame in self._frames(scene)]
+            text = "".join(f"{frame:06d}\n" for frame in frames)
+            write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
+        readme = _README.format(per_scene=per_scene)
+        write_bytes(self._layout.root / "README.md", readme.encode("ascii"), durable=True)
+
+    def scene(self, scene_index: int) -> "KittiSceneWriter":
+        """Open a scene anew."""
+        split = self._manifest.split_of(scene_index)
+        frames = self._frames(scene_index)
+        for frame in frames:
+            for kind in KITTI_KINDS:
+                self._layout.file(split, kind, frame).unlink(missing_ok=True)
+        return KittiSceneWriter(self._layout, split, frames)
+
+    def finish(self) -> None:
+        """Do nothing: no file of this format needs all scenes."""
+
+    def _frames(self, scene_index: int) -> range:
+        per_scene = self._manifest.observations_per_scene
+        return range(scene_index * per_scene, (scene_index + 1) * per_scene)
+
+
+class KittiSceneWriter:
+    """Write the frames of one scene."""
+
+    def __init__(self, layout: KittiLayout, split: Split, frames: range) -> None:
+        self._layout, self._split, self._frames = layout, split, frames
+
+    def write(self, files: ObservationFiles) -> None:
+        """Write one frame.
+
+        Raises:
+            DatasetError: Camera, LiDAR or a target is tilted, the LiDAR is missing, or a depth does not fit.
+        """
+        observation = files.observation
+        where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
+        require_level(observation, where)
+        if observation.lidar is None:
+            raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
+        rows = [kitti_label(target.annotation, observation.camera, where).line() for target in files.targets]
+        contents = {
+            "depth_2": encode_depth(observation.rgbd.depth, _STEPS_PER_METRE, where),
+            "velodyne": point_bytes(observation.lidar),
+            "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
+            "calib": calib_text(observation.camera, observation.T_camera_lidar).encode("ascii"),
+            "label_2": ("\n".join(rows or [DONT_CARE]) + "\n").encode("ascii"),
+            "planes": plane_text(observation.T_world_camera).encode("ascii"),
+        }
+        frame = self._frames[observation.observation_index]
+        files.rgb.save(self._layout.file(self._split, "image_2", frame))
+        for kind, content in contents.items():
+            write_bytes(self._layout.file(self._split, kind, frame), content)
+
+    def finish(self) -> None:
+        """Do nothing: no file of this format covers a scene."""
+
+
+def point_bytes(scan: LidarScan) -> bytes:
+    """Return KITTI's velodyne content: little-endian float32 x, y, z (m, LiDAR frame) and reflectance, 0-1."""
+    return np.column_stack([scan.points, scan.intensity]).astype("<f4").tobytes()

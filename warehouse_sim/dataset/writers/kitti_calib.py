@@ -1,0 +1,85 @@
+"""KITTI's calibration and ground plane files, and the demand behind them: camera and LiDAR stand level."""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.schema import Observation
+
+_LARGEST_CAMERA_TILT = math.radians(0.1)
+# Real KITTI's own LiDAR is mounted up to about one degree off.
+_LARGEST_LIDAR_TILT = math.radians(2.0)
+CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
+"""The seven lines in the order by which loaders find them."""
+
+
+def require_level(observation: Observation, where: str) -> None:
+    """Refuse what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
+
+    Raises:
+        DatasetError: The camera or the LiDAR is tilted.
+    """
+    world_up = np.array([0.0, 0.0, 1.0])
+    camera_up = -observation.T_world_camera[:3, 1]
+    tilt = _angle(camera_up, world_up)
+    if tilt > _LARGEST_CAMERA_TILT:
+        raise DatasetError(
+            f"{where}: the camera is tilted by {math.degrees(tilt):.2f} deg, KITTI needs a level camera; "
+            "ask the recipe for viewpoints with roll = pitch = 0, or leave kitti out of --formats"
+        )
+    tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
+    if tilt > _LARGEST_LIDAR_TILT:
+        raise DatasetError(
+            f"{where}: the LiDAR is tilted by {math.degrees(tilt):.2f} deg against the camera, KITTI readers take its "
+            "z axis for vertical; mount it level, or leave kitti out of --formats"
+        )
+
+
+def calib_text(camera: PinholeCamera, T_camera_lidar: Transform) -> str:
+    """Return the seven lines of a calib file.
+
+    One camera serves as all four, so that its frame is the reference frame of the labels; the IMU is the LiDAR.
+    """
+    P = np.hstack([camera.K, np.zeros((3, 1))])
+    values = (P, P, P, P, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
+    rows = (" ".join(f"{value:.12e}" for value in (matrix + 0.0).ravel()) for matrix in values)
+    return "".join(f"{key}: {row}\n" for key, row in zip(CALIB_KEYS, rows, strict=True))
+
+
+def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
+    """Read a calib file as strictly as the strictest reader does.
+
+    Raises:
+        DatasetError: Not the seven lines in order, each ``KEY: v v ...`` with single blanks.
+    """
+    lines = text.split("\n")
+    if len(lines) != len(CALIB_KEYS) + 1 or lines[-1]:
+        raise DatasetError(f"{where}: {len(CALIB_KEYS)} lines and no blank one are expected")
+    matrices = {}
+    for key, line in zip(CALIB_KEYS, lines, strict=False):
+        name, *words = line.split(" ")
+        columns = 3 if key == "R0_rect" else 4
+        try:
+            values = np.array([float(word) for word in words])
+        except ValueError as problem:
+            raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
+        if name != f"{key}:" or values.size != 3 * columns or not np.isfinite(values).all():
+            raise DatasetError(f"{where}: expected '{key}:' and {3 * columns} numbers, found {line[:60]!r}")
+        matrices[key] = values.reshape(3, columns)
+    return matrices
+
+
+def plane_text(T_world_camera: Transform) -> str:
+    """Return the floor as a x + b y + c z + d = 0 in the camera frame, (a, b, c) up, d the height in m."""
+    a, b, c = invert(T_world_camera)[:3, 2] + 0.0
+    row = " ".join(f"{value:.9e}" for value in (a, b, c, T_world_camera[2, 3]))
+    return f"# Plane\nWidth 4\nHeight 1\n{row}\n"
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> float:
+    # Half the chord between unit vectors: arccos would lose small angles.
+    return 2.0 * math.asin(min(float(np.linalg.norm(a - b)) / 2.0, 1.0))
