@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+from tests.evaluation.tables import missed, row, table
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.error_table import read_table, write_table
+
+
+def test_a_table_survives_its_file_with_infinities_and_nan(tmp_path):
+    before = table(row(add=0.0123456, face="+y"), missed(scene_id=7), row(slack_lateral=np.nan, slack_vertical=np.nan))
+    write_table(before, tmp_path / "errors.csv")
+    after = read_table(tmp_path / "errors.csv")
+    for name, column in before.columns().items():
+        assert after.columns()[name].dtype.kind == column.dtype.kind, name
+        if column.dtype.kind == "f":
+            np.testing.assert_allclose(after.columns()[name], column, rtol=1e-6)
+        else:
+            assert after.columns()[name].tolist() == column.tolist()
+
+
+def test_select_found_and_dockable():
+    both = table(row(), missed(), row(slack_lateral=np.nan, slack_vertical=np.nan))
+    assert both.found.tolist() == [True, False, True]
+    assert both.dockable.tolist() == [True, True, False]
+    assert len(both.select(both.found)) == 2
+    assert both.slack[:2].tolist() == [0.030, -np.inf]
+
+
+@pytest.mark.parametrize("content", ["scene_id,image_id\n0,0\n", None, "scene_id\nx\n"])
+def test_what_is_no_table_is_refused_with_its_path(tmp_path, content):
+    path = tmp_path / "errors.csv"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(EvaluationError, match=r"errors\.csv: is not a table"):
+        read_table(path)

@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval, wilson
+
+
+def test_wilson_equals_the_published_example():
+    # Newcombe, Statistics in Medicine 17 (1998), table I, method 3: 81 of 263 and 0 of 20.
+    assert wilson(81 / 263, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert wilson(0.0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
+
+
+def test_bootstrap_of_scenes_is_wider_when_scenes_are_alike_inside():
+    scenes = np.repeat(np.arange(20), 30)
+    alike = np.repeat(np.arange(20) % 2, 30).astype(float)
+    mixed = np.tile([0.0, 1.0], 300)
+    low, high = scene_bootstrap(alike, scenes, 1000, np.random.default_rng(0))
+    assert high - low == pytest.approx(2 * 1.96 * np.sqrt(0.25 / 20), rel=0.1)
+    narrow = scene_bootstrap(mixed, scenes, 1000, np.random.default_rng(0))
+    assert narrow == (0.5, 0.5)
+
+
+def test_share_interval_has_width_even_where_the_bootstrap_has_none():
+    scenes = np.repeat(np.arange(4), 10)
+    low, high = share_interval(np.ones(40), scenes, 200, np.random.default_rng(0))
+    assert (low, high) == (wilson(1.0, 40)[0], 1.0)
+    assert share_interval(np.ones(1), np.zeros(1, int), 200, np.random.default_rng(0))[0] < 0.3
+
+
+def test_the_same_seed_gives_the_same_interval():
+    values, scenes = np.random.default_rng(1).random(90), np.arange(90) // 9
+    first, second = (share_interval(values, scenes, 300, np.random.default_rng(7)) for _ in range(2))
+    assert first == second
+    assert first[0] < values.mean() < first[1]

@@ -1,0 +1,122 @@
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from tests.evaluation.pallet import CORNERS, SYMMETRY, nudge, random_motion, seen_from, surface
+from warehouse_sim.evaluation.pose_error import (
+    add,
+    add_s,
+    estimates_in_object,
+    mssd,
+    nearest_symmetry,
+    rotation_error,
+    translation_error,
+)
+from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+HALF_TURN = make_transform(rotation_z(np.pi))
+
+
+def symmetric_add(T_estimated, T_true, symmetry=SYMMETRY):
+    return add(estimates_in_object(T_estimated, T_true, symmetry), surface()).min(axis=-1)
+
+
+def symmetric_mssd(T_estimated, T_true, symmetry=SYMMETRY):
+    return mssd(estimates_in_object(T_estimated, T_true, symmetry), CORNERS).min(axis=-1)
+
+
+def legacy_add_s(T_estimated, T_true):
+    return add_s(np.linalg.inv(T_true) @ T_estimated, surface(), KDTree(surface()))
+
+
+def random_pairs(count: int = 60):
+    rng = np.random.default_rng(4)
+    true = np.stack([seen_from(rng.uniform(2, 9), rng.uniform(-np.pi, np.pi)) for _ in range(count)])
+    estimated = np.stack([T @ random_motion(rng, np.pi if i % 3 == 0 else 0.3, 0.3) for i, T in enumerate(true)])
+    return estimated, true
+
+
+def test_all_errors_vanish_at_the_truth():
+    true = seen_from(4.0, 0.4)
+    assert symmetric_add(true, true) == pytest.approx(0.0, abs=1e-14)
+    assert symmetric_mssd(true, true) == pytest.approx(0.0, abs=1e-14)
+    assert legacy_add_s(true, true) == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_shift_is_its_own_add_and_mssd_from_any_viewpoint():
+    true = np.stack([seen_from(3.0, yaw) for yaw in np.linspace(-3, 3, 7)])
+    estimated = make_transform(translation=np.array([0.03, -0.04, 0.12])) @ true
+    assert symmetric_add(estimated, true) == pytest.approx(0.13)
+    assert symmetric_mssd(estimated, true) == pytest.approx(0.13)
+
+
+def test_turning_a_pallet_by_a_known_angle_moves_its_corner_along_a_chord():
+    angle = np.deg2rad(10.0)
+    true = seen_from(5.0)
+    chord = 2 * np.sin(angle / 2) * np.hypot(0.6, 0.4)
+    assert symmetric_mssd(true @ nudge(yaw=angle), true) == pytest.approx(chord)
+
+
+def test_errors_are_ordered_add_s_add_mssd():
+    estimated, true = random_pairs()
+    alone = symmetric_add(estimated, true, SymmetryGroup.trivial())
+    assert (legacy_add_s(estimated, true) <= symmetric_add(estimated, true) + 1e-12).all()
+    assert (symmetric_add(estimated, true) <= alone + 1e-12).all()
+    assert (alone <= symmetric_mssd(estimated, true, SymmetryGroup.trivial()) + 1e-12).all()
+    assert (symmetric_mssd(estimated, true) < symmetric_mssd(estimated, true, SymmetryGroup.trivial()) - 0.1).any()
+
+
+@pytest.mark.parametrize("error", [symmetric_add, symmetric_mssd])
+def test_a_symmetric_replacement_of_truth_or_estimate_changes_nothing(error):
+    estimated, true = random_pairs()
+    expected = error(estimated, true)
+    assert error(estimated @ HALF_TURN, true) == pytest.approx(expected, abs=1e-12)
+    assert error(estimated, true @ HALF_TURN) == pytest.approx(expected, abs=1e-12)
+
+
+def test_add_and_mssd_equal_the_definitions_point_by_point():
+    estimated, true = random_pairs(8)
+    for T_estimated, T_true in zip(estimated, true, strict=True):
+        means, maxima = [], []
+        for S in SYMMETRY.transforms:
+            guess = surface() @ (T_estimated[:3, :3]).T + T_estimated[:3, 3]
+            truth = (surface() @ S[:3, :3].T + S[:3, 3]) @ T_true[:3, :3].T + T_true[:3, 3]
+            means.append(np.linalg.norm(guess - truth, axis=1).mean())
+            maxima.append(np.linalg.norm(guess - truth, axis=1).max())
+        assert symmetric_add(T_estimated, T_true) == pytest.approx(min(means))
+        assert symmetric_mssd(T_estimated, T_true) == pytest.approx(min(maxima))
+
+
+def test_add_s_measures_from_true_points_to_estimated_points():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 5, 0]])
+    T = make_transform(translation=np.array([1.0, 0.0, 0.0]))
+    # True points 0, 1 and 5 up; estimated ones at 1, 2 and (1, 5): distances 1, 0 and 1. The reverse gives 0, 1, 1.
+    assert add_s(T, points, KDTree(points)) == pytest.approx(2 / 3)
+    skewed = np.array([[0.0, 0, 0], [0.1, 0, 0]])
+    # From true to estimated: 1.0 and 0.9; both differ from the mean of the reverse only by which end is nearest.
+    assert add_s(T, skewed, KDTree(skewed)) == pytest.approx(0.95)
+
+
+def test_an_upside_down_pallet_fails_add_but_fools_add_s():
+    true = seen_from(4.0)
+    fallen = true @ make_transform(rotation_x(np.pi))
+    assert symmetric_add(fallen, true) > 0.3
+    assert legacy_add_s(fallen, true) < 0.02
+
+
+def test_nearest_symmetry_undoes_the_half_turn_and_gives_rotation_and_translation():
+    true = np.stack([seen_from(4.0), seen_from(3.0, 0.5)])
+    moved = nudge(x=0.03, y=-0.04, yaw=np.deg2rad(3.0))
+    estimated = np.stack([true[0] @ moved, true[1] @ moved @ HALF_TURN])
+    best, index = nearest_symmetry(estimates_in_object(estimated, true, SYMMETRY), CORNERS)
+    assert index.tolist() == [0, 1]
+    assert np.rad2deg(rotation_error(best)) == pytest.approx(3.0)
+    assert translation_error(best) == pytest.approx(0.05)
+    assert best == pytest.approx(np.stack([moved, moved]), abs=1e-12)
+
+
+def test_many_estimates_at_once_give_what_they_give_one_by_one():
+    rng = np.random.default_rng(0)
+    T = np.stack([random_motion(rng, 1.0, 0.5) for _ in range(600)])
+    assert add(T, CORNERS) == pytest.approx([float(add(one, CORNERS)) for one in T])

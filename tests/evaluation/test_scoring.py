@@ -1,0 +1,178 @@
+import json
+import math
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
+from tests.evaluation.pallet import nudge
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation import ScoreConfig, evaluate, read_scores, write_scores
+from warehouse_sim.evaluation.measure import MeasureConfig
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return make_dataset(tmp_path_factory.mktemp("made") / "data")
+
+
+@pytest.fixture
+def score(data, tmp_path):
+    def run(estimates, config=None):
+        return evaluate(write_estimates(estimates, tmp_path / "method_made-test.csv"), data, "test", config)
+
+    return run
+
+
+def moved(estimates, motion):
+    return [replace(item, T_camera_object=item.T_camera_object @ motion) for item in estimates]
+
+
+def test_ground_truth_as_predictions_scores_exactly_one(data, score):
+    plain = score(estimates_of(data)).to_plain()
+    every_summary = [plain["overall"], *(item for group in plain["groups"].values() for item in group)]
+    checked = 0
+    for summary in every_summary:
+        for name, value in summary["metrics"].items():
+            if not name.startswith("median_") and value is not None:
+                assert value == 1.0, (summary["label"], name)
+                checked += 1
+    assert checked > 100
+    assert plain["overall"]["metrics"]["dock_20mm"] == 1.0
+    assert plain["overall"]["metrics"]["median_mssd"] == 0.0
+    assert plain["counts"] == {
+        "scenes": 2, "images": 4, "ground_truths": 20, "ground_truths_left_out": 0, "predictions": 20, "found": 20,
+    }  # fmt: skip
+    assert sum(plain["docking_failures"].values()) == 0
+    assert plain["seconds_per_image"] == 0.05
+
+
+def test_the_half_turn_of_a_pallet_is_as_good_as_the_truth(data, score):
+    turned = [
+        replace(item, T_camera_object=item.T_camera_object @ make_transform(rotation_z(np.pi)))
+        if item.obj_id == 1
+        else item
+        for item in estimates_of(data)
+    ]
+    assert score(turned).overall.metrics["mssd_2pct"] == 1.0
+    assert score(turned).overall.metrics["dock_20mm"] == 1.0
+
+
+def test_a_known_shift_is_the_median_of_all_lengths(data, score):
+    got = score(moved(estimates_of(data), nudge(z=0.04))).overall.metrics
+    assert got["median_add"] == pytest.approx(0.04)
+    assert got["median_mssd"] == pytest.approx(0.04)
+    assert got["median_vertical"] == pytest.approx(0.04)
+    assert got["median_lateral"] == pytest.approx(0.0, abs=1e-9)
+    assert (got["dock_0mm"], got["pose_5cm_5deg"]) == (0.0, 1.0)
+
+
+def test_missing_estimates_count_in_every_denominator(data, score):
+    estimates = estimates_of(data)
+    kept = estimates[::2]
+    got = score(kept)
+    share = len(kept) / len(estimates)
+    assert got.overall.metrics["add_2pct"] == pytest.approx(share)
+    pallets = [item for item in kept if item.obj_id == 1]
+    assert got.overall.metrics["dock_0mm"] == pytest.approx(len(pallets) / 16)
+    assert got.docking_failures["missed"] == 16 - len(pallets)
+    assert got.overall.gt_count == 20
+
+
+def test_no_estimate_at_all_scores_zero(score):
+    got = score([])
+    assert got.overall.metrics["add_10pct"] == 0.0
+    assert got.overall.metrics["median_add"] == math.inf
+    assert got.seconds_per_image is None
+    assert got.to_plain()["overall"]["metrics"]["median_add"] is None
+
+
+def test_bins_by_distance_hold_the_objects_at_that_distance(data, score):
+    got = score(estimates_of(data))
+    counts = {summary.label: summary.gt_count for summary in got.groups["distance"]}
+    assert counts == {"0-2 m": 0, "2-4 m": 8, "4-6 m": 4, "6-8 m": 4, "8-12 m": 4, "over 12 m": 0}
+    assert {summary.label: summary.gt_count for summary in got.groups["class"]} == {"carton": 4, "pallet": 16}
+
+
+def test_what_is_hardly_visible_is_left_out_and_its_estimate_costs_nothing(data, score):
+    images = DatasetReader(data).images("test")
+    hidden = sum(target.visible_fraction < 0.9 for image in images for target in image.targets)
+    assert hidden > 0
+    strict = ScoreConfig(measure=MeasureConfig(min_visible_fraction=0.9))
+    got = score(estimates_of(data), strict)
+    assert got.counts["ground_truths_left_out"] == hidden
+    assert got.overall.metrics["mssd_2pct"] == 1.0
+
+
+def test_docking_is_judged_at_the_side_towards_the_camera(data, score):
+    table = score(estimates_of(data)).table
+    pallets = table.select(table.dockable)
+    short = np.isin(pallets.face, ["-x", "+x"])
+    assert 0 < short.sum() < len(pallets)
+    assert pallets.slack_lateral[short] == pytest.approx(0.06375)
+    assert pallets.slack_lateral[~short] == pytest.approx(0.14125)
+    assert pallets.slack_vertical == pytest.approx(0.030)
+
+
+def test_an_estimate_a_diameter_away_is_no_match(data, score):
+    far = moved(estimates_of(data), nudge(z=50.0))
+    got = score(far)
+    assert got.counts["found"] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"scene_id": 0}, r"line 2: scene 0 image 0 is not in split 'test'"),
+        ({"image_id": 77}, r"line 2: scene 2 image 77 is not in split 'test'"),
+        ({"obj_id": 900}, r"line 2: object 900 is not in"),
+    ],
+)
+def test_a_prediction_of_another_dataset_is_refused_by_its_line(data, score, change, message):
+    first, *rest = estimates_of(data)
+    with pytest.raises(EvaluationError, match=message):
+        score([replace(first, **change), *(item for item in rest if item.image_id != 77)])
+
+
+def test_a_split_without_ground_truth_is_refused(data, tmp_path):
+    with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
+        evaluate(write_estimates([], tmp_path / "a.csv"), data, "val")
+
+
+def test_a_dataset_whose_objects_are_incomplete_is_refused(data, tmp_path):
+    broken = tmp_path / "broken"
+    shutil.copytree(data, broken)
+    objects = json.loads((broken / "objects.json").read_text())
+    gone = objects.pop("1")
+    (broken / "objects.json").write_text(json.dumps(objects))
+    assert gone["class_name"] == "pallet"
+    with pytest.raises(EvaluationError, match=r"objects\.json: lacks the labelled objects \[1\]"):
+        evaluate(write_estimates([], tmp_path / "a.csv"), broken, "test")
+
+
+def test_an_evaluation_folder_is_read_as_it_was_written(data, score, tmp_path):
+    scores = score(estimates_of(data)[3:])
+    path = write_scores(scores, tmp_path / "eval")
+    again = read_scores(path.parent)
+    assert again.to_plain() == scores.to_plain() == json.loads(path.read_text())
+    assert again.table.prediction.tolist() == scores.table.prediction.tolist()
+    assert len(again.estimates) == 17
+    assert (again.method, again.dataset["recipe"], again.dataset["split"]) == ("method", "made", "test")
+
+
+def test_scores_do_not_depend_on_where_files_lie(data, score, tmp_path):
+    estimates = estimates_of(data)
+    elsewhere = tmp_path / "deeper"
+    first = score(estimates).to_plain()
+    assert evaluate(write_estimates(estimates, elsewhere / "method_x.csv"), data, "test").to_plain() == first
+    assert str(data) not in json.dumps(first)
+
+
+def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
+    (tmp_path / "scores.json").write_text('{"format": 99}')
+    with pytest.raises(EvaluationError, match="not a score of format 1"):
+        read_scores(tmp_path)

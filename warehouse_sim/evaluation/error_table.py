@@ -1,0 +1,125 @@
+"""One row a ground truth: what an estimator did with it. Everything in a score is a function of this table."""
+
+import csv
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, Shaped
+
+from warehouse_sim.errors import EvaluationError
+
+_WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction")
+_TEXT = ("class_name", "face", "limiting_error")
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorTable:
+    """Columns of equal length n; a missed ground truth has infinite errors and prediction -1."""
+
+    scene_id: Int[np.ndarray, " n"]
+    image_id: Int[np.ndarray, " n"]
+    gt_index: Int[np.ndarray, " n"]
+    """Position of the ground truth among the targets of its image."""
+    obj_id: Int[np.ndarray, " n"]
+    class_name: Shaped[np.ndarray, " n"]
+    distance: Float[np.ndarray, " n"]
+    """From the camera to the true object origin (m)."""
+    visible_fraction: Float[np.ndarray, " n"]
+    diameter: Float[np.ndarray, " n"]
+    """Of the object (m)."""
+    prediction: Int[np.ndarray, " n"]
+    """Row of the estimate in the predictions file, counted from 0; -1 for a miss."""
+    score: Float[np.ndarray, " n"]
+    """Confidence of the estimate; -inf for a miss."""
+    add: Float[np.ndarray, " n"]
+    """Mean distance under the best symmetry (m)."""
+    add_s: Float[np.ndarray, " n"]
+    """Mean distance to the nearest point (m)."""
+    mssd: Float[np.ndarray, " n"]
+    """Largest distance under the best symmetry (m)."""
+    rotation: Float[np.ndarray, " n"]
+    """Angle (rad) under the symmetry that is best by MSSD, as are all columns below."""
+    translation: Float[np.ndarray, " n"]
+    """Offset of the object origin (m)."""
+    within_5cm_5deg: Float[np.ndarray, " n"]
+    """1 where some symmetry has both errors under 5 cm and 5 degrees, else 0."""
+    face: Shaped[np.ndarray, " n"]
+    """Side of the object that is approached: "-x", "+x", "-y" or "+y"."""
+    depth: Float[np.ndarray, " n"]
+    """Along the insertion axis at the entry of that side (m)."""
+    lateral: Float[np.ndarray, " n"]
+    """Sideways at the entry (m)."""
+    vertical: Float[np.ndarray, " n"]
+    """Upwards at the entry (m)."""
+    yaw: Float[np.ndarray, " n"]
+    """About the vertical axis (rad)."""
+    pitch: Float[np.ndarray, " n"]
+    """Tip of the fork up or down (rad)."""
+    slack_lateral: Float[np.ndarray, " n"]
+    """Room left beside the tines (m), negative on collision, nan for objects without pockets."""
+    slack_vertical: Float[np.ndarray, " n"]
+    """Room left above or below the tines (m)."""
+    limiting_error: Shaped[np.ndarray, " n"]
+    """Error that uses up most room: lateral, vertical, yaw, pitch, roll; "missed", or "" without pockets."""
+
+    def __len__(self) -> int:
+        return len(self.scene_id)
+
+    def select(self, rows: Bool[np.ndarray, " n"]) -> "ErrorTable":
+        """Return the rows where ``rows`` is true."""
+        return ErrorTable(**{name: column[rows] for name, column in self.columns().items()})
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return all columns by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @property
+    def found(self) -> Bool[np.ndarray, " n"]:
+        """Which ground truths have an estimate."""
+        return self.prediction >= 0
+
+    @property
+    def dockable(self) -> Bool[np.ndarray, " n"]:
+        """Which ground truths have pockets, so that docking can be judged."""
+        return ~np.isnan(self.slack_lateral)
+
+    @property
+    def slack(self) -> Float[np.ndarray, " n"]:
+        """The smaller of the two slacks (m); the estimate docks with margin m where this is at least m."""
+        return np.minimum(self.slack_lateral, self.slack_vertical)
+
+
+def table_from_rows(rows: list[dict[str, Any]]) -> ErrorTable:
+    """Assemble rows with all column names into a table."""
+    names = [field.name for field in fields(ErrorTable)]
+    return ErrorTable(**{name: np.array([row[name] for row in rows], dtype=_dtype(name)) for name in names})
+
+
+def write_table(table: ErrorTable, path: Path) -> None:
+    """Write the table as CSV with seven significant digits."""
+    columns = table.columns()
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow([f"{value:.7g}" if isinstance(value, float) else value for value in row])
+
+
+def read_table(path: Path) -> ErrorTable:
+    """Read a table that ``write_table`` wrote.
+
+    Raises:
+        EvaluationError: The file is missing or lacks a column.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        return table_from_rows(rows)
+    except (OSError, KeyError, ValueError) as problem:
+        raise EvaluationError(f"{path}: is not a table of pose errors ({problem}); run evaluate again") from problem
+
+
+def _dtype(column: str) -> type:
+    return np.int64 if column in _WHOLE else np.str_ if column in _TEXT else np.float64

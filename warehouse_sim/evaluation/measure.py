@@ -1,0 +1,156 @@
+"""Every error of every ground truth that counts: the rows that scores are made of."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
+from warehouse_sim.evaluation.docking import (
+    DockingFace,
+    ForkConfig,
+    approached_face,
+    docking_errors,
+    docking_faces,
+    docking_slack,
+    failure_axes,
+)
+from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
+from warehouse_sim.evaluation.pairing import Pair, pair_up
+from warehouse_sim.evaluation.pose_error import (
+    add,
+    add_s,
+    estimates_in_object,
+    mssd,
+    nearest_symmetry,
+    rotation_error,
+    translation_error,
+)
+from warehouse_sim.evaluation.surface import ErrorPoints, error_points
+from warehouse_sim.geometry.pose import Transforms
+from warehouse_sim.schema import PoseEstimate
+
+
+@dataclass(frozen=True)
+class MeasureConfig:
+    """What counts as a ground truth, and what must fit into its pockets."""
+
+    min_visible_fraction: float = 0.1
+    """Ground truths with a smaller visible share are left out (0-1), as in BOP."""
+    fork: ForkConfig = field(default_factory=ForkConfig)
+    """The tines that must enter the pockets."""
+
+
+def measure(
+    predictions: Sequence[PoseEstimate],
+    images: Sequence[ImageRecord],
+    objects: Mapping[int, ObjectInfo],
+    config: MeasureConfig,
+) -> ErrorTable:
+    """Match predictions to the ground truths of ``images`` and measure the errors of each.
+
+    Args:
+        predictions: Estimates; every scene, image and object must be among ``images`` and ``objects``.
+        images: Images with their targets.
+        objects: Geometry by object id.
+        config: What counts, and how it is measured.
+
+    Returns:
+        One row a counted ground truth, by scene, image and position in the image.
+    """
+    wanted = {target.obj_id for image in images for target in image.targets}
+    points = {obj_id: error_points(objects[obj_id].metric_mesh()) for obj_id in sorted(wanted)}
+    pairs = pair_up(predictions, images, objects, points, config.min_visible_fraction)
+    rows: list[dict[str, Any]] = []
+    for obj_id in sorted(wanted):
+        mine = [pair for pair in pairs if pair.target.obj_id == obj_id]
+        rows += _rows(mine, predictions, objects[obj_id], points[obj_id], config.fork)
+    rows.sort(key=lambda row: (row["scene_id"], row["image_id"], row["gt_index"]))
+    return table_from_rows(rows)
+
+
+def _rows(
+    pairs: Sequence[Pair],
+    predictions: Sequence[PoseEstimate],
+    info: ObjectInfo,
+    points: ErrorPoints,
+    fork: ForkConfig,
+) -> list[dict[str, Any]]:
+    if not pairs:
+        return []
+    faces = docking_faces(info.size, info.pockets)
+    approached = approached_face(np.stack([pair.target.T_camera_object for pair in pairs]), faces)
+    rows = [
+        _describe(pair, info, faces[index]) | _missed(bool(info.pockets))
+        for pair, index in zip(pairs, approached, strict=True)
+    ]
+    for index, face in enumerate(faces):
+        found = [row for row, pair in enumerate(pairs) if approached[row] == index and pair.prediction >= 0]
+        if not found:
+            continue
+        estimated = np.stack([predictions[pairs[row].prediction].T_camera_object for row in found])
+        true = np.stack([pairs[row].target.T_camera_object for row in found])
+        columns = _pose_columns(estimated, true, info, points, face, fork)
+        for place, row in enumerate(found):
+            rows[row] |= {name: column[place] for name, column in columns.items()}
+            rows[row]["score"] = predictions[pairs[row].prediction].score
+    return rows
+
+
+def _describe(pair: Pair, info: ObjectInfo, face: DockingFace) -> dict[str, Any]:
+    return {
+        "scene_id": pair.image.scene_id,
+        "image_id": pair.image.image_id,
+        "gt_index": pair.target.gt_index,
+        "obj_id": info.obj_id,
+        "class_name": info.class_name,
+        "distance": float(np.linalg.norm(pair.target.T_camera_object[:3, 3])),
+        "visible_fraction": pair.target.visible_fraction,
+        "diameter": info.diameter,
+        "prediction": pair.prediction,
+        "face": face.name,
+    }
+
+
+def _missed(has_pockets: bool) -> dict[str, Any]:
+    lengths = ("add", "add_s", "mssd", "rotation", "translation", "depth", "lateral", "vertical", "yaw", "pitch")
+    slack = -np.inf if has_pockets else np.nan
+    return dict.fromkeys(lengths, np.inf) | {
+        "score": -np.inf,
+        "within_5cm_5deg": 0.0,
+        "slack_lateral": slack,
+        "slack_vertical": slack,
+        "limiting_error": "missed" if has_pockets else "",
+    }
+
+
+def _pose_columns(
+    T_estimated: Transforms,
+    T_true: Transforms,
+    info: ObjectInfo,
+    points: ErrorPoints,
+    face: DockingFace,
+    fork: ForkConfig,
+) -> dict[str, Any]:
+    alike = estimates_in_object(T_estimated, T_true, info.symmetry)
+    best, _ = nearest_symmetry(alike, points.hull)
+    close = (translation_error(alike) < 0.05) & (rotation_error(alike) < np.deg2rad(5.0))
+    errors = docking_errors(best, face)
+    columns: dict[str, Any] = {
+        "add": add(alike, points.surface).min(axis=-1),
+        "add_s": add_s(best, points.surface, points.tree),
+        "mssd": mssd(best, points.hull),
+        "rotation": rotation_error(best),
+        "translation": translation_error(best),
+        "within_5cm_5deg": close.any(axis=-1).astype(float),
+        "depth": errors.depth,
+        "lateral": errors.lateral,
+        "vertical": errors.vertical,
+        "yaw": errors.yaw,
+        "pitch": errors.pitch,
+    }
+    if face.pockets:
+        columns["slack_lateral"], columns["slack_vertical"] = docking_slack(best, face, fork)
+        columns["limiting_error"] = failure_axes(errors, face, fork)
+    return columns

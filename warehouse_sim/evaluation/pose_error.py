@@ -1,0 +1,120 @@
+"""Pose errors up to symmetry: ADD, ADD-S, MSSD, rotation and translation.
+
+Everything is computed from ``T_object_estimated``, the place that an estimate gives to the object as seen from the true
+object: the identity for a perfect estimate. Lengths do not depend on the frame, and numbers near the origin keep the
+digits that a camera frame ten metres away would lose.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial import KDTree
+
+from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+_BLOCK = 512
+"""Transforms handled at once, which bounds memory for large symmetry groups."""
+
+
+def estimates_in_object(
+    T_camera_estimated: Transforms, T_camera_object: Transforms, symmetry: SymmetryGroup
+) -> Transforms:
+    """Return ``T_object_estimated`` for every way to name the object's look-alike poses.
+
+    Args:
+        T_camera_estimated: Estimated poses, "*batch 4 4".
+        T_camera_object: True poses, "*batch 4 4".
+        symmetry: Group of s motions of the object frame that leave its look unchanged.
+
+    Returns:
+        ``inv(T_camera_object) @ T_camera_estimated @ S``, "*batch s 4 4"; all s are equally right answers.
+    """
+    T_object_estimated = invert(T_camera_object) @ T_camera_estimated
+    return T_object_estimated[..., None, :, :] @ symmetry.transforms
+
+
+def add(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
+    """Return the mean distance (m) between a point and its estimated place.
+
+    Hinterstoisser et al., ACCV 2012, equation 7. The minimum of the result over the symmetry axis is the
+    symmetry-aware ADD, which, unlike ADD-S, does not forgive a pallet that lies upside down.
+
+    Args:
+        T_object_estimated: "*batch 4 4".
+        points: Surface points in the object frame (m).
+    """
+    return _over_points(T_object_estimated, points, lambda distance: distance.mean(axis=-1))
+
+
+def mssd(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
+    """Return the largest distance (m) between a point and its estimated place.
+
+    The minimum of the result over the symmetry axis is the maximum symmetry-aware surface distance of Hodan et al., BOP
+    Challenge 2020, section 2.2. The distance is a convex function of the point, so the corners of the convex hull give
+    the exact maximum over the whole solid.
+
+    Args:
+        T_object_estimated: "*batch 4 4".
+        points: Corners of the object's convex hull (or any surface points) in the object frame (m).
+    """
+    return _over_points(T_object_estimated, points, lambda distance: distance.max(axis=-1))
+
+
+def add_s(
+    T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"], tree: KDTree
+) -> Float[np.ndarray, "*batch"]:
+    """Return the mean distance (m) from each true point to the nearest estimated point.
+
+    The direction is that of Hinterstoisser et al. (ADI) and of PoseCNN: over ground-truth-posed points, nearest among
+    estimate-posed ones. A legacy score: for a pallet it forgives nearly every turn.
+
+    Args:
+        T_object_estimated: "*batch 4 4", without a symmetry axis, which would change nothing.
+        points: Surface points in the object frame (m).
+        tree: ``KDTree(points)``.
+    """
+    # The estimate is rigid: asking the resting points for their distance to x, moved back, needs one tree for all.
+    moved_back = transform_points(invert(T_object_estimated), points)
+    distance, _ = tree.query(moved_back)
+    return np.asarray(distance).mean(axis=-1)
+
+
+def rotation_error(T_object_estimated: Transforms) -> Float[np.ndarray, "*batch"]:
+    """Return the angle (rad) of the rotation between true and estimated pose."""
+    return rotation_angle(T_object_estimated[..., :3, :3], np.eye(3))
+
+
+def translation_error(T_object_estimated: Transforms) -> Float[np.ndarray, "*batch"]:
+    """Return the distance (m) between true and estimated object origin."""
+    return np.linalg.norm(T_object_estimated[..., :3, 3], axis=-1)
+
+
+def nearest_symmetry(
+    T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]
+) -> tuple[Transforms, Int[np.ndarray, "*batch"]]:
+    """Choose the symmetry under which an estimate comes closest to the truth, by MSSD.
+
+    Args:
+        T_object_estimated: "*batch s 4 4" from ``estimates_in_object``.
+        points: Corners of the object's convex hull (m).
+
+    Returns:
+        The chosen "*batch 4 4", and the index of the chosen symmetry.
+    """
+    best = np.argmin(mssd(T_object_estimated, points), axis=-1)
+    return np.take_along_axis(T_object_estimated, best[..., None, None, None], axis=-3)[..., 0, :, :], best
+
+
+def _over_points(
+    T_object_estimated: Transforms,
+    points: Float[np.ndarray, "m 3"],
+    reduce: Callable[[Float[np.ndarray, "k m"]], Float[np.ndarray, " k"]],
+) -> Float[np.ndarray, "*batch"]:
+    flat = T_object_estimated.reshape(-1, 4, 4)
+    result = np.empty(len(flat))
+    for start in range(0, len(flat), _BLOCK):
+        moved = transform_points(flat[start : start + _BLOCK], points)
+        result[start : start + _BLOCK] = reduce(np.linalg.norm(moved - points, axis=-1))
+    return result.reshape(T_object_estimated.shape[:-2])

@@ -1,0 +1,128 @@
+"""What the page shows of each evaluation, ready for the template."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.config import from_mapping
+from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_faces
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.report import charts
+from warehouse_sim.evaluation.report.cases import choose_cases
+from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, share_cell, signed
+from warehouse_sim.evaluation.report.pictures import close_up, jpeg_uri
+from warehouse_sim.evaluation.report.sources import EvaluationSource
+from warehouse_sim.evaluation.summary import Summary
+
+_TABLE_SHARES = {
+    "add_5pct": "ADD <\u00a05\u00a0% d",
+    "mssd_5pct": "MSSD <\u00a05\u00a0% d",
+    "dock_0mm": "Docked",
+    "dock_10mm": "Docked +10\u00a0mm",
+}
+_TABLE_TITLES = {"class": "By class", "distance": "By distance", "visible_fraction": "By visible fraction"}
+
+
+def evaluation_section(source: EvaluationSource, label: str, case_count: int) -> dict[str, Any]:
+    """Show one score in depth: tables by group, where estimates go wrong, and cases."""
+    scores, table = source.scores, source.scores.table
+    fork = from_mapping(ForkConfig, scores.settings["measure"]["fork"], "scores.json: settings.measure.fork")
+    faces: list[DockingFace] = []
+    for info in source.data.objects.values():
+        faces += docking_faces(info.size, info.pockets) if info.pockets else ()
+    drawings = [("How large the errors are", charts.histogram_chart(table))]
+    drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table)))
+    if scores.overall.dockable_count:
+        drawings.append(("Lateral and yaw share the room beside the tines", charts.sweep_chart(table, faces, fork)))
+        drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
+    groups = {name: group for name, group in scores.groups.items() if name != "class" or len(group) > 1}
+    return {
+        "label": label,
+        "identity": _identity_line(source),
+        "charts": drawings,
+        "columns": list(_TABLE_SHARES.values()),
+        "tables": [
+            {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in (*group, scores.overall)]}
+            for name, group in groups.items()
+        ],
+        "cases": _case_groups(source, case_count),
+        "settings": json.dumps(scores.settings, indent=2),
+    }
+
+
+def score_row(source: EvaluationSource, label: str) -> dict[str, Any]:
+    """Return a line of the comparison of all evaluations."""
+    overall, counts = source.scores.overall, source.scores.counts
+    thresholds = source.scores.settings["metrics"]
+    accuracy = {f"ADD <\u00a0{k}\u00a0% d": f"add_{k}pct" for k in thresholds["diameter_percent"]}
+    docking = {f"Docked +{k}\u00a0mm" if k else "Docked": f"dock_{k}mm" for k in thresholds["docking_margin_mm"]}
+    shares = accuracy | {"5\u00a0cm 5°": "pose_5cm_5deg", "AUC 10\u00a0cm": "auc_add_10cm"} | docking
+    seconds = source.scores.seconds_per_image
+    return {
+        "label": label,
+        "data": f"{source.scores.dataset['recipe']} {source.scores.dataset['split']}",
+        "found": f"{counts['found']} / {counts['ground_truths']}",
+        "shares": {title: share_cell(overall, name) for title, name in shares.items()},
+        "median_add": centimetres(overall.metrics["median_add"]),
+        "milliseconds": "–" if seconds is None else f"{1000.0 * seconds:.0f}",
+    }
+
+
+def _group_row(summary: Summary) -> dict[str, Any]:
+    get = summary.metrics.get
+    return {
+        "label": summary.label,
+        "count": summary.gt_count,
+        "found": summary.found_count,
+        "shares": [share_cell(summary, name) for name in _TABLE_SHARES],
+        "median_add": centimetres(get("median_add")),
+        "median_lateral": centimetres(get("median_lateral")),
+        "median_yaw": degrees(get("median_yaw_deg")),
+    }
+
+
+def _case_groups(source: EvaluationSource, count: int) -> list[dict[str, Any]]:
+    scores, data = source.scores, source.data
+    images = {(image.scene_id, image.image_id): image for image in data.images(scores.dataset["split"])}
+    groups = []
+    for group in choose_cases(scores.table, count):
+        cases = []
+        for row in group.rows:
+            image = images[int(scores.table.scene_id[row]), int(scores.table.image_id[row])]
+            target = image.targets[int(scores.table.gt_index[row])]
+            prediction = int(scores.table.prediction[row])
+            estimate = scores.estimates[prediction].T_camera_object if prediction >= 0 else None
+            info = data.objects[target.obj_id]
+            picture = close_up(data.rgb(image), image.camera, info, target.T_camera_object, estimate)
+            cases.append({"uri": jpeg_uri(picture)} | _case_caption(scores.table, row))
+        groups.append({"title": group.title, "cases": cases})
+    return groups
+
+
+def _case_caption(table: ErrorTable, row: int) -> dict[str, str]:
+    place = (
+        f"scene {table.scene_id[row]} image {table.image_id[row]}, {table.distance[row]:.1f} m, "
+        f"{100.0 * table.visible_fraction[row]:.0f} % visible"
+    )
+    if not table.found[row]:
+        return {"title": "no estimate", "errors": "", "place": place}
+    add = f"ADD {centimetres(float(table.add[row]))} cm"
+    errors = f"lateral {signed(100.0 * table.lateral[row])} cm, yaw {signed(np.rad2deg(table.yaw[row]))}°"
+    if not table.dockable[row]:
+        return {"title": add, "errors": errors, "place": place}
+    slack_mm = 1000.0 * table.slack[row]
+    verdict = f"docks, {slack_mm:.0f} mm to spare" if slack_mm >= 0 else f"collides: {table.limiting_error[row]}"
+    return {"title": verdict, "errors": f"{add}, {errors}", "place": place}
+
+
+def _identity_line(source: EvaluationSource) -> str:
+    scores = source.scores
+    data, counts = scores.dataset, scores.counts
+    left_out = counts["ground_truths_left_out"]
+    return (
+        f"{data['recipe']}, seed {data['seed']}, {data['split']} split: "
+        f"{counted(counts['scenes'], 'scene')}, {counted(counts['images'], 'image')}, "
+        f"{counted(counts['ground_truths'], 'object')} ({left_out} more are hardly visible and left out), "
+        f"{counted(counts['predictions'], 'prediction')}"
+    )

@@ -1,0 +1,85 @@
+"""What the page shows of each dataset and training run, ready for the template."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.evaluation.report import charts
+from warehouse_sim.evaluation.report.numbers import counted
+from warehouse_sim.evaluation.report.pictures import depth_frame, frame_with_boxes, jpeg_uri
+from warehouse_sim.evaluation.report.sources import RunSource
+
+_GALLERY_FRAMES, _GALLERY_WIDTH = 7, 900
+
+
+def dataset_section(data: DatasetReader) -> dict[str, Any]:
+    """Describe a dataset and show frames from all over it, with true boxes and one depth image."""
+    manifest = data.manifest
+    images = [image for split in SPLITS for image in data.images(split)]
+    shown = _spread([image for image in images if image.targets] or images, _GALLERY_FRAMES)
+    frames = [
+        {"uri": jpeg_uri(frame_with_boxes(data, image, _GALLERY_WIDTH)), "caption": _frame_caption(image)}
+        for image in shown
+    ]
+    if shown:
+        depth = jpeg_uri(depth_frame(data, shown[0], _GALLERY_WIDTH))
+        frames.insert(1, {"uri": depth, "caption": "Depth of the first: near is warm, no reading is black"})
+    targets = [target for image in images for target in image.targets]
+    per_split = {
+        split: f"{counted(len(data.splits[split]), 'scene')}, {counted(len(data.images(split)), 'image')}"
+        for split in SPLITS
+    }
+    facts = {
+        "Recipe": manifest.recipe.get("name") or "unnamed",
+        "Seed": manifest.seed,
+        **{split.capitalize(): text for split, text in per_split.items()},
+        "Labelled objects": f"{len(targets):,}",
+        "Formats": ", ".join(manifest.formats),
+        "Renderer": "; ".join(manifest.renderers),
+        "Packages": ", ".join(f"{name} {version}" for name, version in manifest.packages.items()),
+    }
+    return {
+        "name": data.root.resolve().name,
+        "description": manifest.recipe.get("description", ""),
+        "facts": facts,
+        "frames": frames,
+        "recipe": json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
+    }
+
+
+def run_section(run: RunSource) -> dict[str, Any]:
+    """Describe a training run with its curves."""
+    return {
+        "name": run.name,
+        "estimator": run.config.get("estimator", "unnamed"),
+        "facts": {name.replace("_", " ").capitalize(): value for name, value in run.result.items()},
+        "charts": _training_charts(run.curves),
+        "config": json.dumps(run.config, indent=2, ensure_ascii=False, default=str),
+    }
+
+
+def _training_charts(curves: list[dict[str, float]]) -> list[tuple[str, str]]:
+    """Draw the training and validation columns, those of one unit (the last part of their names) together."""
+    names = dict.fromkeys(name for row in curves for name in row if name.startswith(("train_", "val_")))
+    by_unit: dict[str, list[str]] = {}
+    for name in names:
+        by_unit.setdefault(name.rsplit("_", 1)[-1], []).append(name)
+    titles = {"loss": "Training loss", "percent": "Validation accuracy", "mm": "Validation error"}
+    return [
+        (titles.get(unit, unit.capitalize()), charts.training_chart(curves, columns, unit))
+        for unit, columns in sorted(by_unit.items())
+    ]
+
+
+def _frame_caption(image: ImageRecord) -> str:
+    return f"{image.split}, scene {image.scene_id}, image {image.image_id}: {counted(len(image.targets), 'object')}"
+
+
+def _spread(images: list[ImageRecord], count: int) -> list[ImageRecord]:
+    if not images:
+        return []
+    picks = np.unique(np.linspace(0, len(images) - 1, count).round().astype(int))
+    return [images[index] for index in picks]

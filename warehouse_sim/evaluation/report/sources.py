@@ -1,0 +1,115 @@
+"""What a report is made of: dataset, run and evaluation folders, told apart by what lies in them."""
+
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
+from warehouse_sim.evaluation.scoring import manifest_hash
+
+_RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.json"
+
+
+@dataclass(frozen=True, eq=False)
+class RunSource:
+    """A training run, as far as a report shows it; read without the learning room, which needs torch."""
+
+    name: str
+    """Name of the folder."""
+    config: dict[str, Any]
+    """The resolved settings."""
+    curves: list[dict[str, float]]
+    """One row a validation; empty cells are left out."""
+    result: dict[str, Any]
+    """What the run says of itself at its end; empty while it goes on."""
+
+
+@dataclass(frozen=True, eq=False)
+class EvaluationSource:
+    """A score with the dataset that it was made on."""
+
+    folder: Path
+    scores: Scores
+    data: DatasetReader
+
+
+@dataclass(eq=False)
+class Sources:
+    """Everything found in the folders given, in their order."""
+
+    datasets: dict[str, DatasetReader] = field(default_factory=dict)
+    """By the hash of the manifest."""
+    runs: list[RunSource] = field(default_factory=list)
+    evaluations: list[EvaluationSource] = field(default_factory=list)
+
+
+def read_sources(folders: Sequence[Path]) -> Sources:
+    """Read dataset, run and evaluation folders, or folders that hold such folders.
+
+    Raises:
+        EvaluationError: A folder holds nothing to report, or an evaluation's dataset was not given.
+    """
+    found = list(dict.fromkeys(path for folder in folders for path in _recognised(folder.resolve())))
+    sources = Sources()
+    for path in found:
+        if DatasetLayout(path).manifest.is_file():
+            sources.datasets[manifest_hash(path)] = DatasetReader(path)
+        if (path / _RUN_CURVES).is_file():
+            sources.runs.append(_read_run(path))
+    for path in found:
+        if (path / SCORES_FILE).is_file():
+            sources.evaluations.append(_read_evaluation(path, sources.datasets))
+    return sources
+
+
+def _recognised(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise EvaluationError(f"{folder}: is not a folder; give dataset, run and evaluation folders")
+    candidates = [folder, *sorted(path for path in folder.iterdir() if path.is_dir())]
+    known = [path for path in candidates if _is_known(path)]
+    if known and known[0] == folder:
+        return [folder]
+    if not known:
+        raise EvaluationError(
+            f"{folder}: holds no dataset (manifest.json), run ({_RUN_CURVES}) or evaluation ({SCORES_FILE}); "
+            "give the folder that generate, train or evaluate wrote"
+        )
+    return known
+
+
+def _is_known(path: Path) -> bool:
+    files = (DatasetLayout(path).manifest, path / _RUN_CURVES, path / SCORES_FILE)
+    return any(file.is_file() for file in files)
+
+
+def _read_evaluation(path: Path, datasets: dict[str, DatasetReader]) -> EvaluationSource:
+    scores = read_scores(path)
+    digest = scores.dataset["manifest_sha256"]
+    if digest not in datasets:
+        raise EvaluationError(
+            f"{path / SCORES_FILE}: was scored on a dataset ({scores.dataset['recipe']}, seed "
+            f"{scores.dataset['seed']}) that is not among the folders given; give that dataset's folder too"
+        )
+    return EvaluationSource(path, scores, datasets[digest])
+
+
+def _read_run(path: Path) -> RunSource:
+    try:
+        config = yaml.safe_load((path / _RUN_CONFIG).read_text(encoding="utf-8"))
+        with (path / _RUN_CURVES).open(encoding="utf-8", newline="") as file:
+            curves = [{key: float(cell) for key, cell in row.items() if cell} for row in csv.DictReader(file)]
+        result_file = path / _RUN_RESULT
+        result = json.loads(result_file.read_text(encoding="utf-8")) if result_file.is_file() else {}
+    except (OSError, ValueError, yaml.YAMLError) as problem:
+        raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
+    if not isinstance(config, dict):
+        raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
+    return RunSource(path.name, config, curves, result)

@@ -1,0 +1,124 @@
+"""What an estimator is worth on one split of one dataset, and the folder that keeps it."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
+from warehouse_sim.evaluation.measure import MeasureConfig
+from warehouse_sim.evaluation.metrics import MetricConfig
+from warehouse_sim.evaluation.summary import GroupConfig, Summary
+from warehouse_sim.schema import PoseEstimate
+
+SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class ScoreConfig:
+    """Everything that changes a score besides its two inputs."""
+
+    measure: MeasureConfig = field(default_factory=MeasureConfig)
+    """What counts, and how errors are measured."""
+    metrics: MetricConfig = field(default_factory=MetricConfig)
+    """Thresholds."""
+    groups: GroupConfig = field(default_factory=GroupConfig)
+    """Splits and intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """The numbers, the groups behind them, and the rows behind those."""
+
+    method: str
+    """Name of the method, from the name of its predictions file."""
+    dataset: dict[str, Any]
+    """Which data: recipe, seed, scenes, split, and the hash of the manifest."""
+    settings: dict[str, Any]
+    """The resolved ``ScoreConfig``."""
+    counts: dict[str, int]
+    """Scenes, images, ground truths that count and that do not, predictions, found."""
+    overall: Summary
+    """All ground truths."""
+    groups: dict[str, tuple[Summary, ...]]
+    """The same metrics by class, distance and visible fraction."""
+    docking_failures: dict[str, int]
+    """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
+    seconds_per_image: float | None
+    """Mean time of the estimator, where the predictions tell it."""
+    table: ErrorTable
+    """One row a ground truth; errors.csv beside scores.json."""
+    estimates: tuple[PoseEstimate, ...]
+    """What was scored; predictions.csv beside scores.json."""
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the content of scores.json."""
+        return {
+            "format": _FORMAT,
+            "method": self.method,
+            "dataset": self.dataset,
+            "settings": self.settings,
+            "counts": self.counts,
+            "overall": self.overall.to_plain(),
+            "groups": {name: [item.to_plain() for item in group] for name, group in self.groups.items()},
+            "docking_failures": self.docking_failures,
+            "seconds_per_image": self.seconds_per_image,
+        }
+
+    def summary(self) -> list[str]:
+        """Return the lines that a person wants to read first."""
+        metrics, counts = self.overall.metrics, self.counts
+        thresholds = self.settings["metrics"]
+        accuracy = [f"{100 * metrics[f'add_{k}pct']:.1f} % under {k} % d" for k in thresholds["diameter_percent"]]
+        docking = [f"{100 * metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in thresholds["docking_margin_mm"]]
+        lines = [
+            f"{self.method} on {self.dataset['recipe']} {self.dataset['split']}: "
+            f"{counts['found']} of {counts['ground_truths']} objects found in {counts['images']} images",
+            f"ADD:     {', '.join(accuracy)}, median {100 * metrics['median_add']:.2f} cm",
+            f"5cm5deg: {100 * metrics['pose_5cm_5deg']:.1f} %",
+        ]
+        return lines + ([f"docking: {', '.join(docking)} of room"] if self.overall.dockable_count else [])
+
+
+def write_scores(scores: Scores, folder: Path) -> Path:
+    """Write scores.json, errors.csv and predictions.csv, so that the folder can be reported on its own.
+
+    Returns:
+        The path of scores.json, which is written last.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    pose_csv.write(folder / PREDICTIONS_FILE, list(scores.estimates))
+    write_table(scores.table, folder / ERRORS_FILE)
+    write_json(folder / SCORES_FILE, to_mapping(scores), depth=3)
+    return folder / SCORES_FILE
+
+
+def read_scores(folder: Path) -> Scores:
+    """Read an evaluation folder.
+
+    Raises:
+        EvaluationError: The folder does not hold a score of this format.
+    """
+    path = folder / SCORES_FILE
+    data = read_json(path)
+    if not isinstance(data, dict) or data.get("format") != _FORMAT:
+        raise EvaluationError(f"{path}: is not a score of format {_FORMAT}; run warehouse-sim evaluate again")
+    try:
+        return Scores(
+            method=data["method"],
+            dataset=data["dataset"],
+            settings=data["settings"],
+            counts=data["counts"],
+            overall=Summary.from_plain(data["overall"]),
+            groups={name: tuple(map(Summary.from_plain, group)) for name, group in data["groups"].items()},
+            docking_failures=data["docking_failures"],
+            seconds_per_image=data["seconds_per_image"],
+            table=read_table(folder / ERRORS_FILE),
+            estimates=tuple(pose_csv.read(folder / PREDICTIONS_FILE)),
+        )
+    except KeyError as problem:
+        raise EvaluationError(f"{path}: the entry {problem} is missing; run warehouse-sim evaluate again") from problem

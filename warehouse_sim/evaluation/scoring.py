@@ -1,0 +1,128 @@
+"""From two files to a score: a predictions CSV against one split of a dataset folder."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.docking import FAILURE_AXES
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.measure import measure
+from warehouse_sim.evaluation.scores import ScoreConfig, Scores
+from warehouse_sim.evaluation.summary import split_groups, summarise
+from warehouse_sim.schema import PoseEstimate
+
+
+def evaluate(
+    predictions: Path, data: Path, split: str, config: ScoreConfig | None = None, method: str | None = None
+) -> Scores:
+    """Score a predictions file in the BOP pose CSV against one split of a dataset.
+
+    Args:
+        predictions: CSV file; every row must name an image and an object of the split.
+        data: Dataset folder.
+        split: "train", "val" or "test".
+        config: Settings; the defaults if None.
+        method: Name to store; else the file name up to the first underscore (the BOP rule).
+
+    Raises:
+        EvaluationError: A prediction names an image or object that the split lacks, or no ground truth counts.
+        DatasetError: The dataset or the CSV cannot be read.
+    """
+    config = config or ScoreConfig()
+    reader = DatasetReader(data)
+    images = reader.images(split)
+    estimates = pose_csv.read(predictions)
+    _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
+    _check_geometry(images, set(reader.objects), data)
+    table = measure(estimates, images, reader.objects, config.measure)
+    if len(table) == 0:
+        raise EvaluationError(
+            f"{data}: split {split!r} has no ground truth that is visible enough to count; "
+            "generate more scenes, or lower measure.min_visible_fraction"
+        )
+    groups = {
+        name: tuple(summarise(label, table.select(rows), config.metrics, config.groups) for label, rows in group)
+        for name, group in split_groups(table, config.groups).items()
+    }
+    return Scores(
+        method=method or predictions.stem.split("_")[0],
+        dataset=_identity(reader, data, split),
+        settings=to_mapping(config),
+        counts=_counts(estimates, images, table),
+        overall=summarise("all", table, config.metrics, config.groups),
+        groups=groups,
+        docking_failures=docking_failures(table),
+        seconds_per_image=_seconds_per_image(estimates),
+        table=table,
+        estimates=tuple(estimates),
+    )
+
+
+def docking_failures(table: ErrorTable) -> dict[str, int]:
+    """Count the ground truths that cannot be docked (no margin) by the error to blame, "missed" for no estimate."""
+    failed = table.limiting_error[table.dockable & (table.slack < 0.0)]
+    return {axis: int((failed == axis).sum()) for axis in (*FAILURE_AXES, "missed")}
+
+
+def manifest_hash(data: Path) -> str:
+    """Return the SHA-256 of a dataset's manifest, by which a score finds its dataset again."""
+    return hashlib.sha256(DatasetLayout(data).manifest.read_bytes()).hexdigest()
+
+
+def _identity(reader: DatasetReader, data: Path, split: str) -> dict[str, Any]:
+    manifest = reader.manifest
+    return {
+        "recipe": manifest.recipe.get("name") or "unnamed",
+        "seed": manifest.seed,
+        "scenes": manifest.scenes,
+        "observations_per_scene": manifest.observations_per_scene,
+        "split": split,
+        "manifest_sha256": manifest_hash(data),
+    }
+
+
+def _check_places(
+    estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], objects: set[int], file: Path, where: str
+) -> None:
+    known = {(image.scene_id, image.image_id) for image in images}
+    for line, estimate in enumerate(estimates, start=2):
+        if (estimate.scene_id, estimate.image_id) not in known:
+            raise EvaluationError(
+                f"{file}: line {line}: scene {estimate.scene_id} image {estimate.image_id} is not in {where}; "
+                "check --split and --data"
+            )
+        if estimate.obj_id not in objects:
+            raise EvaluationError(f"{file}: line {line}: object {estimate.obj_id} is not in {where}; check --data")
+
+
+def _check_geometry(images: Sequence[ImageRecord], objects: set[int], data: Path) -> None:
+    unknown = {target.obj_id for image in images for target in image.targets} - objects
+    if unknown:
+        raise EvaluationError(
+            f"{DatasetLayout(data).objects}: lacks the labelled objects {sorted(unknown)}; "
+            "run warehouse-sim validate on the dataset"
+        )
+
+
+def _counts(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], table: ErrorTable) -> dict[str, int]:
+    return {
+        "scenes": len({image.scene_id for image in images}),
+        "images": len(images),
+        "ground_truths": len(table),
+        "ground_truths_left_out": sum(len(image.targets) for image in images) - len(table),
+        "predictions": len(estimates),
+        "found": int(table.found.sum()),
+    }
+
+
+def _seconds_per_image(estimates: Sequence[PoseEstimate]) -> float | None:
+    times = {(item.scene_id, item.image_id): item.time for item in estimates if item.time >= 0.0}
+    return round(float(np.mean(list(times.values()))), 6) if times else None

@@ -1,0 +1,107 @@
+"""All metrics of one group of ground truths, and the groups that a score is split into."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.metrics import MetricConfig, median_values, pass_values, posecnn_auc
+
+
+@dataclass(frozen=True)
+class GroupConfig:
+    """How ground truths are split into groups, and how sure the numbers of a group are."""
+
+    distance_edges: tuple[float, ...] = (0.0, 2.0, 4.0, 6.0, 8.0, 12.0)
+    """Lower edges (m) of the distance bins, rising; the last bin has no end."""
+    visible_fraction_edges: tuple[float, ...] = (0.1, 0.3, 0.5, 0.7, 0.9)
+    """Lower edges of the bins by visible share (0-1), rising; the last bin ends at 1."""
+    bootstrap_draws: int = 1000
+    """Resamples of the scenes for the 95 % intervals, >= 100."""
+    bootstrap_seed: int = 0
+    """Seed of the resamples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """The metrics of one group."""
+
+    label: str
+    """What the group is: "all", a class, or a range."""
+    gt_count: int
+    """Ground truths that count, found or not: the denominator of every share."""
+    found_count: int
+    """Ground truths with an estimate."""
+    dockable_count: int
+    """Ground truths with pockets: the denominator of docking."""
+    metrics: dict[str, float]
+    """By name; inf is a median among misses, nan is a metric that applies to nothing in the group."""
+    intervals: dict[str, tuple[float, float]]
+    """95 % intervals of the share-like metrics."""
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return JSON data; what is not a finite number becomes null."""
+        return {
+            "label": self.label,
+            "gt_count": self.gt_count,
+            "found_count": self.found_count,
+            "dockable_count": self.dockable_count,
+            "metrics": {name: _plain(value) for name, value in self.metrics.items()},
+            "intervals": {name: [_plain(low), _plain(high)] for name, (low, high) in self.intervals.items()},
+        }
+
+    @classmethod
+    def from_plain(cls, data: dict[str, Any]) -> "Summary":
+        """Read what ``to_plain`` wrote; null becomes nan."""
+        metrics = {name: np.nan if value is None else value for name, value in data["metrics"].items()}
+        intervals = {name: (low, high) for name, (low, high) in data["intervals"].items()}
+        counts = (data["gt_count"], data["found_count"], data["dockable_count"])
+        return cls(data["label"], *counts, metrics, intervals)
+
+
+def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: GroupConfig) -> Summary:
+    """Compute every metric of ``table``, which may be empty."""
+    values, intervals = {}, {}
+    for name, column in pass_values(table, metrics).items():
+        applies = ~np.isnan(column)
+        values[name] = float(column[applies].mean()) if applies.any() else np.nan
+        if applies.any():
+            # The same resamples for every metric: a new metric moves no other metric's interval.
+            rng = np.random.default_rng(groups.bootstrap_seed)
+            scenes = table.scene_id[applies]
+            intervals[name] = share_interval(column[applies], scenes, groups.bootstrap_draws, rng)
+    if len(table):
+        values["auc_add_10cm_posecnn"] = posecnn_auc(table.add)
+        values |= median_values(table)
+    found, dockable = int(table.found.sum()), int(table.dockable.sum())
+    return Summary(label, len(table), found, dockable, values, intervals)
+
+
+def split_groups(table: ErrorTable, config: GroupConfig) -> dict[str, list[tuple[str, Bool[np.ndarray, " n"]]]]:
+    """Return the groups of each split, by name: ("class" | "distance" | "visible_fraction") -> (label, rows)."""
+    classes = sorted(set(table.class_name.tolist()))
+    return {
+        "class": [(name, table.class_name == name) for name in classes],
+        "distance": _bins(table.distance, (*config.distance_edges, np.inf), " m"),
+        "visible_fraction": _bins(table.visible_fraction, (*config.visible_fraction_edges, 1.0), ""),
+    }
+
+
+def _bins(
+    values: Float[np.ndarray, " n"], edges: tuple[float, ...], unit: str
+) -> list[tuple[str, Bool[np.ndarray, " n"]]]:
+    bins = []
+    for low, high in pairwise(edges):
+        last = high == edges[-1]
+        label = f"over {low:g}{unit}" if np.isinf(high) else f"{low:g}-{high:g}{unit}"
+        bins.append((label, (values >= low) & ((values <= high) if last else (values < high))))
+    return bins
+
+
+def _plain(value: float) -> float | None:
+    # Six decimals: below what any of these numbers means, above what summation order changes.
+    return round(float(value), 6) if np.isfinite(value) else None
