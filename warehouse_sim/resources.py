@@ -37,3 +37,8 @@ def find_recipe(name_or_path: str) -> Path:
     if name_or_path in recipe_names() and shipped.is_file():
         return shipped
     raise UnknownNameError("recipe (a shipped name or the path of a .yaml file)", name_or_path, recipe_names())
+
+
+def suite_names() -> list[str]:
+    """Return the names of the shipped benchmark suites, sorted."""
+    return sorted(path.stem for path in (data_folder("benchmarks") / "suites").glob("*.yaml"))

@@ -132,7 +132,7 @@ def _pockets() -> tuple[Pocket, ...]:
     return tuple(pockets)
 
 
-def _facing(inwards: Float[np.ndarray, "2"]) -> Float[np.ndarray, "3 3"]:
+def _facing(inwards: Float[np.ndarray, " 2"]) -> Float[np.ndarray, "3 3"]:
     """Return the rotation whose x axis is the horizontal unit vector ``inwards`` and whose z axis is up."""
     x, y = inwards
     return np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])

@@ -36,7 +36,7 @@ class StackingConfig:
 
 
 def column_cells(
-    size: Float[np.ndarray, "3"], area: tuple[float, float], gap: float
+    size: Float[np.ndarray, " 3"], area: tuple[float, float], gap: float
 ) -> tuple[Float[np.ndarray, "n 2"], float]:
     """Return the cell centres (m) of one layer on ``area`` (m by m, centred) and the cartons' yaw (rad).
 
@@ -53,7 +53,7 @@ def column_cells(
 
 
 def stack_cartons(
-    size: Float[np.ndarray, "3"],
+    size: Float[np.ndarray, " 3"],
     layers: int,
     area: tuple[float, float],
     config: StackingConfig,
@@ -80,7 +80,7 @@ def stack_cartons(
 def _place_layer(
     centres: Float[np.ndarray, "n 3"],
     yaw: float,
-    size: Float[np.ndarray, "3"],
+    size: Float[np.ndarray, " 3"],
     config: StackingConfig,
     rng: np.random.Generator,
 ) -> list[Transform]:
@@ -99,9 +99,9 @@ def _place_layer(
 
 def _place(
     others: BoxStack,
-    centre: Float[np.ndarray, "3"],
+    centre: Float[np.ndarray, " 3"],
     yaw: float,
-    size: Float[np.ndarray, "3"],
+    size: Float[np.ndarray, " 3"],
     config: StackingConfig,
     rng: np.random.Generator,
 ) -> OrientedBox | None:

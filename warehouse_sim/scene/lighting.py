@@ -60,7 +60,7 @@ class Lighting:
     exposure: float
 
 
-def hang_luminaires(draft: SceneDraft, config: LightingConfig, area: Area) -> list[Float[np.ndarray, "3"]]:
+def hang_luminaires(draft: SceneDraft, config: LightingConfig, area: Area) -> list[Float[np.ndarray, " 3"]]:
     """Add the luminaires over the aisle ``area``; return the lamps' positions just under them."""
     pitch = (area.x_max - area.x_min) / config.luminaires
     y = area.y_max + config.row_offset * (area.y_min - area.y_max)
@@ -73,7 +73,7 @@ def hang_luminaires(draft: SceneDraft, config: LightingConfig, area: Area) -> li
 
 
 def draw_lighting(
-    config: LightingConfig, positions: list[Float[np.ndarray, "3"]], rng: np.random.Generator
+    config: LightingConfig, positions: list[Float[np.ndarray, " 3"]], rng: np.random.Generator
 ) -> Lighting:
     """Switch the lamps on and expose for the front of the first rack."""
     colour = planckian_rgb(config.temperature.draw(rng)) / planckian_rgb(config.white_balance)
@@ -92,7 +92,7 @@ def draw_lighting(
     return Lighting(lights, ambient, float(exposure))
 
 
-def illuminance(lights: tuple[Light, ...], point: Float[np.ndarray, "3"], normal: Float[np.ndarray, "3"]) -> float:
+def illuminance(lights: tuple[Light, ...], point: Float[np.ndarray, " 3"], normal: Float[np.ndarray, " 3"]) -> float:
     """Return the direct illuminance (lx) of a surface at ``point`` (m) with unit ``normal``, ignoring shadows.
 
     Each lamp gives I cos(incidence) / r^2; between its two cone angles a spot fades as a smooth step of the cosine.
@@ -111,7 +111,7 @@ def illuminance(lights: tuple[Light, ...], point: Float[np.ndarray, "3"], normal
     return total
 
 
-def planckian_rgb(temperature: float) -> Float[np.ndarray, "3"]:
+def planckian_rgb(temperature: float) -> Float[np.ndarray, " 3"]:
     """Return the linear sRGB colour of unit luminance of a black body at ``temperature`` (K), 1700-20000.
 
     Chromaticity by the cubic fits of Kang et al., J. Korean Phys. Soc. 41 (2002) 865.

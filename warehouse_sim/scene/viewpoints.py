@@ -106,8 +106,8 @@ def _choose(
 
 
 def _stand_before(
-    target: Float[np.ndarray, "3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
-) -> tuple[Float[np.ndarray, "3"], float]:
+    target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, " 3"], float]:
     """Draw a place (m) and a heading (rad) before ``target`` (m); what stands in the aisle is seen against the rack."""
     into_rack = -np.pi / 2 if target[1] < area.y_min else np.pi / 2
     bearing = into_rack + np.deg2rad(config.approach_deg.draw(rng))
@@ -117,7 +117,7 @@ def _stand_before(
     return np.array([*place, config.height.draw(rng)]), float(yaw)
 
 
-def _is_free(position: Float[np.ndarray, "3"], config: ViewpointsConfig, world: _World) -> bool:
+def _is_free(position: Float[np.ndarray, " 3"], config: ViewpointsConfig, world: _World) -> bool:
     """Return whether a camera at ``position`` stands in the aisle and keeps its distance from every object."""
     if not world.area.contains(position, margin=_EDGE):
         return False
@@ -127,9 +127,9 @@ def _is_free(position: Float[np.ndarray, "3"], config: ViewpointsConfig, world: 
 
 
 def _in_sight(
-    position: Float[np.ndarray, "3"],
+    position: Float[np.ndarray, " 3"],
     target: ObjectInstance,
-    size: Float[np.ndarray, "3"],
+    size: Float[np.ndarray, " 3"],
     config: ViewpointsConfig,
     world: _World,
 ) -> bool:
@@ -143,6 +143,6 @@ def _in_sight(
     return bool(np.mean(~hidden) >= _CLEAR_SHARE)
 
 
-def _sample_points(size: Float[np.ndarray, "3"]) -> Float[np.ndarray, "9 3"]:
+def _sample_points(size: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "9 3"]:
     """Return the centre of an object and eight points towards its corners, in its frame (m)."""
     return np.concatenate([np.zeros((1, 3)), 0.8 * box_corners(size)])
