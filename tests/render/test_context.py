@@ -1,0 +1,53 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.render import open_renderer
+from warehouse_sim.render.raster import context
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_without_the_egl_library_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(context, "EGL_LIBRARY", "libEGL-not-there.so.1")
+    with pytest.raises(RenderError) as caught:
+        open_renderer()
+    message = str(caught.value)
+    assert message.startswith("libEGL-not-there.so.1 cannot be loaded")
+    assert "apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri" in message
+    assert "\n" not in message
+
+
+def test_a_library_that_is_no_egl_is_an_error_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(context, "EGL_LIBRARY", "libc.so.6")
+    with pytest.raises(RenderError, match=r"opens no OpenGL 4\.5 context on EGL device 0 .*apt-get install"):
+        open_renderer()
+
+
+@pytest.mark.gl
+def test_a_device_that_does_not_exist_is_named() -> None:
+    with pytest.raises(RenderError, match="EGL device 99"):
+        open_renderer(device=99)
+
+
+@pytest.mark.gl
+def test_the_driver_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level("INFO", logger="warehouse_sim.render"), open_renderer() as renderer:
+        driver = renderer.description.removeprefix("raster on ")
+    assert [record.message for record in caplog.records] == [f"OpenGL renderer: {driver}"]
+
+
+def test_without_moderngl_the_error_says_which_extra_brings_it() -> None:
+    script = (
+        "import sys; sys.modules['moderngl'] = None\n"
+        "from warehouse_sim.errors import MissingPackageError\n"
+        "from warehouse_sim.render import open_renderer\n"
+        "try: open_renderer()\n"
+        "except MissingPackageError as error: print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert "moderngl is needed for the raster renderer" in done.stdout
+    assert "pip install 'warehouse-sim[generate]'" in done.stdout

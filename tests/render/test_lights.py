@@ -1,0 +1,43 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.render.scenes import spot
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records, order_lights
+from warehouse_sim.schema import Viewpoint
+
+VIEW = Viewpoint(level_camera(np.array([0.0, 0.0, 1.5]), 0.0))
+
+
+def test_lamps_near_what_is_seen_come_first_and_shadows_before_all() -> None:
+    far, near, behind = spot((30, 0, 6)), spot((4, 1, 6)), spot((-9, 0, 6))
+    plain = replace(near, casts_shadow=False)
+    point = replace(near, kind="point")
+    assert order_lights([plain, far, point, behind, near], [VIEW]) == [near, behind, far, plain, point]
+    strong = spot((30, 0, 6), 8000.0)
+    assert order_lights([near, strong], []) == [strong, near]
+
+
+def test_only_so_many_lamps_are_kept() -> None:
+    lamps = [spot((4, 0, 6), 1000.0 + k) for k in range(20)]
+    assert order_lights(lamps, [VIEW]) == lamps[:3:-1][:MAX_LIGHTS]
+
+
+def test_records_hold_the_lamp_in_the_camera_frame() -> None:
+    lamp = replace(spot((4.0, 1.0, 6.0), 500.0), color=(1.0, 0.5, 0.25), cone_inner=0.5, cone_outer=1.0)
+    records = light_records([ShadedLight(lamp, None)], VIEW.T_world_camera)
+    assert records.dtype == LIGHT
+    assert len(records) == MAX_LIGHTS
+    np.testing.assert_allclose(records[0]["position"], [-1.0, -4.5, 4.0], atol=1e-6)
+    np.testing.assert_allclose(records[0]["axis"], [0.0, 1.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(records[0]["intensity"], [500.0, 250.0, 125.0])
+    for angle, expected in ((0.5, 1.0), (1.0, 0.0)):
+        value = np.cos(angle) * records[0]["cone_scale"] + records[0]["cone_offset"]
+        assert value == pytest.approx(expected, abs=1e-5)
+    assert not records[1:].view(np.uint8).any()
+
+
+def test_the_record_has_the_size_of_the_shaders_array_element() -> None:
+    assert LIGHT.itemsize == 8 * 16  # eight vec4 in std140

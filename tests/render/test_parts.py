@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from tests.render.scenes import MATERIALS, at, box_model, make_scene, pallet_model
+from warehouse_sim.geometry.pose import invert, level_camera, transform_points
+from warehouse_sim.render.raster.mesh_batch import flat_shaded
+from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
+
+ROWS = {name: row for row, name in enumerate(MATERIALS)}
+
+
+def test_every_part_is_a_row_and_every_mesh_one_slice() -> None:
+    scene = make_scene([pallet_model(), box_model("box", (1, 2, 3))], [("box", at(0, 0, 0)), ("pallet", at(1, 2, 3))])
+    table = build_part_table(scene, ROWS)
+    count = 1 + len(scene.models["pallet"].parts)
+    assert len(table) == count
+    assert len(table.meshes) == 1  # all are the unit box
+    assert table.rows_of_mesh == (slice(0, count),)
+    assert table.rows_of_instance[1].tolist() == [0]
+    assert table.rows_of_instance[2].tolist() == list(range(1, count))
+    assert table.template["identity"][0].tolist() == [1, ROWS["kraft"], 2 + 4 * 1 + 16 * 0, 0]
+
+
+def test_records_place_vertices_where_the_scene_has_them() -> None:
+    T_world_camera = level_camera(np.array([-3.0, 1.0, 1.5]), 0.4, -0.2)
+    scene = make_scene([pallet_model()], [("pallet", at(1, 2, 3, 0.7))])
+    table = build_part_table(scene, ROWS)
+    records = placed_records(table, T_world_camera)
+    pallet = scene.instances[0]
+    for record, part in zip(records, scene.models["pallet"].parts, strict=True):
+        drawn = (part.mesh.vertices * record["scale"]) @ record["rotation"] + record["translation"]
+        true = transform_points(invert(T_world_camera) @ pallet.T_world_object, part.placed().vertices)
+        np.testing.assert_allclose(drawn, true, atol=1e-6)
+    tops = [(part.T_object_part[2, 3] + part.scale[2] / 2) + 3 for part in scene.models["pallet"].parts]
+    np.testing.assert_allclose(table.tops(), tops, atol=1e-12)
+
+
+def test_the_record_layout_is_what_the_shader_is_told() -> None:
+    counts = [int(item[0]) for item in INSTANCE_FORMAT.partition("/")[0].split()]
+    assert sum(counts) * 4 == INSTANCE.itemsize
+    offsets = np.cumsum([0, *counts[:-1]]) * 4
+    assert [INSTANCE.fields[name][1] for name in INSTANCE.names] == offsets.tolist()
+
+
+def test_flat_shading_splits_a_box_into_24_corners_with_its_face_normals() -> None:
+    mesh = box_model("box", (1, 1, 1)).parts[0].mesh
+    vertices, triangles = flat_shaded(mesh)
+    assert vertices.shape == (24, 6)
+    a, b, c = np.moveaxis(vertices[triangles, :3].astype(float), 1, 0)
+    np.testing.assert_allclose(np.cross(b - a, c - a), vertices[triangles[:, 0], 3:], atol=1e-6)
+    assert np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2 == pytest.approx(6.0)

@@ -1,0 +1,135 @@
+"""Pixels lie where the camera model says, in every channel."""
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.render.referee import cast_image
+from tests.render.scenes import at, box_model, make_scene
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import (
+    invert,
+    level_camera,
+    make_transform,
+    matrix_from_quat_wxyz,
+    transform_points,
+)
+from warehouse_sim.render import Renderer
+from warehouse_sim.schema import SceneSpec
+
+pytestmark = pytest.mark.gl
+
+KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
+OFF_CENTRE = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8)
+SIZE = np.array([0.6, 0.4, 0.3])
+
+
+def random_placements(count: int) -> list[np.ndarray]:
+    """Poses of a box in the camera frame that keep it whole in the image of ``OFF_CENTRE``."""
+    rng = np.random.default_rng(7)
+    found: list[np.ndarray] = []
+    while len(found) < count:
+        z = rng.uniform(1.5, 6.0)
+        pixel = rng.uniform((0, 0), (OFF_CENTRE.width, OFF_CENTRE.height))
+        ray = (pixel - (OFF_CENTRE.cx, OFF_CENTRE.cy)) / (OFF_CENTRE.fx, OFF_CENTRE.fy)
+        T = make_transform(matrix_from_quat_wxyz(rng.normal(size=4)), np.array([*ray * z, z]))
+        corners = OFF_CENTRE.project(transform_points(T, box_corners(SIZE)))
+        if corners.min() > 2 and (corners.max(axis=0) < (OFF_CENTRE.width - 3, OFF_CENTRE.height - 3)).all():
+            found.append(T)
+    return found
+
+
+def polygon_centroid(points: np.ndarray) -> np.ndarray:
+    x, y = points.T
+    x2, y2 = np.roll(x, -1), np.roll(y, -1)
+    cross = x * y2 - x2 * y
+    return np.array([((x + x2) * cross).sum(), ((y + y2) * cross).sum()]) / (3.0 * cross.sum())
+
+
+def ray_box_depth(T_camera_object: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return z-depth (0 = missed) and normals where rays with z = 1 m meet a box, by the slab method in 64 bits."""
+    T = invert(T_camera_object)
+    directions = rays @ T[:3, :3].T
+    a, b = (-SIZE / 2 - T[:3, 3]) / directions, (SIZE / 2 - T[:3, 3]) / directions
+    enter, leave = np.minimum(a, b), np.maximum(a, b)
+    axis = enter.argmax(axis=1)
+    depth = np.where(enter.max(axis=1) < leave.min(axis=1), enter.max(axis=1), 0.0)
+    sign = -np.sign(np.take_along_axis(directions, axis[:, None], axis=1))
+    return depth, sign * np.eye(3)[axis] @ T_camera_object[:3, :3].T
+
+
+def test_masks_and_depth_lie_where_the_camera_projects(renderer: Renderer) -> None:
+    """200 random placements: mask against the projected outline, depth against exact rays, both below 0.1 px."""
+    model = box_model("box", SIZE)
+    mask_offsets, depth_offsets = [], []
+    all_rays = OFF_CENTRE.rays()
+    # The box stands at the world's origin; the camera moves around it.
+    renderer.load(make_scene([model], [("box", np.eye(4))]))
+    for T_camera_object in random_placements(200):
+        buffers = renderer.render(OFF_CENTRE, invert(T_camera_object))
+        rows, columns = np.nonzero(buffers.instance_ids)
+        corners = OFF_CENTRE.project(transform_points(T_camera_object, box_corners(SIZE)))
+        outline = cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float)
+        mask_offsets.append(np.array([columns.mean(), rows.mean()]) - polygon_centroid(outline))
+        rays = all_rays[rows, columns]
+        true_depth, normals = ray_box_depth(T_camera_object, rays)
+        # On the plane n.p = c: z = c / (n.ray), whose derivatives by u and v say how far the image would have to move.
+        facing = (normals * rays).sum(axis=-1, keepdims=True)
+        per_pixel = -true_depth[:, None] * normals[:, :2] / (facing * [OFF_CENTRE.fx, OFF_CENTRE.fy])
+        error = buffers.depth[rows, columns] - true_depth
+        same_face = np.abs(error) < 0.02
+        assert same_face.mean() > 0.97
+        depth_offsets.append(np.linalg.lstsq(per_pixel[same_face], error[same_face], rcond=None)[0])
+    assert np.linalg.norm(np.mean(mask_offsets, axis=0)) < 0.02
+    assert np.linalg.norm(mask_offsets, axis=1).mean() < 0.1
+    assert np.linalg.norm(np.mean(depth_offsets, axis=0)) < 0.02
+    assert np.linalg.norm(depth_offsets, axis=1).mean() < 0.02
+
+
+@pytest.mark.parametrize("pitch", [0.0, -0.3, -1.2])
+def test_the_depth_of_a_plane_equals_the_closed_form(renderer: Renderer, pitch: float) -> None:
+    renderer.load(make_scene([box_model("floor", (120, 120, 0.1), "concrete")], [("floor", at(0, 0, -0.05))]))
+    height = 1.65
+    T = level_camera(np.array([0.0, 0.0, height]), 0.3, pitch)
+    depth = renderer.render(KITTI, T).depth
+    down = -(KITTI.rays() @ T[:3, :3].T)[..., 2]
+    points = np.where(down > 0, height / np.where(down > 0, down, 1.0), np.inf)
+    on_floor = points < 35.0
+    assert np.count_nonzero(on_floor) > 100_000
+    error = np.abs(depth[on_floor] - points[on_floor])
+    assert (error < 0.001 + 0.001 * points[on_floor]).all()
+    assert np.median(error) < 0.0005
+    assert (depth[points > 120.0] == 0.0).all()
+
+
+def test_every_channel_agrees_with_ray_casting(renderer: Renderer, wall: SceneSpec) -> None:
+    renderer.load(wall)
+    for viewpoint in wall.viewpoints:
+        buffers = renderer.render(KITTI, viewpoint.T_world_camera, normals=True)
+        truth = cast_image(wall, KITTI, viewpoint.T_world_camera)
+        inside = truth.inside()
+        assert inside.mean() > 0.7
+        assert (buffers.instance_ids == truth.instance_ids)[inside].mean() >= 0.999
+        assert (buffers.instance_ids == truth.instance_ids).mean() >= 0.997
+        compared = inside & (truth.instance_ids > 0) & (buffers.instance_ids == truth.instance_ids)
+        error = np.abs(buffers.depth - truth.depth)[compared]
+        assert np.quantile(error - 0.001 * truth.depth[compared], 0.9999) < 0.001
+        assert buffers.normals is not None
+        cosine = (buffers.normals * truth.normals).sum(axis=-1)[compared]
+        assert np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.9999) < 0.1
+        assert (buffers.normals[buffers.instance_ids == 0] == 0.0).all()
+        assert ((buffers.depth == 0.0) == (buffers.instance_ids == 0)).all()
+
+
+def test_a_window_of_the_image_is_the_image_of_the_cropped_camera(renderer: Renderer, wall: SceneSpec) -> None:
+    """The principal point may lie anywhere, even outside the image."""
+    renderer.load(wall)
+    T = wall.viewpoints[1].T_world_camera
+    whole = renderer.render(KITTI, T)
+    for left, top, width, height in ((700, 40, 400, 300), (0, 0, 200, 100), (1000, 300, 224, 70)):
+        part = renderer.render(KITTI.crop(left, top, width, height), T)
+        window = (slice(top, top + height), slice(left, left + width))
+        same = part.instance_ids == whole.instance_ids[window]
+        assert same.mean() >= 0.9998  # vertices are rounded to 1/256 px: a few outlines move by that much
+        assert np.quantile(np.abs(part.depth - whole.depth[window])[same], 0.999) < 0.001

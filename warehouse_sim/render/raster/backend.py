@@ -1,0 +1,127 @@
+"""The raster backend: one context, one loaded scene, any number of views."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import moderngl
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raster.context import describe, open_context
+from warehouse_sim.render.raster.geometry_pass import GeometryPass
+from warehouse_sim.render.raster.image_targets import ImageTargets
+from warehouse_sim.render.raster.loaded_scene import LoadedScene
+from warehouse_sim.render.raster.parts import placed_records
+from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
+from warehouse_sim.render.raster.shading_pass import ShadingPass
+from warehouse_sim.render.raster.shadows import ShadowAtlas
+from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
+from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+
+class RasterRenderer:
+    """Deferred renderer on OpenGL 4.5; see ``render.renderer.Renderer`` for the methods.
+
+    Args:
+        device: Number of the EGL device, 0 = the first.
+
+    Raises:
+        RenderError: No context can be opened.
+    """
+
+    def __init__(self, device: int = 0) -> None:
+        self._context: moderngl.Context | None = open_context(device)
+        self.description = f"raster on {describe(self._context)}"
+        with self._context:
+            self._geometry = GeometryPass(self._context)
+            self._shading = ShadingPass(self._context)
+            self._shadows = ShadowAtlas(self._context)
+            self._silhouettes = SilhouetteAtlas(self._context)
+        self._scene: LoadedScene | None = None
+        self._targets: ImageTargets | None = None
+
+    def load(self, scene: SceneSpec) -> None:
+        """Upload ``scene`` and draw its shadow maps."""
+        with self._open_context() as context:
+            loaded = LoadedScene(context, scene, self._shadows)
+            if self._scene is not None:
+                self._scene.release()
+            self._scene = loaded
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Draw the loaded scene."""
+        with self._open_context() as context:
+            scene, targets = self._loaded_scene(), self._targets_for(context, camera)
+            records = placed_records(scene.table, T_world_camera)
+            self._geometry.draw(targets.geometry, camera, scene.table, records, scene.batches, scene.materials)
+            self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, scene.lighting)
+            if normals:
+                self._shading.draw_normals(targets.normals, targets.geometry)
+            buffers = targets.read(normals)
+            error = context.error  # reading it clears it
+            if error != "GL_NO_ERROR":
+                raise RenderError(
+                    f"{self.description} failed while drawing ({error}); try another device or LIBGL_ALWAYS_SOFTWARE=1"
+                )
+            return buffers
+
+    def silhouettes(
+        self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
+    ) -> list[Silhouette]:
+        """Draw each of ``instances`` of the loaded scene as if it stood alone."""
+        with self._open_context():
+            scene = self._loaded_scene()
+            records = placed_records(scene.table, T_world_camera)
+            ids = [instance.instance_id for instance in instances]
+            return self._silhouettes.draw(camera, scene.table, records, scene.batches, ids)
+
+    def close(self) -> None:
+        """Give back the context and all device memory."""
+        if self._context is None:
+            return
+        with self._context:
+            if self._scene is not None:
+                self._scene.release()
+            if self._targets is not None:
+                self._targets.release()
+            for item in (self._geometry, self._shading, self._shadows, self._silhouettes):
+                item.release()
+        self._context.release()
+        self._context = self._scene = self._targets = None
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
+        self.close()
+
+    def _open_context(self) -> moderngl.Context:
+        if self._context is None:
+            raise RenderError("the renderer is closed; open a new one with open_renderer()")
+        return self._context
+
+    def _loaded_scene(self) -> LoadedScene:
+        if self._scene is None:
+            raise RenderError("no scene is loaded; call load(scene) before drawing")
+        return self._scene
+
+    def _targets_for(self, context: moderngl.Context, camera: PinholeCamera) -> ImageTargets:
+        size = (camera.width, camera.height)
+        if max(size) > MAX_IMAGE_PX:
+            raise RenderError(
+                f"an image of {size[0]} x {size[1]} is too large; the raster backend draws {MAX_IMAGE_PX} px"
+            )
+        if self._targets is None or self._targets.size != size:
+            before, self._targets = self._targets, ImageTargets(context, size)
+            # A framebuffer must not be bound when it is released: making the next one would bind it again.
+            self._targets.color.use()
+            if before is not None:
+                before.release()
+        return self._targets

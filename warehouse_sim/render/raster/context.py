@@ -1,0 +1,81 @@
+"""Open an OpenGL context without a display, or say which library is missing."""
+
+import ctypes
+import logging
+from typing import Any, Literal
+
+import moderngl
+
+from warehouse_sim.errors import RenderError
+
+EGL_LIBRARY = "libEGL.so.1"
+_REMEDY = "install the EGL loader and a driver: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
+_VERSION = 450  # the first with glClipControl, which reversed depth needs
+
+_LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
+_COLOR, _DEPTH, _TEXTURE_2D = 0x1800, 0x1801, 0x0DE1
+_DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
+
+_logger = logging.getLogger(__name__)
+
+
+def open_context(device: int = 0) -> moderngl.Context:
+    """Return a surfaceless OpenGL 4.5 context on EGL device number ``device`` with depth running from 0 to 1.
+
+    Raises:
+        RenderError: The EGL library, its driver or the device is missing, or the driver is too old.
+    """
+    try:
+        ctypes.CDLL(EGL_LIBRARY)
+    except OSError as error:
+        raise RenderError(f"{EGL_LIBRARY} cannot be loaded ({error}); {_REMEDY}") from error
+    try:
+        # libEGL hands out the core functions as well, so that libGL need not be installed.
+        settings: dict[str, Any] = {"backend": "egl", "device_index": device}
+        settings |= {"libgl": EGL_LIBRARY, "libegl": EGL_LIBRARY}
+        context = moderngl.create_context(require=_VERSION, standalone=True, **settings)
+    except Exception as error:  # glcontext raises bare Exception for every failure
+        raise RenderError(
+            f"{EGL_LIBRARY} opens no OpenGL {_VERSION / 100:.1f} context on EGL device {device} ({error}); {_REMEDY}"
+        ) from error
+    # NDC depth must be 0 to 1: the default -1 to 1 wastes the precision that a float has near zero.
+    _function("glClipControl", ctypes.c_uint, ctypes.c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
+    _logger.info("OpenGL renderer: %s", describe(context))
+    return context
+
+
+def describe(context: moderngl.Context) -> str:
+    """Return the driver's renderer and version strings."""
+    return f"{context.info['GL_RENDERER']}, OpenGL {context.info['GL_VERSION']}"
+
+
+def float_depth_texture(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Texture:
+    """Return a 32-bit float depth texture of ``size`` (width, height)."""
+    texture = context.depth_texture(size)
+    # moderngl only makes 24-bit fixed point depth: respecify the storage of its texture object.
+    _function("glBindTexture", ctypes.c_uint, ctypes.c_uint)(_TEXTURE_2D, texture.glo)
+    i, u = ctypes.c_int, ctypes.c_uint
+    allocate = _function("glTexImage2D", u, i, i, i, i, i, u, u, ctypes.c_void_p)
+    allocate(_TEXTURE_2D, 0, _DEPTH_COMPONENT32F, *size, 0, _DEPTH_COMPONENT, _FLOAT, None)
+    return texture
+
+
+def clear_to_zero(attachment: int | None, kind: Literal["f", "i", "ui"]) -> None:
+    """Set an attachment of the bound framebuffer to zero.
+
+    moderngl clears with floats only, which leaves integer attachments undefined.
+
+    Args:
+        attachment: Number of the colour attachment; None = the depth attachment.
+        kind: What the attachment holds: floats, integers, unsigned integers.
+    """
+    zeros = (ctypes.c_uint32 * 4)()  # all bits zero: zero in each of the three kinds
+    clear = _function(f"glClearBuffer{kind}v", ctypes.c_uint, ctypes.c_int, ctypes.c_void_p)
+    clear(_DEPTH if attachment is None else _COLOR, attachment or 0, zeros)
+
+
+def _function(name: str, *argument_types: type) -> ctypes._CFuncPtr:
+    """Return an OpenGL function that moderngl does not wrap."""
+    load = ctypes.CDLL(EGL_LIBRARY).eglGetProcAddress
+    load.restype, load.argtypes = ctypes.c_void_p, (ctypes.c_char_p,)
+    return ctypes.CFUNCTYPE(None, *argument_types)(load(name.encode()))

@@ -1,0 +1,47 @@
+"""The images that a view is drawn into, and their way back to numpy."""
+
+import moderngl
+import numpy as np
+
+from warehouse_sim.render.raster.edge_filter import smooth_edges
+from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
+from warehouse_sim.render.raster.projection import NEAR
+from warehouse_sim.schema import RenderBuffers
+
+
+class ImageTargets:
+    """Geometry buffer, colour and normals of one image size."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = size
+        self.geometry = GeometryBuffer(context, size)
+        self._color_texture = context.texture(size, 4)
+        self._normal_texture = context.texture(size, 4, dtype="f4")
+        self.color = context.framebuffer([self._color_texture])
+        self.normals = context.framebuffer([self._normal_texture])
+
+    def read(self, normals: bool) -> RenderBuffers:
+        """Return what was drawn."""
+        width, height = self.size
+        rgba, ids = np.empty((height, width, 4), np.uint8), np.empty((height, width), np.int32)
+        stored = np.empty((height, width), np.float32)
+        self._color_texture.read_into(rgba)
+        self.geometry.instance_ids.read_into(ids)
+        self.geometry.depth.read_into(stored)
+        return RenderBuffers(
+            rgb=smooth_edges(rgba),
+            depth=np.divide(np.float32(NEAR), stored, out=np.zeros_like(stored), where=stored > 0),
+            instance_ids=ids,
+            normals=self._read_normals() if normals else None,
+        )
+
+    def release(self) -> None:
+        """Free the device memory."""
+        for item in (self.geometry, self.color, self.normals, self._color_texture, self._normal_texture):
+            item.release()
+
+    def _read_normals(self) -> np.ndarray:
+        width, height = self.size
+        values = np.empty((height, width, 4), np.float32)
+        self._normal_texture.read_into(values)
+        return np.ascontiguousarray(values[..., :3])

@@ -1,0 +1,77 @@
+"""The lamps of a scene as the shading pass reads them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.render.raster.shadows import ShadowTile
+from warehouse_sim.schema import Light, Viewpoint
+
+MAX_LIGHTS = 16
+"""Lamps that are shaded; of more, those that matter most."""
+_AHEAD = 4.0  # metres before a camera where its picture is taken to be
+
+# std140 layout of one element of the array ``lights`` in shade.frag.
+LIGHT = np.dtype(
+    [
+        ("position", "f4", 3),
+        ("cone_offset", "f4"),
+        ("axis", "f4", 3),
+        ("cone_scale", "f4"),
+        ("intensity", "f4", 3),
+        ("texel_angle", "f4"),
+        ("T_light_camera", "f4", (3, 4)),
+        ("tile_scale", "f4", 2),
+        ("tile_offset", "f4", 2),
+        ("tile_low", "f4", 2),
+        ("tile_high", "f4", 2),
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ShadedLight:
+    """A lamp and its shadow map, if it has one."""
+
+    light: Light
+    tile: ShadowTile | None
+
+
+def order_lights(lights: Sequence[Light], viewpoints: Sequence[Viewpoint]) -> list[Light]:
+    """Return the ``MAX_LIGHTS`` lamps that matter most, those that can have a shadow map first; ties keep their order.
+
+    What matters is the illuminance that a lamp could give a few metres before the viewpoints, on average.
+    """
+    before = np.array([view.T_world_camera[:3, 3] + _AHEAD * view.T_world_camera[:3, 2] for view in viewpoints])
+
+    def importance(light: Light) -> float:
+        squared = ((before.reshape(-1, 3) - np.asarray(light.position, float)) ** 2).sum(axis=1)
+        return light.intensity * float(np.mean(1.0 / np.maximum(squared, 1.0))) if len(squared) else light.intensity
+
+    chosen = sorted(lights, key=lambda light: -importance(light))[:MAX_LIGHTS]
+    return sorted(chosen, key=lambda light: not (light.casts_shadow and light.kind == "spot"))
+
+
+def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> np.ndarray:
+    """Return ``MAX_LIGHTS`` records of dtype ``LIGHT`` in the camera frame; unused ones are zero."""
+    T_camera_world = invert(T_world_camera)
+    records = np.zeros(MAX_LIGHTS, LIGHT)
+    for record, item in zip(records, lights, strict=False):
+        light = item.light
+        record["position"] = transform_points(T_camera_world, np.asarray(light.position, float)[None])[0]
+        record["intensity"] = light.intensity * np.asarray(light.color)
+        # Falloff from the inner to the outer cone as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2.
+        record["cone_scale"], record["cone_offset"] = 0.0, 1.0
+        if light.kind == "spot":
+            inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
+            record["axis"] = T_camera_world[:3, :3] @ np.asarray(light.direction, float)
+            record["cone_scale"] = 1.0 / max(inner - outer, 1e-3)
+            record["cone_offset"] = -outer * record["cone_scale"]
+        if item.tile is not None:
+            record["T_light_camera"] = (invert(item.tile.T_world_light) @ T_world_camera)[:3]
+            record["tile_scale"], record["tile_offset"] = item.tile.scale, item.tile.offset
+            record["tile_low"], record["tile_high"] = item.tile.low, item.tile.high
+            record["texel_angle"] = item.tile.texel_angle
+    return records

@@ -1,0 +1,141 @@
+"""A scene as flat arrays of drawn parts, one row a part, grouped by mesh so that each mesh is drawn in one call."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float32, Float64, Int
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.schema import ObjectInstance, Part, SceneSpec
+
+# What a vertex shader reads once an instance; the order of fields is that of ``INSTANCE_FORMAT``.
+INSTANCE = np.dtype(
+    [
+        ("rotation", "f4", (3, 3)),  # columns first, as GLSL stores a mat3
+        ("translation", "f4", 3),
+        ("scale", "f4", 3),
+        ("texture_shift", "f4", 2),
+        ("identity", "i4", 4),  # instance id, material row, order of the part's edges, row of the part
+    ]
+)
+INSTANCE_FORMAT = "9f4 3f4 3f4 2f4 4i4/i"
+
+
+@dataclass(frozen=True, eq=False)
+class PartTable:
+    """Every part of every object of a scene."""
+
+    meshes: tuple[TriangleMesh, ...]
+    rows_of_mesh: tuple[slice, ...]
+    """Rows that draw each of ``meshes``."""
+    rows_of_instance: dict[int, Int[np.ndarray, " k"]]
+    """Rows of each instance id."""
+    T_world_part: Float64[np.ndarray, "n 4 4"]
+    local_centre: Float64[np.ndarray, "n 3"]
+    """Centre of each part's bounding box in the part's frame (m)."""
+    half_size: Float64[np.ndarray, "n 3"]
+    """Half edge lengths of that box (m)."""
+    template: np.ndarray
+    """(n,) of dtype ``INSTANCE``; all but the placement is filled in."""
+
+    def __len__(self) -> int:
+        return len(self.template)
+
+    @property
+    def radius(self) -> Float64[np.ndarray, " n"]:
+        """Radius of a sphere about the centre that holds the part (m)."""
+        return np.linalg.norm(self.half_size, axis=1)
+
+    def centres(self, records: np.ndarray) -> Float64[np.ndarray, "n 3"]:
+        """Return the centres of the parts' boxes in the frame in which ``records`` places them (m)."""
+        return np.einsum("nji,nj->ni", records["rotation"], self.local_centre) + records["translation"]
+
+    def tops(self) -> Float64[np.ndarray, " n"]:
+        """Return the world height of the highest point of each part's box (m)."""
+        up = self.T_world_part[:, 2, :3]
+        return (up * self.local_centre + np.abs(up) * self.half_size).sum(axis=1) + self.T_world_part[:, 2, 3]
+
+
+def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTable:
+    """Flatten ``scene``.
+
+    Args:
+        scene: What to draw.
+        material_row: Number of each material of the scene.
+
+    Raises:
+        RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
+    """
+    groups = _parts_by_mesh(scene, material_row)
+    entries = [entry for group in groups.values() for entry in group]
+    ends = np.cumsum([0] + [len(group) for group in groups.values()])
+    scale = np.stack([part.scale for _, _, part in entries])
+    extent = {mesh: (mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for mesh in groups}
+    low, high = (np.stack([extent[part.mesh][side] for _, _, part in entries]) * scale for side in (0, 1))
+    ids = np.array([instance.instance_id for instance, _, _ in entries])
+    template = np.zeros(len(entries), INSTANCE)
+    template["scale"] = scale
+    template["identity"][:, 0] = ids
+    template["identity"][:, 1] = [material_row[part.material] for _, _, part in entries]
+    template["identity"][:, 2] = _edge_order(high - low)
+    template["identity"][:, 3] = np.arange(len(entries))
+    template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
+    T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
+    return PartTable(
+        meshes=tuple(groups),
+        rows_of_mesh=tuple(slice(a, b) for a, b in pairwise(ends)),
+        rows_of_instance={int(key): np.flatnonzero(ids == key) for key in np.unique(ids)},
+        T_world_part=T_world_object @ np.stack([part.T_object_part for _, _, part in entries]),
+        local_centre=(low + high) / 2,
+        half_size=(high - low) / 2,
+        template=template,
+    )
+
+
+def placed_records(table: PartTable, T_world_camera: Transform) -> np.ndarray:
+    """Return the whole table as instance records placed in the camera frame, computed in 64 bits."""
+    T_camera_part = invert(T_world_camera) @ table.T_world_part
+    records = table.template.copy()
+    records["rotation"] = np.swapaxes(T_camera_part[:, :3, :3], 1, 2)
+    records["translation"] = T_camera_part[:, :3, 3]
+    return records
+
+
+def _parts_by_mesh(
+    scene: SceneSpec, material_row: dict[str, int]
+) -> dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]]:
+    """Return, for each mesh, what draws it: the object, the number of the part in its model, the part."""
+    groups: dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]] = {}
+    seen: set[int] = set()
+    for instance in scene.instances:
+        where = f"scene {scene.scene_index}: object {instance.instance_id}"
+        if instance.instance_id in seen:
+            raise RenderError(f"{where} occurs twice; every object needs an id of its own")
+        seen.add(instance.instance_id)
+        if instance.model not in scene.models:
+            raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
+        for number, part in enumerate(scene.model_of(instance).parts):
+            if part.material not in material_row:
+                raise RenderError(f"{where} has the material {part.material!r}; add it to SceneSpec.materials")
+            groups.setdefault(part.mesh, []).append((instance, number, part))
+    if not groups:
+        raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")
+    return groups
+
+
+def _edge_order(extent: Float64[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
+    """Pack the axes from longest to shortest edge as ``first + 4 * second + 16 * third``; ties keep x, y, z."""
+    order = np.argsort(-np.round(extent, 6), axis=1, kind="stable")
+    return order @ np.array([1, 4, 16])
+
+
+def _texture_shift(ids: Int[np.ndarray, " n"], numbers: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 2"]:
+    """Return where in its texture each part starts, so that no two boards show the same grain.
+
+    The R2 low-discrepancy sequence (Roberts 2018) over object and part number.
+    """
+    step = np.array([0.7548776662466927, 0.5698402909980532])
+    return (((ids * 131 + numbers)[:, None] * step) % 1.0).astype(np.float32)

@@ -1,0 +1,147 @@
+"""Shadow maps of the most important spot lights, drawn once a scene into one depth atlas."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
+from warehouse_sim.render.raster.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.parts import PartTable, placed_records
+from warehouse_sim.render.raster.programs import source
+from warehouse_sim.render.raster.projection import projected_bounds
+from warehouse_sim.schema import Light
+
+MAX_SHADOWS = 4
+"""Lights that cast shadows; of more, the first in their order of importance."""
+TILE_PX = 1536
+"""Edge of one light's map."""
+_SIDE = 2  # tiles along an edge of the atlas
+ATLAS_PX = _SIDE * TILE_PX
+"""Edge of the atlas that holds all maps."""
+SHADOW_NEAR = 0.1
+"""Nearest distance along its axis at which something shades a lamp (m)."""
+_MARGIN_PX = 2  # texels that the filter reads around a point
+_WIDEST = np.deg2rad(80.0)  # half angle beyond which a flat map would be all stretch
+_UNIT_CAMERA = PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0)  # projects to tangents
+_FLOOR = 1e-3  # what lies wholly at or below this height (m) can shade nothing
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowTile:
+    """Where one light's map lies in the atlas, and how directions map into it."""
+
+    T_world_light: Transform
+    """Camera-like frame at the lamp: z along its axis."""
+    scale: tuple[float, float]
+    """Atlas coordinate = ``scale * (x, y) / z + offset`` for a point in the light frame."""
+    offset: tuple[float, float]
+    low: tuple[float, float]
+    """Least atlas coordinates at which the filter stays inside the tile."""
+    high: tuple[float, float]
+    """Greatest such coordinates."""
+    texel_angle: float
+    """Width of a texel at z = 1 m (m)."""
+
+
+class ShadowAtlas:
+    """Depth of the back faces of all casters, seen from each lamp.
+
+    Back faces, because they lie away from every lit surface: no surface shades itself for want of resolution, and the
+    offset that would otherwise be needed, and lifts shadows off their casters, can be small.
+    """
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._program = context.program(
+            vertex_shader=source("place.glsl", "shadow.vert"), fragment_shader=source("shadow.frag")
+        )
+        self._program["near"] = SHADOW_NEAR
+        self.depth = float_depth_texture(context, (ATLAS_PX, ATLAS_PX))
+        self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.depth.compare_func = ""  # the shader compares: cheaper than a comparing sampler on a CPU
+        self.depth.repeat_x = self.depth.repeat_y = False
+        self._target = context.framebuffer([], self.depth)
+
+    def draw(self, lights: Sequence[Light], table: PartTable, batches: Sequence[MeshBatch]) -> list[ShadowTile | None]:
+        """Draw the maps of the first ``MAX_SHADOWS`` spots of ``lights`` that cast shadows; return a tile for each.
+
+        A light without a map (a point light, or one too many) has None.
+        """
+        self._target.use()
+        clear_to_zero(None, "f")
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._context.depth_func = ">"
+        self._context.front_face = "cw"
+        self._context.cull_face = "front"
+        casters = table.tops() > _FLOOR
+        tiles: list[ShadowTile | None] = []
+        for light in lights:
+            number = sum(tile is not None for tile in tiles)
+            wanted = light.kind == "spot" and light.casts_shadow and number < MAX_SHADOWS
+            tiles.append(self._draw_tile(light, number, table, casters, batches) if wanted else None)
+        self._target.viewport = (0, 0, *self._target.size)
+        return tiles
+
+    def release(self) -> None:
+        """Free the device memory."""
+        for item in (self._target, self.depth, self._program):
+            item.release()
+
+    def _draw_tile(
+        self, light: Light, number: int, table: PartTable, casters: np.ndarray, batches: Sequence[MeshBatch]
+    ) -> ShadowTile:
+        T_world_light = light_frame(light)
+        records = placed_records(table, T_world_light)
+        reach = float(np.tan(min(light.cone_outer, _WIDEST)))
+        left, top, right, bottom = _window(table, records, casters, reach)
+        fx, fy = TILE_PX / (right - left), TILE_PX / (bottom - top)
+        column, row = (number % _SIDE) * TILE_PX, (number // _SIDE) * TILE_PX
+        self._target.viewport = (column, row, TILE_PX, TILE_PX)
+        self._program["intrinsics"] = (fx, fy, -left * fx, -top * fy)
+        self._program["window"] = (TILE_PX, TILE_PX)
+        for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
+            batch.draw(self._program, records[rows][casters[rows]])
+        return ShadowTile(
+            T_world_light=T_world_light,
+            scale=(fx / ATLAS_PX, fy / ATLAS_PX),
+            offset=((column - left * fx) / ATLAS_PX, (row - top * fy) / ATLAS_PX),
+            low=((column + _MARGIN_PX) / ATLAS_PX, (row + _MARGIN_PX) / ATLAS_PX),
+            high=((column + TILE_PX - _MARGIN_PX) / ATLAS_PX, (row + TILE_PX - _MARGIN_PX) / ATLAS_PX),
+            texel_angle=max(1.0 / fx, 1.0 / fy),
+        )
+
+
+def light_frame(light: Light) -> Transform:
+    """Return ``T_world_light``: origin at the lamp, z along its axis."""
+    z = np.asarray(light.direction, float) / np.linalg.norm(light.direction)
+    across = np.eye(3)[np.argmin(np.abs(z))]
+    x = np.cross(across, z) / np.linalg.norm(np.cross(across, z))
+    return make_transform(np.stack([x, np.cross(z, x), z], axis=1), np.asarray(light.position, float))
+
+
+def _window(
+    table: PartTable, records: np.ndarray, casters: np.ndarray, reach: float
+) -> tuple[float, float, float, float]:
+    """Return left, top, right, bottom at z = 1 m of the directions in which the cone meets a caster.
+
+    Args:
+        table: The scene.
+        records: The table placed in the light frame.
+        casters: Which rows cast shadows.
+        reach: Tangent of the cone's half angle.
+    """
+    rotation = np.swapaxes(records["rotation"][casters], 1, 2)
+    bounds = projected_bounds(
+        _UNIT_CAMERA,
+        rotation,
+        records["translation"][casters],
+        table.local_centre[casters],
+        table.half_size[casters],
+    )
+    left, top, right, bottom = np.clip(bounds if bounds is not None else np.zeros(4), -reach, reach)
+    # At least a sliver, where nothing stands in the cone.
+    return left, top, max(right, left + SHADOW_NEAR), max(bottom, top + SHADOW_NEAR)

@@ -1,0 +1,67 @@
+"""What every render backend offers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self
+
+import numpy as np
+from jaxtyping import Bool
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+
+@dataclass(frozen=True, eq=False)
+class Silhouette:
+    """The pixels that one object would cover if it stood alone, on the pixel grid of the image."""
+
+    offset: tuple[int, int]
+    """Column and row in the image of the mask's first pixel; may be negative."""
+    mask: Bool[np.ndarray, "sh sw"]
+    """Tight around the covered pixels; 0 x 0 when nothing is covered."""
+
+
+class Renderer(Protocol):
+    """Draw loaded scenes; not to be shared between threads."""
+
+    @property
+    def description(self) -> str:
+        """Name and version of what draws, for logs and manifests."""
+
+    def load(self, scene: SceneSpec) -> None:
+        """Make ``scene`` the one that is drawn, replacing the one before.
+
+        Raises:
+            RenderError: The scene names a material, model or texture that does not exist.
+        """
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Draw the loaded scene; all channels are sampled at the same pixel centres.
+
+        Args:
+            camera: Intrinsics; the principal point may lie anywhere.
+            T_world_camera: Pose of the OpenCV camera.
+            normals: Whether to fill ``RenderBuffers.normals``.
+        """
+
+    def silhouettes(
+        self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
+    ) -> list[Silhouette]:
+        """Return the unoccluded silhouette of each of ``instances``, which belong to the loaded scene.
+
+        A silhouette may leave the image: it lives on a canvas of three image widths by three image heights with
+        the image in the middle, as BOP counts it, and is cut at the border of that canvas and at the near plane.
+        """
+
+    def close(self) -> None:
+        """Give back the graphics context; the renderer cannot be used afterwards."""
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
