@@ -1,0 +1,28 @@
+import numpy as np
+
+from tests.render.scenes import at, box_model, make_scene
+from warehouse_sim.sensors.raycaster import RayCaster
+
+
+def test_rays_meet_the_nearest_surface_and_say_what_it_is() -> None:
+    models = [box_model("near", (1, 1, 1)), box_model("far", (1, 4, 4), "steel")]
+    caster = RayCaster(make_scene(models, [("far", at(8, 0, 0)), ("near", at(4, 0, 0, np.pi / 4))]))
+    origins = np.zeros((5, 3))
+    directions = np.array([[1, 0, 0], [2, 0, 0], [1, 0.2, 0], [-1, 0, 0], [0, 0, 1]], float)
+    hits = caster.cast(origins, directions)
+    edge = 4 - np.sqrt(0.5)
+    np.testing.assert_allclose(hits.distance, [edge, edge / 2, 7.5, np.inf, np.inf], rtol=1e-6)
+    assert hits.instance_ids.tolist() == [2, 2, 1, 0, 0]
+    np.testing.assert_allclose(hits.remission, [0.3, 0.3, 0.6, 0.0, 0.0], rtol=1e-6)
+    np.testing.assert_allclose(hits.normals[2], [-1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(np.abs(hits.normals[0, :2]), np.sqrt([0.5, 0.5]), atol=1e-6)
+    assert (hits.normals[3:] == 0.0).all()
+
+
+def test_no_ray_slips_between_two_triangles() -> None:
+    caster = RayCaster(make_scene([box_model("box", (2, 2, 2))], [("box", at(3, 0, 0))]))
+    # Along the diagonal that the two triangles of the facing side share.
+    t = np.linspace(-0.999, 0.999, 20001)
+    for sign in (1, -1):
+        directions = np.stack([np.full_like(t, 2.0), t, sign * t], axis=1)
+        assert (caster.cast(np.zeros((len(t), 3)), directions).instance_ids == 1).all()
