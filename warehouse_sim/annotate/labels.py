@@ -1,0 +1,97 @@
+"""One full label for each target that an image shows, or would show if nothing stood before it."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Bool, Float32
+
+from warehouse_sim.annotate.visibility import box_in_image, window_in_image
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.schema import ObjectAnnotation, ObjectInstance, RenderBuffers, SceneSpec
+
+
+class PlacedMask(Protocol):
+    """An object's unoccluded silhouette on the pixel grid of the image, as renderers return it."""
+
+    @property
+    def offset(self) -> tuple[int, int]:
+        """Column and row in the image of the mask's first pixel; may be negative."""
+
+    @property
+    def mask(self) -> Bool[np.ndarray, "sh sw"]:
+        """The covered pixels, tight."""
+
+
+def annotate(
+    scene: SceneSpec,
+    camera: PinholeCamera,
+    T_world_camera: Transform,
+    buffers: RenderBuffers,
+    depth_reading: Float32[np.ndarray, "h w"],
+    silhouettes: Sequence[PlacedMask],
+    targets: Sequence[ObjectInstance] | None = None,
+) -> tuple[ObjectAnnotation, ...]:
+    """Label every target whose silhouette touches the image, in order of instance id.
+
+    Args:
+        scene: What was rendered.
+        camera: With which intrinsics.
+        T_world_camera: From where.
+        buffers: The clean rendering.
+        depth_reading: Depth as the sensor gives it (m), 0 = no reading.
+        silhouettes: One for each of ``targets``, in that order.
+        targets: The objects to label, in order of instance id; all targets of the scene when omitted.
+
+    Raises:
+        ValueError: Not one silhouette for each target, or images of another size than the camera's.
+    """
+    targets = scene.target_instances() if targets is None else targets
+    if len(silhouettes) != len(targets):
+        raise ValueError(f"{len(targets)} targets need as many silhouettes, found {len(silhouettes)}")
+    for image in (buffers.instance_ids, depth_reading):
+        if image.shape != (camera.height, camera.width):
+            raise ValueError(f"an image of shape {image.shape} is not {camera.height} rows of {camera.width}")
+    T_camera_world = invert(T_world_camera)
+    labels = (
+        _label(scene, instance, T_camera_world, buffers, depth_reading, silhouette)
+        for instance, silhouette in zip(targets, silhouettes, strict=True)
+    )
+    return tuple(label for label in labels if label is not None)
+
+
+def _label(
+    scene: SceneSpec,
+    instance: ObjectInstance,
+    T_camera_world: Transform,
+    buffers: RenderBuffers,
+    depth_reading: Float32[np.ndarray, "h w"],
+    silhouette: PlacedMask,
+) -> ObjectAnnotation | None:
+    """Return the label of one target, or None when its silhouette misses the image."""
+    mask = silhouette.mask
+    height, width = mask.shape
+    image_hw = (depth_reading.shape[0], depth_reading.shape[1])
+    window = window_in_image(silhouette.offset, (height, width), image_hw)
+    pixels_in_image = np.count_nonzero(mask[window.mask]) if window is not None else 0
+    if window is None or pixels_in_image == 0:
+        return None
+    visible = buffers.instance_ids[window.image] == instance.instance_id
+    model = scene.model_of(instance)
+    left, top = silhouette.offset
+    return ObjectAnnotation(
+        instance_id=instance.instance_id,
+        class_name=model.class_name,
+        obj_id=model.obj_id,
+        T_camera_object=T_camera_world @ instance.T_world_object,
+        size=model.size,
+        box_amodal_xyxy=(float(left), float(top), float(left + width - 1), float(top + height - 1)),
+        box_visible_xyxy=box_in_image(visible, window),
+        silhouette_offset=silhouette.offset,
+        silhouette=mask,
+        pixels_all=int(np.count_nonzero(mask)),
+        pixels_in_image=int(pixels_in_image),
+        pixels_visible=int(np.count_nonzero(visible)),
+        pixels_valid=int(np.count_nonzero(visible & (depth_reading[window.image] > 0))),
+    )
