@@ -1,0 +1,47 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from pxr import Usd, UsdGeom
+
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.interchange import write_glb, write_usd
+from warehouse_sim.resources import find_recipe
+from warehouse_sim.scene import sample_scene
+
+
+@pytest.fixture(scope="module")
+def scene():
+    from warehouse_sim.generation.recipe import load_recipe
+
+    assert find_recipe("smoke")
+    return sample_scene(load_recipe("smoke").scene, seed=0, scene_index=0)
+
+
+def vertices_in_world(scene, instance) -> np.ndarray:
+    return transform_points(instance.T_world_object, scene.model_of(instance).mesh().vertices)
+
+
+def test_usd_holds_every_object_where_it_stands(scene, tmp_path: Path) -> None:
+    stage = Usd.Stage.Open(str(write_usd(scene, tmp_path / "scene.usda")))
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_])
+    for instance in scene.instances:
+        prim = stage.GetPrimAtPath(f"/World/object_{instance.instance_id:06d}")
+        assert prim.GetCustomDataByKey("class_name") == scene.model_of(instance).class_name
+        box, expected = bounds.ComputeWorldBound(prim).ComputeAlignedRange(), vertices_in_world(scene, instance)
+        # A bound of a turned object's bound is no tighter than its vertices.
+        assert (np.array(box.GetMin()) <= expected.min(0) + 1e-5).all()
+        assert (np.array(box.GetMax()) >= expected.max(0) - 1e-5).all()
+        assert np.array(box.GetMidpoint()) == pytest.approx((expected.min(0) + expected.max(0)) / 2, abs=1e-4)
+
+
+def test_glb_holds_every_triangle_in_a_y_up_world(scene, tmp_path: Path) -> None:
+    loaded = trimesh.load_scene(write_glb(scene, tmp_path / "scene.glb"))
+    world = np.concatenate([vertices_in_world(scene, instance) for instance in scene.instances])
+    low, high = world.min(0), world.max(0)
+    np.testing.assert_allclose(loaded.bounds, [[low[0], low[2], -high[1]], [high[0], high[2], -low[1]]], atol=1e-4)
+    triangles = sum(len(scene.model_of(instance).mesh().faces) for instance in scene.instances)
+    assert sum(len(loaded.geometry[loaded.graph[node][1]].faces) for node in loaded.graph.nodes_geometry) == triangles
