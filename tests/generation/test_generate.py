@@ -1,0 +1,106 @@
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.validate import validate
+from warehouse_sim.errors import DatasetError, UnknownNameError
+from warehouse_sim.generation import generate as generation
+from warehouse_sim.generation.generate import GenerateConfig, generate
+from warehouse_sim.generation.recipe import load_recipe
+
+pytestmark = pytest.mark.gl
+
+
+def hashes(root: Path) -> dict[str, str]:
+    """Content hash of every file under ``root`` by relative path."""
+    files = sorted(path for path in root.rglob("*") if path.is_file())
+    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+@pytest.fixture(scope="module")
+def recipe():
+    return load_recipe("smoke")
+
+
+@pytest.fixture(scope="module")
+def dataset(recipe, tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("smoke") / "data"
+    generate(recipe, root, GenerateConfig(scenes=3, seed=0))
+    return root
+
+
+def test_a_generated_dataset_passes_every_check(dataset) -> None:
+    assert [check for check in validate(dataset) if not check.ok] == []
+
+
+def test_splits_share_no_scene_and_every_split_has_targets(dataset) -> None:
+    reader = DatasetReader(dataset)
+    scenes = {split: {image.scene_id for image in reader.images(split)} for split in ("train", "val", "test")}
+    assert sum(len(ids) for ids in scenes.values()) == len(set.union(*scenes.values())) == 3
+    assert all(any(image.targets for image in reader.images(split)) for split in scenes)
+
+
+def test_same_seed_same_bytes_also_with_two_workers(recipe, dataset, tmp_path) -> None:
+    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, seed=0, workers=2))
+    assert hashes(tmp_path / "again") == hashes(dataset)
+
+
+def test_another_seed_gives_other_scenes(recipe, dataset, tmp_path) -> None:
+    generate(recipe, tmp_path / "other", GenerateConfig(scenes=3, seed=1, formats=("bop",)))
+    before, after = hashes(dataset / "scenes"), hashes(tmp_path / "other" / "scenes")
+    assert all(before[name] != after[name] for name in before)
+
+
+def test_an_interrupted_run_is_refused_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
+    root, config = tmp_path / "data", GenerateConfig(scenes=3, seed=0)
+    write_scene = DatasetStore.write_scene
+
+    def killed_in_scene_1(self, scene, observations, settle, renderer) -> None:
+        if scene.scene_index == 1:
+            observations = iter([next(observations)])  # the second observation never comes
+        write_scene(self, scene, observations, settle, renderer)
+
+    monkeypatch.setattr(DatasetStore, "write_scene", killed_in_scene_1)
+    with pytest.raises(DatasetError, match="scene 1"):
+        generate(recipe, root, config)
+    monkeypatch.undo()
+    assert not (root / "manifest.json").exists()
+    with pytest.raises(DatasetError, match="incomplete"):
+        DatasetReader(root)
+    with pytest.raises(DatasetError, match="not empty"):
+        generate(recipe, root, config)
+    made = []
+    make_scene = generation._make_scene
+    monkeypatch.setattr(
+        generation, "_make_scene", lambda job, index, renderer: (made.append(index), make_scene(job, index, renderer))
+    )
+    generate(recipe, root, replace(config, resume=True))
+    assert made == [1, 2]
+    assert hashes(root) == hashes(dataset)
+
+
+def test_a_scene_alone_equals_the_same_scene_of_a_larger_dataset(recipe, dataset, tmp_path) -> None:
+    generate(recipe, tmp_path / "one", GenerateConfig(scenes=1, seed=0, formats=("bop",)))
+    one, all_ = hashes(tmp_path / "one" / "bop" / "train"), hashes(dataset / "bop" / "train" / "000000")
+    assert {name.removeprefix("000000/"): value for name, value in one.items()} == all_
+
+
+def test_the_manifest_says_how_to_make_it_again(recipe, dataset) -> None:
+    manifest = json.loads((dataset / "manifest.json").read_text())
+    assert manifest["seed"] == 0
+    assert manifest["recipe"]["name"] == "smoke"
+    assert manifest["packages"]["mujoco"]
+    assert len(manifest["renderers"]) == 1
+
+
+def test_unknown_formats_and_backends_list_the_known_ones(recipe, tmp_path) -> None:
+    with pytest.raises(UnknownNameError, match="known: bop, kitti"):
+        generate(recipe, tmp_path / "a", GenerateConfig(formats=("coco3",)))
+    with pytest.raises(UnknownNameError, match="raster"):
+        generate(recipe, tmp_path / "b", GenerateConfig(backend="vulkan"))
+    assert not (tmp_path / "b").exists()

@@ -1,0 +1,1 @@
+"""The stages in order: sample, settle, render, sense, annotate, write; one scene or many."""

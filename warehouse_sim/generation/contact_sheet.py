@@ -1,0 +1,99 @@
+"""One picture that shows everything an observation holds."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from warehouse_sim.dataset.atomic import write_bytes
+from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.scene import settled_scene
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.pose import invert, transform_points
+from warehouse_sim.render import open_renderer
+from warehouse_sim.schema import Observation
+
+BOX_COLOR = (60, 230, 90)
+FOOTPRINT = [0, 2, 6, 4]
+"""Corners of the lower face, in order around it."""
+BEV_RANGE = 18.0
+"""Metres shown from left to right in the view from above."""
+
+
+def draw_contact_sheet(recipe: Recipe, seed: int, scene_index: int, out: Path, backend: str = "raster") -> None:
+    """Render the first observation of a scene and write its contact sheet as PNG.
+
+    Args:
+        recipe: What to draw from.
+        seed: Seed of the dataset.
+        scene_index: Which scene.
+        out: PNG file.
+        backend: Render backend.
+    """
+    scene, _ = settled_scene(recipe, seed, scene_index)
+    with open_renderer(backend) as renderer:
+        observation = next(observe_scene(scene, recipe.sensors, renderer))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(out, encode_rgb(contact_sheet(observation)))
+
+
+def contact_sheet(observation: Observation) -> Image:
+    """Return six captioned panels in two columns: RGB, depth, ids, boxes, LiDAR from above and in the image."""
+    rgb = observation.rgbd.rgb
+    visible = [item for item in observation.annotations if item.pixels_visible > 0]
+    panels = {
+        "RGB": rgb.copy(),
+        "depth as the sensor reads it, 0.5-20 m": colorize_depth(observation.rgbd.depth),
+        "instance ids": colorize_ids(observation.buffers.instance_ids),
+        f"boxes of {len(visible)} visible targets": _boxes(observation),
+        "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
+        "LiDAR in the image": _lidar_in_image(observation),
+    }
+    for caption, panel in panels.items():
+        draw_caption(panel, caption)
+    left, right = list(panels.values())[::2], list(panels.values())[1::2]
+    return np.concatenate([np.concatenate(left), np.concatenate(right)], axis=1)
+
+
+def _boxes(observation: Observation) -> Image:
+    image = observation.rgbd.rgb.copy()
+    for item in observation.annotations:
+        if item.visible_fraction >= 0.1:
+            draw_box_3d(image, observation.camera, item.T_camera_object, item.size, BOX_COLOR)
+    return image
+
+
+def _lidar_from_above(observation: Observation, size: tuple[int, int]) -> Image:
+    height, width = size
+    image = np.full((height, width, 3), 18, dtype=np.uint8)
+    if observation.lidar is None:
+        return image
+    # The sensor stands near the left edge and looks to the right.
+    scale, origin = width / BEV_RANGE, np.array([width // 10, height // 2])
+    pixels = np.round(observation.lidar.points[:, :2] * [scale, -scale]).astype(int) + origin
+    inside = ((pixels >= 0) & (pixels < [width, height])).all(axis=1)
+    image[pixels[inside, 1], pixels[inside, 0]] = colorize_ids(observation.lidar.instance_ids[None])[0][inside]
+    T_lidar_camera = invert(observation.T_camera_lidar)
+    for item in observation.annotations:
+        corners = transform_points(T_lidar_camera @ item.T_camera_object, box_corners(item.size)[FOOTPRINT])
+        outline = np.round(corners[:, :2] * [scale, -scale]).astype(np.int32) + origin.astype(np.int32)
+        cv2.polylines(image, [outline], True, BOX_COLOR, 1, cv2.LINE_AA)
+    cv2.drawMarker(image, origin.tolist(), (255, 255, 255), cv2.MARKER_CROSS, 12, 2)
+    return image
+
+
+def _lidar_in_image(observation: Observation) -> Image:
+    image = (observation.rgbd.rgb * 0.45).astype(np.uint8)
+    if observation.lidar is None:
+        return image
+    points = transform_points(observation.T_camera_lidar, observation.lidar.points.astype(float))
+    points = points[points[:, 2] > 0.1]
+    pixels = np.round(observation.camera.project(points)).astype(int)
+    inside = ((pixels >= 0) & (pixels < [observation.camera.width, observation.camera.height])).all(axis=1)
+    colors = colorize_depth(points[inside, 2][None])[0]
+    for (u, v), color in zip(pixels[inside].tolist(), colors.tolist(), strict=True):
+        cv2.circle(image, (u, v), 1, color, -1)
+    return image

@@ -1,0 +1,45 @@
+"""A whole recipe file: the scene's distribution and what is done with each draw of it."""
+
+from dataclasses import dataclass, field, replace
+
+from warehouse_sim.config import load_yaml
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.errors import RecipeError
+from warehouse_sim.physics.settle import SettleConfig
+from warehouse_sim.resources import find_recipe
+from warehouse_sim.scene.recipe import SceneRecipe
+from warehouse_sim.sensors.rig import RigConfig
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a recipe file holds; every draw is decided by it, the seed and the scene index."""
+
+    description: str
+    """One sentence on what the scenes show."""
+    scene: SceneRecipe
+    """The distribution that scenes are drawn from."""
+    settle: SettleConfig = field(default_factory=SettleConfig)
+    """How loads come to rest."""
+    sensors: RigConfig = field(default_factory=RigConfig)
+    """The sensor rig of every observation."""
+    split: SplitConfig = field(default_factory=SplitConfig)
+    """Shares of the scenes for training, validation and test."""
+    scenes: int = 10
+    """Number of scenes when the command does not say, >= 1."""
+    name: str = ""
+    """Filled in from the file's name."""
+
+
+def load_recipe(name_or_path: str) -> Recipe:
+    """Read a recipe by shipped name ("demo") or path.
+
+    Raises:
+        UnknownNameError: Neither a shipped name nor a file.
+        RecipeError: The file holds something that a recipe does not take.
+    """
+    path = find_recipe(name_or_path)
+    recipe = load_yaml(Recipe, path, RecipeError)
+    if recipe.scenes < 1:
+        raise RecipeError(f"{path}: scenes must be at least 1, found {recipe.scenes}")
+    return recipe if recipe.name else replace(recipe, name=path.stem)
