@@ -1,0 +1,34 @@
+import numpy as np
+import torch
+
+from tests.dataset.toy import PALLET
+from tests.learning.made_crops import DIAMETER, MESH, pallet_shape
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.geometry.mesh import sample_surface
+from warehouse_sim.learning.objects import measure_shape, shape_tensors
+
+
+def test_anchors_have_mean_and_covariance_of_the_surface() -> None:
+    points, _ = sample_surface(MESH, 100_000, np.random.default_rng(1))
+    anchors = shape_tensors([pallet_shape()]).anchors[0].double().numpy() * DIAMETER / 2
+    np.testing.assert_allclose(anchors.mean(axis=0), points.mean(axis=0), atol=1e-6)
+    np.testing.assert_allclose(np.cov(anchors.T, bias=True), np.cov(points.T, bias=True), atol=1e-6)
+
+
+def test_shape_is_measured_from_the_dataset(toy_root) -> None:
+    info: ObjectInfo = DatasetReader(toy_root).objects[1]
+    shape = measure_shape(info, np.random.default_rng(0))
+    assert (shape.obj_id, shape.name) == (1, "toy-pallet")
+    assert abs(shape.diameter - DIAMETER) < 1e-3
+    np.testing.assert_allclose(np.reshape(shape.symmetries, (-1, 4, 4)), PALLET.symmetry.transforms, atol=1e-9)
+    np.testing.assert_allclose(shape.centroid, pallet_shape().centroid, atol=0.01)
+
+
+def test_groups_are_padded_with_the_identity() -> None:
+    shape = pallet_shape()
+    alone = type(shape)(**{**shape.__dict__, "obj_id": 2, "symmetries": shape.symmetries[:1]})
+    tensors = shape_tensors([shape, alone])
+    assert tensors.symmetry_rotation.shape == (2, 2, 3, 3)
+    assert torch.equal(tensors.symmetry_rotation[1], torch.eye(3).expand(2, 3, 3))
+    assert torch.equal(tensors.symmetry_rotation[0, 1], torch.diag(torch.tensor([-1.0, -1.0, 1.0])))

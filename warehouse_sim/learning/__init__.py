@@ -1,0 +1,1 @@
+"""Networks, losses, crops and training: the only room that imports torch."""

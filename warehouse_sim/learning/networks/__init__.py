@@ -1,0 +1,1 @@
+"""Parts of the DenseFusion family and their composition."""

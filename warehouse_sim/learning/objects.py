@@ -1,0 +1,83 @@
+"""What an estimator must know of each object: how big it is, how it is symmetric and where its surface is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.geometry.mesh import sample_surface
+
+_MOMENT_SAMPLES = 20_000
+
+
+@dataclass(frozen=True)
+class ObjectShape:
+    """The plain numbers of one CAD geometry that a run folder keeps."""
+
+    obj_id: int
+    """Number of the geometry in the dataset, >= 1."""
+    name: str
+    """Name of the geometry."""
+    diameter: float
+    """Largest distance between two surface points (m), > 0; half of it is the unit of length in the network."""
+    centroid: tuple[float, ...]
+    """Mean of the surface in the object frame (m), 3 values."""
+    covariance: tuple[float, ...]
+    """Covariance of the surface about its centroid (m^2), 3x3 row by row."""
+    symmetries: tuple[tuple[float, ...], ...]
+    """The symmetry group, each a 4x4 matrix row by row (m)."""
+
+
+def measure_shape(info: ObjectInfo, rng: np.random.Generator) -> ObjectShape:
+    """Return the shape of an object of a dataset, its moments over the area of its CAD surface."""
+    points, _ = sample_surface(info.mesh(), _MOMENT_SAMPLES, rng)
+    return ObjectShape(
+        obj_id=info.obj_id,
+        name=info.name,
+        diameter=float(info.diameter),
+        centroid=tuple(map(float, points.mean(axis=0))),
+        covariance=tuple(map(float, np.cov(points.T, bias=True).ravel())),
+        symmetries=tuple(tuple(map(float, T.ravel())) for T in info.symmetry.transforms),
+    )
+
+
+class ShapeTensors(NamedTuple):
+    """Shapes of all classes in normalised units (the diameter is 2); groups are padded with the identity."""
+
+    anchors: Float[Tensor, "c 4 3"]
+    """Four points with the mean and the covariance of the surface: under any two poses their RMS distance is that of
+    the whole surface."""
+    symmetry_rotation: Float[Tensor, "c g 3 3"]
+    symmetry_translation: Float[Tensor, "c g 3"]
+
+    def to(self, device: torch.device) -> "ShapeTensors":
+        """Return the same shapes on ``device``."""
+        return ShapeTensors(*(value.to(device) for value in self))
+
+
+def shape_tensors(shapes: Sequence[ObjectShape]) -> ShapeTensors:
+    """Stack ``shapes`` in their order, which is the order of the network's classes."""
+    most = max(len(shape.symmetries) for shape in shapes)
+    half = np.array([shape.diameter / 2.0 for shape in shapes])
+    groups = np.stack([
+        np.concatenate([
+            np.reshape(shape.symmetries, (-1, 4, 4)),
+            np.tile(np.eye(4), (most - len(shape.symmetries), 1, 1)),
+        ])
+        for shape in shapes
+    ])  # fmt: skip
+    anchors = np.stack([_anchors(shape) for shape in shapes]) / half[:, None, None]
+    arrays = (anchors, groups[..., :3, :3], groups[..., :3, 3] / half[:, None, None])
+    return ShapeTensors(*(torch.tensor(array, dtype=torch.float32) for array in arrays))
+
+
+def _anchors(shape: ObjectShape) -> Float[np.ndarray, "4 3"]:
+    # The corners of a cube's inscribed tetrahedron have zero mean and unit covariance.
+    tetrahedron = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
+    root = np.linalg.cholesky(np.reshape(shape.covariance, (3, 3)))
+    return np.array(shape.centroid) + tetrahedron @ root.T

@@ -1,0 +1,6 @@
+"""How long work tells its caller how far it is."""
+
+from collections.abc import Callable
+
+Progress = Callable[[float, str], None]
+"""Takes the share that is done (0-1) and one line that says what is going on."""

@@ -1,0 +1,76 @@
+"""Settings of training; free of torch, so that a command line can show them at once."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from warehouse_sim.learning.methods import Size
+
+
+@dataclass(frozen=True)
+class AugmentConfig:
+    """How strongly training samples are disturbed."""
+
+    yaw: float = 0.15
+    """Standard deviation of turns about the camera's vertical axis (rad), >= 0."""
+    tilt: float = 0.05
+    """Standard deviation of turns about the camera's other two axes (rad), >= 0."""
+    shift: float = 0.03
+    """Largest shift of the centring point along each axis (m), >= 0."""
+    hide_probability: float = 0.3
+    """Share of samples of which one side is hidden, 0-1."""
+    hide_share: float = 0.4
+    """Largest hidden share of the extent in the image, 0-1."""
+    erode_px: int = 2
+    """Most pixels taken off the border of the mask, >= 0."""
+    drop_share: float = 0.7
+    """Largest share of the points that is dropped at random, 0-1."""
+    min_points: int = 24
+    """A sample is never left with fewer of its points, >= 1."""
+    colour: float = 0.25
+    """Largest relative change of brightness, contrast and each channel, 0-1."""
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """How an estimator is trained; it stops at ``max_minutes`` or ``max_steps``, whichever comes first."""
+
+    size: Size = "nano"
+    """Widths of the network: nano trains in minutes on a CPU, full has the original widths."""
+    max_minutes: float | None = 5.0
+    """Wall time of the whole run with reading, validation and saving (minutes), > 0; none for no limit."""
+    max_steps: int | None = None
+    """Optimiser steps, >= 1; none for no limit."""
+    batch: int = 16
+    """Samples a step, >= 1."""
+    learning_rate: float = 1.5e-3
+    """Peak learning rate, > 0; falls along a cosine to a hundredth."""
+    warmup_steps: int = 100
+    """Steps over which the learning rate rises, at most a tenth of the run, >= 0."""
+    weight_decay: float = 1e-4
+    """Decoupled weight decay of AdamW, >= 0."""
+    clip_norm: float = 1.0
+    """Largest norm of the gradient, > 0."""
+    confidence_weight: float = 0.08
+    """Error up to which full confidence pays, in half diameters, > 0."""
+    refiner_start: float = 0.7
+    """Share of the run after which the refiner is trained too, 0-1."""
+    refiner_iterations: int = 2
+    """Corrections by the refiner, in training and prediction, >= 0."""
+    validations: int = 8
+    """Validations, checkpoints included, spread evenly over the run, >= 1."""
+    precision: Literal["auto", "32", "bf16"] = "auto"
+    """Arithmetic of the networks; auto takes bf16 where the processor has it in hardware."""
+    workers: int = 2
+    """Threads that decode images, >= 1."""
+    seed: int = 0
+    """Decides initial weights, order and disturbance of the samples, >= 0."""
+    augment: AugmentConfig = field(default_factory=AugmentConfig)
+    """How samples are disturbed."""
+
+    def __post_init__(self) -> None:
+        if self.max_minutes is None and self.max_steps is None:
+            raise ValueError("training never ends: set max_minutes or max_steps")
+        for name in ("max_minutes", "max_steps", "batch", "validations", "workers"):
+            value = getattr(self, name)
+            if value is not None and value <= 0:
+                raise ValueError(f"{name} must be positive, found {value}")
