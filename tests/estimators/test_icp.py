@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.dataset.toy import PALLET
+from warehouse_sim.catalog import epal1
+from warehouse_sim.estimators.icp import IcpConfig, misfit, refine_pose
+from warehouse_sim.estimators.surface import build_surface
+from warehouse_sim.geometry.mesh import TriangleMesh, diameter, sample_surface
+from warehouse_sim.geometry.pose import invert, make_transform, rotation_angle, rotation_y, rotation_z, transform_points
+
+UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+MESH = epal1().mesh()
+SURFACE = build_surface(MESH, 20_000, np.random.default_rng(0))
+
+
+def true_pose(rng: np.random.Generator) -> np.ndarray:
+    turn = rotation_y(rng.uniform(-0.2, 0.2)) @ UPRIGHT @ rotation_z(rng.uniform(0.1, 0.3))
+    return make_transform(turn, np.array([rng.uniform(-1, 1), 0.9, rng.uniform(3, 5)]))
+
+
+def perturbed(T: np.ndarray, rng: np.random.Generator, shift: float, turn: float) -> np.ndarray:
+    rotation, translation = (vector / np.linalg.norm(vector) for vector in rng.normal(size=(2, 3)))
+    change = make_transform(Rotation.from_rotvec(turn * rotation).as_matrix(), shift * translation)
+    return T @ change
+
+
+def seen(mesh: TriangleMesh, T: np.ndarray, count: int, rng: np.random.Generator, noise: float = 0.0) -> np.ndarray:
+    """Points of outer faces turned to the camera, with noise along the rays."""
+    points, normals = sample_surface(mesh, 20 * count, rng)
+    eye = invert(T)[:3, 3]
+    towards = ((eye - points) * normals).sum(axis=1) > 0
+    # Only what no other part covers: the nearest CAD sample is on the outer surface.
+    free = np.abs(SURFACE.seen_from(eye, 1.0).nearest(points)[0]) < 1e-6
+    points = transform_points(T, points[towards & free][:count])
+    return points * (1.0 + noise * rng.normal(size=(len(points), 1)) / points[:, 2:])
+
+
+def add(T_a: np.ndarray, T_b: np.ndarray) -> float:
+    points, _ = sample_surface(MESH, 500, np.random.default_rng(9))
+    return float(np.linalg.norm(transform_points(T_a, points) - transform_points(T_b, points), axis=1).mean())
+
+
+def test_recovers_a_known_perturbation_to_2_mm_on_clean_points() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(8):
+        T = true_pose(rng)
+        start = perturbed(T, rng, 0.03, 0.03)
+        result = refine_pose(start, seen(MESH, T, 600, rng), SURFACE, IcpConfig())
+        assert add(start, T) > 0.015
+        assert add(result, T) < 0.002
+
+
+def test_noise_along_the_rays_does_not_bias_the_depth() -> None:
+    rng = np.random.default_rng(1)
+    errors, depths = [], []
+    for _ in range(12):
+        T = true_pose(rng)
+        result = refine_pose(perturbed(T, rng, 0.03, 0.03), seen(MESH, T, 800, rng, 0.03), SURFACE, IcpConfig())
+        errors.append(add(result, T))
+        depths.append(result[2, 3] - T[2, 3])
+    assert np.median(errors) < 0.012
+    assert abs(np.median(depths)) < 0.008
+
+
+def test_never_makes_the_fit_worse() -> None:
+    rng = np.random.default_rng(2)
+    config = IcpConfig()
+    for _ in range(20):
+        T = true_pose(rng)
+        points = seen(MESH, T, 200, rng, 0.05)
+        start = perturbed(T, rng, rng.uniform(0, 0.5), rng.uniform(0, 1.0))
+        result = refine_pose(start, points, SURFACE, config)
+        moved = np.linalg.norm(result[:3, 3] - start[:3, 3])
+        assert moved <= config.most_shift
+        assert rotation_angle(result[:3, :3], start[:3, :3]) <= config.most_turn
+        # Judged under any ratio of errors that the fit may have measured.
+        fits = [
+            misfit(result, points, SURFACE, squash, config.gate_start)
+            <= misfit(start, points, SURFACE, squash, config.gate_start) + 1e-9
+            for squash in (0.1, 0.2, 0.5, 1.0)
+        ]
+        assert any(fits)
+
+
+@pytest.mark.parametrize("points", [np.tile([[0.0, 0.0, 9.0]], (50, 1)), np.full((40, 3), 1e3)])
+def test_points_that_are_elsewhere_leave_the_pose_alone(points: np.ndarray) -> None:
+    T = true_pose(np.random.default_rng(3))
+    np.testing.assert_array_equal(refine_pose(T, points, SURFACE, IcpConfig()), T)
+
+
+def test_works_on_the_few_points_of_a_far_target() -> None:
+    rng = np.random.default_rng(4)
+    T = true_pose(rng)
+    result = refine_pose(perturbed(T, rng, 0.02, 0.01), seen(MESH, T, 12, rng), SURFACE, IcpConfig())
+    assert np.isfinite(result).all()
+    assert add(result, T) < 0.05
+
+
+def test_surface_of_the_toy_pallet_has_its_diameter() -> None:
+    mesh = PALLET.mesh()
+    points = build_surface(mesh, 4000, np.random.default_rng(0)).points
+    assert 0.97 * diameter(mesh.vertices) < diameter(points) <= diameter(mesh.vertices)
