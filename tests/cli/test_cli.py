@@ -1,0 +1,80 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.cli.main import VERBS, main
+
+
+def run(capsys, *arguments: str) -> tuple[int, str, str]:
+    """Return exit code, stdout and stderr of a command."""
+    try:
+        code = main(arguments)
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_list_shows_every_kind_of_name(capsys) -> None:
+    code, out, _ = run(capsys, "list")
+    assert code == 0
+    for name in ("demo", "smoke", "epal1", "lidar", "raster", "kitti", "bop", "densefusion-pointcloud"):
+        assert name in out
+
+
+@pytest.mark.parametrize("verb", sorted(VERBS))
+def test_every_verb_explains_itself(capsys, verb) -> None:
+    code, out, _ = run(capsys, verb, "--help")
+    assert code == 0
+    assert f"warehouse-sim {verb}" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("preview", "demoo"), "unknown recipe"),
+        (("generate", "demoo", "--out", "x"), "known: demo, smoke"),
+        (("generate", "smoke", "--out", "x", "--formats", "cocoo"), "known: bop, kitti"),
+        (("generate", "smoke", "--out", "x", "--scenes", "0"), "at least one scene"),
+        (("validate", "nowhere"), "nowhere: is not a folder"),
+        (("train", "densefusion-lidar", "--data", "d", "--out", "r"), "known: densefusion, densefusion-pointcloud"),
+        (("train", "densefusion", "--data", "nowhere", "--out", "r"), "nowhere"),
+        (("predict", "nowhere", "--data", "d", "--out", "p.csv"), "d: is not a folder"),
+        (("evaluate", "nowhere.csv", "--data", "d", "--out", "o"), "d: is not a folder"),
+        (("report", "nowhere", "--out", "r.html"), "nowhere"),
+        (("demo", "--out", "o", "--recipe", "demoo"), "known: demo, smoke"),
+    ],
+)
+def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_path: Path, arguments, message) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(capsys, *arguments)
+    assert code == 2
+    (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
+    assert message in line
+    assert "Traceback" not in err
+
+
+def test_an_unknown_option_exits_with_2(capsys) -> None:
+    code, _, _ = run(capsys, "generate", "smoke", "--out", "x", "--speed", "9")
+    assert code == 2
+
+
+@pytest.mark.parametrize("module", ["warehouse_sim", "warehouse_sim.schema", "warehouse_sim.cli.main"])
+def test_importing_loads_nothing_heavy(module) -> None:
+    heavy = ("torch", "lightning", "mujoco", "moderngl", "embreex", "open3d", "matplotlib")
+    code = f"import sys, {module}; loaded = [m for m in {heavy} if m in sys.modules]; assert not loaded, loaded"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_module_and_script_are_the_same_program() -> None:
+    result = subprocess.run([sys.executable, "-m", "warehouse_sim", "list"], check=True, capture_output=True, text=True)
+    assert "recipes" in result.stdout
+
+
+def test_every_public_name_exists() -> None:
+    import warehouse_sim
+
+    for name in warehouse_sim.__all__:
+        assert getattr(warehouse_sim, name) is not None

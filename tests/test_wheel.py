@@ -1,0 +1,44 @@
+"""The wheel carries its data and works away from the checkout."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory) -> Path:
+    """Return a folder that holds the package as a user's installation would."""
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "--quiet"]
+    build = ["wheel", str(ROOT), "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
+    subprocess.run(pip + build, check=True)
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run([*pip, "install", "--no-deps", "--target", str(folder / "site"), str(wheel)], check=True)
+    return folder / "site"
+
+
+def run_from_root(installed: Path, *arguments: str) -> str:
+    """Run Python in / with the installed package first on the path."""
+    command = [sys.executable, *arguments]
+    environment = {"PYTHONPATH": str(installed), "PATH": "/usr/bin:/bin", "HOME": "/tmp"}
+    return subprocess.run(command, check=True, cwd="/", env=environment, capture_output=True, text=True).stdout
+
+
+def test_it_is_the_wheel_that_runs(installed) -> None:
+    assert str(installed) in run_from_root(installed, "-c", "import warehouse_sim; print(warehouse_sim.__file__)")
+
+
+def test_list_finds_recipes_from_anywhere(installed) -> None:
+    out = run_from_root(installed, "-m", "warehouse_sim", "list")
+    assert "demo" in out
+    assert "smoke" in out
+
+
+@pytest.mark.gl
+def test_preview_finds_textures_and_shaders(installed, tmp_path) -> None:
+    run_from_root(installed, "-m", "warehouse_sim", "preview", "smoke", "--out", str(tmp_path / "preview.png"))
+    assert (tmp_path / "preview.png").stat().st_size > 50_000

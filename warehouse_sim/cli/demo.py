@@ -1,0 +1,87 @@
+"""``warehouse-sim demo``: the whole way on one recipe, by the same verbs that a user calls."""
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from warehouse_sim.cli.console import finish, say
+from warehouse_sim.cli.evaluate import evaluate
+from warehouse_sim.cli.generate import generate
+from warehouse_sim.cli.predict import predict
+from warehouse_sim.cli.preview import preview
+from warehouse_sim.cli.report import report
+from warehouse_sim.cli.train import train
+from warehouse_sim.cli.validate import validate
+from warehouse_sim.errors import DatasetError
+
+
+def demo(
+    out: Path = Path("out/demo"),
+    recipe: str = "demo",
+    scenes: int | None = None,
+    seed: int = 0,
+    estimator: str = "densefusion-pointcloud",
+    max_minutes: float = 4.0,
+    workers: int | None = None,
+) -> int:
+    """Go the whole way: preview, generate, validate, train, predict, evaluate, report.
+
+    A demo that was interrupted goes on where it stopped when it is started again on the same folder.
+
+    Args:
+        out: Folder for everything; the page to open is ``report.html`` in it.
+        recipe: Name of a shipped recipe or path of a recipe file.
+        scenes: Number of scenes; the recipe's own number by default.
+        seed: Seed of the dataset and of the training, >= 0.
+        estimator: Estimator to train.
+        max_minutes: Time for training in minutes.
+        workers: Processes that generate; one per processor by default.
+    """
+    from warehouse_sim.estimators.settings import PredictConfig
+    from warehouse_sim.learning.settings import TrainConfig
+
+    data, run, workers = out / "data", out / estimator, workers or os.cpu_count() or 1
+    out.mkdir(parents=True, exist_ok=True)
+    clock = _StageClock()
+    with clock.stage("preview"):
+        preview(recipe, seed=seed, out=out / "preview.png")
+    with clock.stage("generate"):
+        generate(recipe, data, scenes=scenes, seed=seed, workers=workers, resume=data.exists())
+    with clock.stage("validate"):
+        if validate(data) != 0:
+            raise DatasetError(f"{data}: the generated dataset fails its own checks; please report this as a bug")
+    with clock.stage("train"):
+        if not (run / "result.json").is_file():
+            train(estimator, data, run, resume=run.exists(), config=TrainConfig(max_minutes=max_minutes, seed=seed))
+    scored = []
+    methods = {estimator: PredictConfig(), f"{estimator}-icp": PredictConfig(refine="icp")}
+    for method, config in methods.items():
+        predictions, folder = out / "predictions" / f"{method}.csv", out / "scores" / method
+        with clock.stage(f"predict {method}"):
+            predict(run, data, predictions, config=config)
+        with clock.stage(f"evaluate {method}"):
+            evaluate(predictions, data, folder)
+        scored.append(folder)
+    with clock.stage("report"):
+        report((data, run, *scored), out / "report.html")
+    (out / "timing.json").write_text(json.dumps(clock.seconds, indent=1) + "\n", encoding="utf-8")
+    say(f"the demo took {sum(clock.seconds.values()) / 60:.1f} minutes")
+    finish(out / "report.html", "preview", "demo", "--seed", "1", "--out", out / "another.png")
+    return 0
+
+
+class _StageClock:
+    """Wall seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time the block."""
+        start = time.monotonic()
+        yield
+        self.seconds[name] = round(time.monotonic() - start, 1)

@@ -1,0 +1,26 @@
+"""``warehouse-sim evaluate``: predictions become scores."""
+
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import finish
+
+
+def evaluate(predictions: tyro.conf.Positional[Path], data: Path, out: Path, split: str = "test") -> None:
+    """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
+
+    Args:
+        predictions: BOP pose CSV.
+        data: Dataset folder that holds the ground truth.
+        out: Folder for ``scores.json``.
+        split: Split to score on.
+    """
+    from warehouse_sim.evaluation import evaluate as run
+    from warehouse_sim.evaluation import write_scores
+
+    scores = run(predictions, data, split)
+    path = write_scores(scores, out)
+    for line in scores.summary():
+        print(line)
+    finish(path, "report", data, out, "--out", out / "report.html")

@@ -1,0 +1,47 @@
+"""``warehouse-sim generate``: a recipe becomes a dataset folder."""
+
+import os
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import count_progress, finish
+
+
+def generate(
+    recipe: tyro.conf.Positional[str],
+    out: Path,
+    scenes: int | None = None,
+    seed: int = 0,
+    formats: tuple[str, ...] = ("kitti", "bop"),
+    backend: str = "raster",
+    workers: int | None = None,
+    resume: bool = False,
+) -> None:
+    """Sample, settle, render and label scenes; ``manifest.json`` is written last.
+
+    Args:
+        recipe: Name of a shipped recipe or path of a recipe file.
+        out: Dataset folder to make.
+        scenes: Number of scenes; the recipe's own number by default.
+        seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
+        formats: Dataset formats to write.
+        backend: Render backend.
+        workers: Processes; one per processor by default.
+        resume: Go on with a run that was interrupted; finished scenes are kept.
+    """
+    from warehouse_sim.generation.generate import GenerateConfig
+    from warehouse_sim.generation.generate import generate as run
+    from warehouse_sim.generation.recipe import load_recipe
+
+    config = GenerateConfig(
+        scenes=scenes,
+        seed=seed,
+        formats=formats,
+        backend=backend,
+        workers=workers or os.cpu_count() or 1,
+        resume=resume,
+    )
+    with count_progress("scenes") as progress:
+        run(load_recipe(recipe), out, config, progress)
+    finish(out, "validate", out)

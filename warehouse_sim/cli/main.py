@@ -1,0 +1,57 @@
+"""The verbs of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
+
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import tyro
+
+from warehouse_sim.cli.demo import demo
+from warehouse_sim.cli.evaluate import evaluate
+from warehouse_sim.cli.generate import generate
+from warehouse_sim.cli.list import list_names
+from warehouse_sim.cli.predict import predict
+from warehouse_sim.cli.preview import preview
+from warehouse_sim.cli.report import report
+from warehouse_sim.cli.train import train
+from warehouse_sim.cli.validate import validate
+from warehouse_sim.errors import WarehouseSimError
+
+VERBS: dict[str, Callable[..., Any]] = {
+    "list": list_names,
+    "preview": preview,
+    "generate": generate,
+    "validate": validate,
+    "train": train,
+    "predict": predict,
+    "evaluate": evaluate,
+    "report": report,
+    "demo": demo,
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb.
+
+    Args:
+        arguments: Command line without the program's name; ``sys.argv[1:]`` by default.
+
+    Returns:
+        The exit code: 0 for success, 1 when checks did not hold, 2 for wrong input, 130 when interrupted.
+    """
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s", stream=sys.stderr)
+    try:
+        result: int | None = tyro.extras.subcommand_cli_from_dict(
+            VERBS,
+            prog="warehouse-sim",
+            description="Generate synthetic warehouse datasets; train and score 6D-pose estimators on them.",
+            args=arguments,
+        )
+    except WarehouseSimError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("interrupted; the same command with --resume goes on where it stopped", file=sys.stderr)
+        return 130
+    return int(result or 0)

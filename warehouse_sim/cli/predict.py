@@ -1,0 +1,34 @@
+"""``warehouse-sim predict``: a run folder and a dataset become a file of poses."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.estimators.settings import PredictConfig
+
+
+def predict(
+    run: tyro.conf.Positional[Path],
+    data: Path,
+    out: Path,
+    split: str = "test",
+    config: Annotated[PredictConfig, tyro.conf.arg(name="")] = PredictConfig(),  # noqa: B008  frozen
+) -> None:
+    """Estimate the pose of every detected object and write the BOP pose CSV.
+
+    Args:
+        run: Run folder of a trained estimator.
+        data: Dataset folder.
+        out: CSV file to write.
+        split: Split to predict on.
+        config: Where detections come from, how a pose is selected and refined.
+    """
+    from warehouse_sim.dataset import pose_csv
+    from warehouse_sim.estimators.predict import predict as estimate
+
+    with share_progress("predicting") as progress:
+        estimates = estimate(run, data, split, config, progress)
+    pose_csv.write(out, estimates)
+    finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))

@@ -1,0 +1,24 @@
+"""``warehouse-sim preview``: look at a recipe before generating from it."""
+
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import finish, say
+
+
+def preview(recipe: tyro.conf.Positional[str], seed: int = 0, scene: int = 0, out: Path = Path("preview.png")) -> None:
+    """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above.
+
+    Args:
+        recipe: Name of a shipped recipe or path of a recipe file.
+        seed: Seed of the dataset, >= 0.
+        scene: Index of the scene, >= 0.
+        out: PNG file to write.
+    """
+    from warehouse_sim.generation.contact_sheet import draw_contact_sheet
+    from warehouse_sim.generation.recipe import load_recipe
+
+    say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
+    draw_contact_sheet(load_recipe(recipe), seed, scene, out)
+    finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed))
