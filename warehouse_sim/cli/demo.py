@@ -24,7 +24,7 @@ def demo(
     scenes: int | None = None,
     seed: int = 0,
     estimator: str = "densefusion-pointcloud",
-    max_minutes: float = 4.0,
+    max_minutes: float = 5.0,
     workers: int | None = None,
 ) -> int:
     """Go the whole way: preview, generate, validate, train, predict, evaluate, report.

@@ -1,5 +1,6 @@
 """The verbs of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
 
+import io
 import logging
 import sys
 from collections.abc import Callable, Sequence
@@ -40,6 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code: 0 for success, 1 when checks did not hold, 2 for wrong input, 130 when interrupted.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # in a log file, results stand between the progress they belong to
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
         result: int | None = tyro.extras.subcommand_cli_from_dict(
