@@ -96,6 +96,9 @@ def test_a_killed_run_resumes_to_the_same_weights(toy_root: Path, tmp_path: Path
     for name, value in expected.items():
         torch.testing.assert_close(found[name], value, msg=name)
     assert [row["step"] for row in csv.DictReader((run / "curves.csv").open())] == ["2", "4", "6"]
+    events = [line.split("Z  ")[1].split(" ")[0] for line in (run / "train.log").read_text().splitlines()]
+    assert (events[0], events[-1]) == ("train", "done:")
+    assert events.count("resume") == 1
 
 
 def test_time_limit_holds(toy_root: Path, tmp_path: Path) -> None:

@@ -17,9 +17,10 @@ from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusion
 from warehouse_sim.learning.objects import ObjectShape
 from warehouse_sim.learning.settings import TrainConfig
 
-CONFIG, WEIGHTS, CURVES, RESULT, CHECKPOINTS = (
+CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS = (
     "config.yaml",
     "weights.safetensors",
+    "train.log",
     "curves.csv",
     "result.json",
     "checkpoints",

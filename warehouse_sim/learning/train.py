@@ -22,6 +22,7 @@ from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.quiet import quiet_lightning
 from warehouse_sim.learning.records import CurveWriter, ProgressReporter
 from warehouse_sim.learning.run_folder import RunConfig
+from warehouse_sim.learning.run_log import RunLog
 from warehouse_sim.learning.settings import TrainConfig
 from warehouse_sim.learning.start import start_at_mean_rotation
 from warehouse_sim.learning.streams import BatchStream
@@ -57,6 +58,8 @@ def train(
     if old:
         _require_same(old, estimator, config, run)
         config = old.train
+    log = RunLog(run / run_folder.LOG)
+    log.note(f"{'resume' if old else 'train'} {estimator} {config.size} on {data}, torch {torch.__version__}")
     clock = Clock(config.max_steps, config.max_minutes * 60.0 if config.max_minutes else None)
     crops, resolved = prepare(method, data, config, progress)
     if old and old.dataset_sha256 != resolved.dataset_sha256:
@@ -66,10 +69,13 @@ def train(
     network = DenseFusion(resolved.network, len(resolved.objects))
     start_at_mean_rotation(network, crops["train"], resolved.objects)
     module = PoseTraining(network, shape_tensors(resolved.objects), config, clock, crops)
+    log.note(", ".join(f"{len(items)} crops of {split}" for split, items in crops.items()))
     with quiet_lightning():
-        trainer = _fit(module, crops, run, progress)
+        trainer = _fit(module, crops, run, [log, *([ProgressReporter(progress)] if progress else [])])
     run_folder.write_weights(run, network)
-    run_folder.write_result(run, _result(module, trainer, crops))
+    result = _result(module, trainer, crops)
+    run_folder.write_result(run, result)
+    log.note(f"done: {result['samples']} samples in {result['seconds']} s on {result['device']}, {result['precision']}")
     return run
 
 
@@ -92,7 +98,9 @@ def _require_same(old: RunConfig, estimator: str, config: TrainConfig, run: Path
         raise TrainingError(f"{run} goes on with the settings in its {run_folder.CONFIG}; leave other settings out")
 
 
-def _fit(module: PoseTraining, crops: dict[str, CropSet], run: Path, progress: Progress | None) -> lightning.Trainer:
+def _fit(
+    module: PoseTraining, crops: dict[str, CropSet], run: Path, observers: list[lightning.Callback]
+) -> lightning.Trainer:
     config, clock = module.config, module.clock
 
     def reached(step: int) -> bool:
@@ -105,13 +113,16 @@ def _fit(module: PoseTraining, crops: dict[str, CropSet], run: Path, progress: P
     checkpoint = next(iter(sorted(folder.glob("*.ckpt"), key=lambda path: path.stat().st_mtime, reverse=True)), None)
     if checkpoint is None:
         (run / run_folder.CURVES).unlink(missing_ok=True)
-    callbacks = [CurveWriter(run / run_folder.CURVES), ModelCheckpoint(folder, filename="{step}")]
+    callbacks: list[lightning.Callback] = [
+        CurveWriter(run / run_folder.CURVES),
+        ModelCheckpoint(folder, filename="{step}"),
+    ]
     trainer = lightning.Trainer(
         max_epochs=config.validations,
         accelerator="cuda" if torch.cuda.is_available() else "cpu",
         precision=choose_precision(config.precision),
         gradient_clip_val=config.clip_norm,
-        callbacks=callbacks + ([ProgressReporter(progress)] if progress else []),
+        callbacks=callbacks + observers,
         # One pass over val before the first step tells how much time the last one needs.
         num_sanity_val_steps=-1,
         logger=False,
