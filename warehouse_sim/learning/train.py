@@ -113,7 +113,7 @@ def _fit(
     checkpoint = next(iter(sorted(folder.glob("*.ckpt"), key=lambda path: path.stat().st_mtime, reverse=True)), None)
     if checkpoint is None:
         (run / run_folder.CURVES).unlink(missing_ok=True)
-    callbacks: list[lightning.Callback] = [
+    savers: list[lightning.Callback] = [
         CurveWriter(run / run_folder.CURVES),
         ModelCheckpoint(folder, filename="{step}"),
     ]
@@ -122,7 +122,7 @@ def _fit(
         accelerator="cuda" if torch.cuda.is_available() else "cpu",
         precision=choose_precision(config.precision),
         gradient_clip_val=config.clip_norm,
-        callbacks=callbacks + observers,
+        callbacks=[*savers, *observers],
         # One pass over val before the first step tells how much time the last one needs.
         num_sanity_val_steps=-1,
         logger=False,
