@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.broad_phase import overlapping_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +66,7 @@ class BoxStack:
     def pairs(self, other: "BoxStack", margin: float = 0.0) -> Int[np.ndarray, "k 2"]:
         """Return index pairs (self, other) whose axis-parallel boxes come within ``margin`` (m) of each other."""
         (low_a, high_a), (low_b, high_b) = self.extents(), other.extents()
-        near = np.ones((len(low_a), len(low_b)), dtype=bool)
-        for axis in range(3):
-            near &= low_a[:, None, axis] - margin <= high_b[None, :, axis]
-            near &= low_b[None, :, axis] - margin <= high_a[:, None, axis]
-        return np.argwhere(near)
+        return overlapping_pairs(low_a - margin, high_a + margin, low_b, high_b)
 
     def clear_of(self, box: OrientedBox, clearance: float) -> bool:
         """Return whether every box of the stack is at least ``clearance`` (m) away from ``box``."""
