@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from tests.render.scenes import MATERIALS, at, box_model, make_scene, pallet_mod
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
 from warehouse_sim.render.raster.mesh_batch import flat_shaded
 from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
+from warehouse_sim.schema import Material
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}
 
@@ -49,3 +52,23 @@ def test_flat_shading_splits_a_box_into_24_corners_with_its_face_normals() -> No
     a, b, c = np.moveaxis(vertices[triangles, :3].astype(float), 1, 0)
     np.testing.assert_allclose(np.cross(b - a, c - a), vertices[triangles[:, 0], 3:], atol=1e-6)
     assert np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2 == pytest.approx(6.0)
+
+
+def test_film_is_a_row_that_no_instance_counts_as_its_own() -> None:
+    box = box_model("box", (1, 2, 3))
+    film = replace(box.parts[0], material="film")
+    models = [replace(box, name="mixed", parts=(film, box.parts[0])), replace(box, name="film", parts=(film,))]
+    scene = make_scene(models, [("mixed", at(0, 0, 0)), ("film", at(1, 0, 0))])
+    scene = replace(scene, materials={**MATERIALS, "film": Material("film", (0.8, 0.8, 0.8), opacity=0.3)})
+    table = build_part_table(scene, {**ROWS, "film": len(ROWS)})
+    assert table.film.tolist() == [True, False, True]
+    assert {number: rows.tolist() for number, rows in table.rows_of_instance.items()} == {1: [1], 2: []}
+
+
+def test_edges_that_are_equal_to_the_centimetre_keep_their_order() -> None:
+    """The body of a carton is a skin's thickness less wide than it is high: its grain must not turn for that."""
+    orders = {}
+    for edges in ((0.599, 0.399, 0.3995), (0.599, 0.3995, 0.399), (0.3, 0.4, 0.6)):
+        scene = make_scene([box_model("box", edges)], [("box", at(0, 0, 0))])
+        orders[edges] = int(build_part_table(scene, ROWS).template["identity"][0, 2])
+    assert list(orders.values()) == [0 + 4 * 1 + 16 * 2, 0 + 4 * 1 + 16 * 2, 2 + 4 * 1 + 16 * 0]

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from uuid import uuid4
 
 import cv2
 import numpy as np
@@ -10,9 +11,9 @@ import pytest
 from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.geometry.pose import level_camera, rotation_z
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.raster import materials
+from warehouse_sim.render.raster import textures
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -156,12 +157,21 @@ def test_emission_needs_no_lamp(renderer: Renderer) -> None:
 
 @pytest.fixture
 def own_textures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(materials, "texture_path", lambda name: tmp_path / f"{name}.png")
+    monkeypatch.setattr(textures, "texture_folder", lambda name: tmp_path / name)
     return tmp_path
 
 
-def textured(renderer: Renderer, size: tuple[float, float, float]) -> np.ndarray:
-    paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture="test", texture_size=0.5)}
+def own_texture(folder: Path, kind: str, pixels: np.ndarray) -> str:
+    """Store one image of a set; return the set's name, a new one each time, because a renderer keeps what it read."""
+    name = f"test{uuid4().hex}"
+    (folder / name).mkdir()
+    cv2.imwrite(str(folder / name / "albedo.png"), np.full((64, 64), 128, np.uint8))
+    cv2.imwrite(str(folder / name / f"{kind}.png"), pixels)
+    return name
+
+
+def textured(renderer: Renderer, size: tuple[float, float, float], texture: str) -> np.ndarray:
+    paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture=texture, texture_size=0.5)}
     scene = make_scene([box_model("box", size)], [("box", at(0, 0, -size[2] / 2))], materials=paint, ambient=300.0)
     return picture(renderer, scene)
 
@@ -170,8 +180,8 @@ def test_a_texture_of_128_changes_nothing_and_brighter_is_brighter(renderer: Ren
     plain = picture(renderer, make_scene([BOX], [("box", at(0, 0, -0.3))], ambient=300.0))
     changes = []
     for level in (64, 128, 200):
-        cv2.imwrite(str(own_textures / "test.png"), np.full((64, 64), level, np.uint8))
-        changes.append((textured(renderer, (0.6, 0.6, 0.6)) - plain)[pixel_of(0, 0)])
+        name = own_texture(own_textures, "albedo", np.full((64, 64), level, np.uint8))
+        changes.append((textured(renderer, (0.6, 0.6, 0.6), name) - plain)[pixel_of(0, 0)])
     darker, same, brighter = changes
     assert (darker < -10).all()
     assert np.abs(same).max() <= 1
@@ -185,17 +195,63 @@ def test_the_grain_runs_along_the_longest_edge(
     """Stripes along u: the picture is even along the box's longest edge; one tile across is half a metre."""
     stripes = np.zeros((512, 512), np.uint8)
     stripes[:256] = 200
-    cv2.imwrite(str(own_textures / "test.png"), stripes)
-    patch = textured(renderer, size)[100:140, 140:180, 0]
+    patch = textured(renderer, size, own_texture(own_textures, "albedo", stripes))[100:140, 140:180, 0]
     even, striped = patch.std(axis=1 if along_rows else 0).max(), patch.std(axis=0 if along_rows else 1).max()
     assert even < 2.0
     assert striped > 20.0
 
 
+def tilted(u: float, up: float) -> np.ndarray:
+    """Return the BGR image of a normal that leans along u and up the image."""
+    normal = np.array([u, up, np.sqrt(1.0 - u * u - up * up)])
+    return np.broadcast_to(np.round(128 + 127 * normal[::-1]), (64, 64, 3)).astype(np.uint8)
+
+
+@pytest.mark.parametrize("size", [(0.6, 0.4, 0.4), (0.4, 0.6, 0.4)])
+@pytest.mark.parametrize("turn", [0.0, 0.7, 2.5])
+def test_a_normal_map_leans_the_light_and_nothing_else(
+    renderer: Renderer, own_textures: Path, size: tuple[float, float, float], turn: float
+) -> None:
+    """A box seen from above under a lamp to its side: normals that lean towards the lamp are brighter, and back."""
+    lamp = spot((1.2, 0.0, 1.2), 600.0)
+    # u runs along the longest edge; seen from above v runs to its left.
+    along = rotation_z(turn)[:, 0 if size[0] > size[1] else 1]
+    across = np.cross([0.0, 0.0, 1.0], along)
+    leans = {"flat": (0.0, 0.0)}
+    for sign in (1.0, -1.0):
+        leans[f"{sign}"] = (sign * 0.3 * along[0], -sign * 0.3 * across[0])  # the file's y points against v
+    pictures = {}
+    for name, (u, up) in leans.items():
+        texture = own_texture(own_textures, "normal", tilted(u, up))
+        paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture=texture, texture_size=0.5)}
+        scene = make_scene([box_model("box", size)], [("box", at(0, 0, -0.2, turn))], [lamp], materials=paint)
+        renderer.load(scene)
+        pictures[name] = renderer.render(CAMERA, LOOK_DOWN, normals=True)
+    towards, flat, away = (int(pictures[name].rgb[pixel_of(0, 0)][0]) for name in ("1.0", "flat", "-1.0"))
+    assert away + 8 < flat < towards - 8
+    for other in pictures.values():
+        for channel in ("depth", "instance_ids", "normals"):
+            assert np.array_equal(getattr(other, channel), getattr(pictures["flat"], channel))
+
+
+def test_roughness_spreads_the_highlight(renderer: Renderer, own_textures: Path) -> None:
+    paint = {**MATERIALS, "kraft": Material("kraft", (0.1, 0.1, 0.1), roughness=0.3, texture_size=0.5)}
+    peaks = []
+    for level in (64, 128, 255):
+        texture = own_texture(own_textures, "roughness", np.full((64, 64), level, np.uint8))
+        painted = {**paint, "kraft": replace(paint["kraft"], texture=texture)}
+        lamp = spot((0.0, 0.0, 3.0), 300.0)  # just below the camera: its highlight is in the middle
+        scene = make_scene([BOX], [("box", at(0, 0, -0.3))], [lamp], materials=painted, ambient=0.0, exposure=0.01)
+        peaks.append(picture(renderer, scene)[pixel_of(0, 0)][0])
+    sharp, same, dull = peaks
+    assert dull < same - 10 < sharp - 20
+
+
 def test_a_missing_texture_is_named_with_those_that_exist(renderer: Renderer, own_textures: Path) -> None:
-    cv2.imwrite(str(own_textures / "oak.png"), np.zeros((8, 8), np.uint8))
-    with pytest.raises(RenderError, match=r"texture 'test': .*test\.png does not exist; textures there: oak"):
-        textured(renderer, (1, 1, 1))
-    (own_textures / "test.png").write_text("no image")
+    (own_textures / "oak").mkdir()
+    with pytest.raises(RenderError, match=r"texture 'test': .*test/albedo\.png does not exist; textures there: oak"):
+        textured(renderer, (1, 1, 1), "test")
+    name = own_texture(own_textures, "normal", tilted(0.0, 0.0))
+    (own_textures / name / "normal.png").write_text("no image")
     with pytest.raises(RenderError, match="is not a readable image"):
-        textured(renderer, (1, 1, 1))
+        textured(renderer, (1, 1, 1), name)

@@ -1,6 +1,7 @@
 import numpy as np
 
-from tests.render.scenes import at, box_model, make_scene
+from tests.render.scenes import MATERIALS, at, box_model, make_scene
+from warehouse_sim.schema import Material
 from warehouse_sim.sensors.raycaster import RayCaster
 
 
@@ -26,3 +27,12 @@ def test_no_ray_slips_between_two_triangles() -> None:
     for sign in (1, -1):
         directions = np.stack([np.full_like(t, 2.0), t, sign * t], axis=1)
         assert (caster.cast(np.zeros((len(t), 3)), directions).instance_ids == 1).all()
+
+
+def test_rays_go_through_film() -> None:
+    models = [box_model("film", (1, 1, 1), "film"), box_model("far", (1, 4, 4), "steel")]
+    film = Material("film", (0.8, 0.8, 0.8), opacity=0.3)
+    scene = make_scene(models, [("far", at(8, 0, 0)), ("film", at(4, 0, 0))], materials={**MATERIALS, "film": film})
+    hits = RayCaster(scene).cast(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))
+    assert hits.instance_ids.tolist() == [1]
+    np.testing.assert_allclose(hits.distance, [7.5], rtol=1e-6)

@@ -1,6 +1,7 @@
 """Bake what the catalog paints into files, with a manifest that says where each file comes from.
 
-``python -m warehouse_sim.catalog.bake assets`` writes ``assets/textures/*.png`` and ``assets/manifest.json``.
+``python -m warehouse_sim.catalog.bake assets`` writes ``assets/textures/NAME/{albedo,normal,roughness}.png`` and
+``assets/manifest.json``.
 """
 
 import hashlib
@@ -26,21 +27,11 @@ def bake(folder: Path) -> Path:
     """
     entries = []
     try:
-        (folder / "textures").mkdir(parents=True, exist_ok=True)
         for name in sorted(TEXTURES):
-            pixels = paint(name)
-            encoded = cv2.imencode(".png", pixels)[1].tobytes()
-            path = Path("textures") / f"{name}.png"
-            (folder / path).write_bytes(encoded)
-            entries.append(
-                {
-                    "path": path.as_posix(),
-                    "sha256": hashlib.sha256(encoded).hexdigest(),
-                    "sha256_pixels": pixels_hash(pixels),
-                    "licence": LICENCE,
-                    "command": COMMAND,
-                }
-            )
+            (folder / "textures" / name).mkdir(parents=True, exist_ok=True)
+            for kind, pixels in paint(name).images().items():
+                path = Path("textures") / name / f"{kind}.png"
+                entries.append(_write(folder, path, pixels))
         manifest = folder / "manifest.json"
         manifest.write_text(json.dumps({"files": entries}, indent=2) + "\n", encoding="utf-8")
     except OSError as problem:
@@ -53,6 +44,20 @@ def bake(folder: Path) -> Path:
 def pixels_hash(pixels: np.ndarray) -> str:
     """Return the SHA-256 of the texels row by row: unlike the file's, it does not depend on the PNG encoder."""
     return hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()
+
+
+def _write(folder: Path, path: Path, pixels: np.ndarray) -> dict[str, str]:
+    """Write one grey or RGB image and return its entry in the manifest; its pixel hash is of RGB order."""
+    ordered = pixels[..., ::-1] if pixels.ndim == 3 else pixels  # OpenCV writes BGR
+    encoded = cv2.imencode(".png", ordered, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
+    (folder / path).write_bytes(encoded)
+    return {
+        "path": path.as_posix(),
+        "sha256": hashlib.sha256(encoded).hexdigest(),
+        "sha256_pixels": pixels_hash(pixels),
+        "licence": LICENCE,
+        "command": COMMAND,
+    }
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Tileable noise on a square of texels, from sums and products only, so that it comes out alike on every machine."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 Texels = Float[np.ndarray, "n n"]
 
@@ -33,6 +33,80 @@ def octaves(rng: np.random.Generator, size: int, cells_u: int, cells_v: int, cou
     return total / weight
 
 
+def displaced(texels: Texels, shift_u: Texels, shift_v: Texels) -> Texels:
+    """Return ``texels`` read bilinearly at places moved by ``shift_u`` and ``shift_v`` (texels), around the edges."""
+    size = len(texels)
+    rows, columns = np.mgrid[0:size, 0:size]
+    u, v = columns + shift_u, rows + shift_v
+    left, top = np.floor(u).astype(int), np.floor(v).astype(int)
+    share_u, share_v = u - left, v - top
+    left, top = left % size, top % size
+    right, below = (left + 1) % size, (top + 1) % size
+    upper = _mix(texels[top, left], texels[top, right], share_u)
+    lower = _mix(texels[below, left], texels[below, right], share_u)
+    return _mix(upper, lower, share_v)
+
+
+def grains(
+    rng: np.random.Generator, size: int, cells: int
+) -> tuple[Int[np.ndarray, "n n"], Texels, Float[np.ndarray, "n n"]]:
+    """Return cells of random shape about one point in each square of a ``cells`` x ``cells`` lattice.
+
+    After Worley, "A cellular texture basis function", SIGGRAPH 1996.
+
+    Returns:
+        The number of each texel's cell, 0 to ``cells**2 - 1``; the squared distance to its point and that to the next
+        nearest one, in squared edges of the lattice.
+    """
+    points = rng.random((cells, cells, 2))
+    place = (np.arange(size) + 0.5) * (cells / size)
+    column = np.floor(place).astype(int)
+    owner = np.zeros((size, size), int)
+    first, second = np.full((size, size), 9.0), np.full((size, size), 9.0)
+    for dv in (-1, 0, 1):
+        for du in (-1, 0, 1):
+            i, j = (column + dv)[:, None], (column + du)[None, :]
+            point = points[i % cells, j % cells]
+            squared = (j + point[..., 0] - place[None, :]) ** 2 + (i + point[..., 1] - place[:, None]) ** 2
+            nearer = squared < first
+            second = np.where(nearer, first, np.minimum(second, squared))
+            owner = np.where(nearer, i % cells * cells + j % cells, owner)
+            first = np.where(nearer, squared, first)
+    return owner, first, second
+
+
+def strokes(
+    rng: np.random.Generator,
+    size: int,
+    count: int,
+    length: tuple[float, float],
+    slope: tuple[float, float],
+    bend: float = 0.0,
+) -> Texels:
+    """Return thin lines of strength 0-1 that fade out at both ends, on zero.
+
+    Args:
+        rng: Stream to draw from.
+        size: Edge of the square in texels.
+        count: Number of lines.
+        length: Least and greatest length (texels).
+        slope: Least and greatest step along v for a step of one along u; steep lines step along v instead.
+        bend: Greatest change of that slope over 100 texels, either way.
+    """
+    drawn = np.zeros((size, size))
+    for _ in range(count):
+        u, v = rng.uniform(0.0, size, 2)
+        steps = np.arange(int(rng.uniform(*length)))
+        rise = rng.uniform(*slope) + rng.uniform(-bend, bend) * steps / 100.0
+        strength = rng.uniform(0.3, 1.0) * smooth_step(4.0 * np.minimum(steps + 1, steps[::-1] + 1) / (len(steps) + 1))
+        columns, places = np.floor(u).astype(int) + steps, v + np.cumsum(rise)
+        rows = np.floor(places).astype(int)
+        share = places - rows
+        for row, part in ((rows, 1.0 - share), (rows + 1, share)):
+            np.maximum.at(drawn, (row % size, columns % size), strength * part)
+    return drawn
+
+
 def offsets(size: int, centre: tuple[float, float]) -> tuple[Texels, Texels]:
     """Return the way from ``centre`` (u, v; 0-1) to each texel along u and v, the short way around, -0.5 to 0.5."""
     places = (np.arange(size) + 0.5) / size
@@ -40,10 +114,22 @@ def offsets(size: int, centre: tuple[float, float]) -> tuple[Texels, Texels]:
     return du - np.round(du), dv - np.round(dv)
 
 
-def smooth_step(share: Texels) -> Texels:
+def smooth_step(share: np.ndarray) -> np.ndarray:
     """Return the cubic that goes from 0 to 1 with level ends, for ``share`` cut to 0-1."""
     share = np.clip(share, 0.0, 1.0)
     return share * share * (3.0 - 2.0 * share)
+
+
+def ridges(noise: Texels, width: float) -> Texels:
+    """Return lines, 1 on their crest, along which ``noise`` passes through its middle 0.5; ``width`` in its values."""
+    return smooth_step(1.0 - np.abs(noise - 0.5) / width)
+
+
+def softened(texels: Texels) -> Texels:
+    """Return the texels after a 3 x 3 binomial filter that goes around the edges."""
+    for axis in (0, 1):
+        texels = 0.25 * (np.roll(texels, 1, axis) + np.roll(texels, -1, axis)) + 0.5 * texels
+    return texels
 
 
 def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray]:

@@ -24,7 +24,12 @@ class Silhouette:
 
 
 class Renderer(Protocol):
-    """Draw loaded scenes; not to be shared between threads."""
+    """Draw loaded scenes; not to be shared between threads.
+
+    Parts whose material has an opacity below 1 are film. Film tints the colour and shines, and is hidden by what stands
+    before it; depth, instance ids, normals, silhouettes and shadows are those of the scene without it, so that labels
+    speak of the goods that it is wrapped around.
+    """
 
     @property
     def description(self) -> str:

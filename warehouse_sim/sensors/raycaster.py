@@ -42,6 +42,8 @@ class RayCaster:
         count = 0
         for instance in scene.instances:
             for part in scene.model_of(instance).parts:
+                if scene.materials[part.material].opacity < 1.0:
+                    continue  # film lets the beam through, as it does the camera's depth and ids
                 placed = part.placed()
                 vertices.append(transform_points(instance.T_world_object, placed.vertices))
                 faces.append(placed.faces + count)

@@ -10,14 +10,17 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raster.context import describe, open_context
+from warehouse_sim.render.raster.film_pass import FilmPass
 from warehouse_sim.render.raster.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.image_targets import ImageTargets
+from warehouse_sim.render.raster.lighting import LightBlock
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
 from warehouse_sim.render.raster.parts import placed_records
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
 from warehouse_sim.render.raster.shading_pass import ShadingPass
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
+from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.render.renderer import Silhouette
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
@@ -37,7 +40,10 @@ class RasterRenderer:
         self.description = f"raster on {describe(self._context)}"
         with self._context:
             self._geometry = GeometryPass(self._context)
-            self._shading = ShadingPass(self._context)
+            self._block = LightBlock(self._context)
+            self._shading = ShadingPass(self._context, self._block)
+            self._film = FilmPass(self._context, self._block)
+            self._textures = TextureLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
             self._silhouettes = SilhouetteAtlas(self._context)
         self._scene: LoadedScene | None = None
@@ -46,7 +52,7 @@ class RasterRenderer:
     def load(self, scene: SceneSpec) -> None:
         """Upload ``scene`` and draw its shadow maps."""
         with self._open_context() as context:
-            loaded = LoadedScene(context, scene, self._shadows)
+            loaded = LoadedScene(context, scene, self._shadows, self._textures)
             if self._scene is not None:
                 self._scene.release()
             self._scene = loaded
@@ -58,6 +64,7 @@ class RasterRenderer:
             records = placed_records(scene.table, T_world_camera)
             self._geometry.draw(targets.geometry, camera, scene.table, records, scene.batches, scene.materials)
             self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, scene.lighting)
+            self._film.draw(targets.film, camera, T_world_camera, scene.table, records, scene.batches, scene.lighting)
             if normals:
                 self._shading.draw_normals(targets.normals, targets.geometry)
             buffers = targets.read(normals)
@@ -87,7 +94,16 @@ class RasterRenderer:
                 self._scene.release()
             if self._targets is not None:
                 self._targets.release()
-            for item in (self._geometry, self._shading, self._shadows, self._silhouettes):
+            parts = (
+                self._geometry,
+                self._shading,
+                self._film,
+                self._block,
+                self._textures,
+                self._shadows,
+                self._silhouettes,
+            )
+            for item in parts:
                 item.release()
         self._context.release()
         self._context = self._scene = self._targets = None

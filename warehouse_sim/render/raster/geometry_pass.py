@@ -49,7 +49,8 @@ class GeometryPass:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._program = context.program(
-            vertex_shader=source("place.glsl", "gbuffer.vert"), fragment_shader=source("gbuffer.frag")
+            vertex_shader=source("place.glsl", "pack.glsl", "box_projection.glsl", "gbuffer.vert"),
+            fragment_shader=source("pack.glsl", "gbuffer.frag"),
         )
         self._program["near"] = NEAR
         self._program["window"] = (WINDOW_PX, WINDOW_PX)
@@ -63,7 +64,7 @@ class GeometryPass:
         batches: Sequence[MeshBatch],
         materials: MaterialTable,
     ) -> None:
-        """Draw all parts in view, the nearest first so that hidden ones cost only their depth test.
+        """Draw all solid parts in view, the nearest first so that hidden ones cost only their depth test.
 
         Args:
             target: Where to draw; its size is the camera's.
@@ -83,7 +84,7 @@ class GeometryPass:
         materials.values.use(0)
         self._program["materials"] = 0
         centre, radius = table.centres(records), table.radius
-        seen = ViewPyramid.of(camera).touches(centre, radius, NEAR)
+        seen = ViewPyramid.of(camera).touches(centre, radius, NEAR) & ~table.film
         # The far end orders better than the centre: a floor reaches under everything and should come last.
         far_end = centre[:, 2] + radius
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):

@@ -5,7 +5,7 @@ import numpy as np
 
 from warehouse_sim.render.raster.edge_filter import smooth_edges
 from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
-from warehouse_sim.render.raster.projection import NEAR
+from warehouse_sim.render.raster.projection import NEAR, window_viewport
 from warehouse_sim.schema import RenderBuffers
 
 
@@ -19,6 +19,9 @@ class ImageTargets:
         self._normal_texture = context.texture(size, 4, dtype="f4")
         self.color = context.framebuffer([self._color_texture])
         self.normals = context.framebuffer([self._normal_texture])
+        self.film = context.framebuffer([self._color_texture], self.geometry.depth)
+        self.film.depth_mask = False
+        self.film.viewport = window_viewport(size)
 
     def read(self, normals: bool) -> RenderBuffers:
         """Return what was drawn."""
@@ -37,7 +40,7 @@ class ImageTargets:
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self.geometry, self.color, self.normals, self._color_texture, self._normal_texture):
+        for item in (self.film, self.geometry, self.color, self.normals, self._color_texture, self._normal_texture):
             item.release()
 
     def _read_normals(self) -> np.ndarray:

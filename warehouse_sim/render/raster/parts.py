@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float32, Float64, Int
+from jaxtyping import Bool, Float32, Float64, Int
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -32,7 +32,9 @@ class PartTable:
     rows_of_mesh: tuple[slice, ...]
     """Rows that draw each of ``meshes``."""
     rows_of_instance: dict[int, Int[np.ndarray, " k"]]
-    """Rows of each instance id."""
+    """Solid rows of each instance id; an object that is all film has none."""
+    film: Bool[np.ndarray, " n"]
+    """Rows whose material lets light through: they tint the picture, and leave depth, ids and shadows alone."""
     T_world_part: Float64[np.ndarray, "n 4 4"]
     local_centre: Float64[np.ndarray, "n 3"]
     """Centre of each part's bounding box in the part's frame (m)."""
@@ -83,11 +85,13 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
     template["identity"][:, 2] = _edge_order(high - low)
     template["identity"][:, 3] = np.arange(len(entries))
     template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
+    film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
     return PartTable(
         meshes=tuple(groups),
         rows_of_mesh=tuple(slice(a, b) for a, b in pairwise(ends)),
-        rows_of_instance={int(key): np.flatnonzero(ids == key) for key in np.unique(ids)},
+        rows_of_instance={int(key): np.flatnonzero((ids == key) & ~film) for key in np.unique(ids)},
+        film=film,
         T_world_part=T_world_object @ np.stack([part.T_object_part for _, _, part in entries]),
         local_centre=(low + high) / 2,
         half_size=(high - low) / 2,
@@ -127,8 +131,11 @@ def _parts_by_mesh(
 
 
 def _edge_order(extent: Float64[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-    """Pack the axes from longest to shortest edge as ``first + 4 * second + 16 * third``; ties keep x, y, z."""
-    order = np.argsort(-np.round(extent, 6), axis=1, kind="stable")
+    """Pack the axes from longest to shortest edge as ``first + 4 * second + 16 * third``; ties keep x, y, z.
+
+    Edges that are equal to the centimetre tie: the skin of a carton must not turn its board.
+    """
+    order = np.argsort(-np.round(extent, 2), axis=1, kind="stable")
     return order @ np.array([1, 4, 16])
 
 

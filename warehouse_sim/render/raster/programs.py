@@ -14,6 +14,13 @@ def source(*names: str, **constants: object) -> str:
     return "".join([_VERSION, *lines, *((folder / name).read_text(encoding="utf-8") for name in names)])
 
 
+def assign(program: moderngl.Program, **values: object) -> None:
+    """Set uniforms of ``program``; those that the compiler removed are passed over."""
+    for name, value in values.items():
+        if name in program:
+            program[name] = value
+
+
 class FullScreen:
     """A program that runs a fragment shader once for each pixel of a target."""
 
@@ -24,9 +31,7 @@ class FullScreen:
 
     def assign(self, **values: object) -> None:
         """Set uniforms; those that the compiler removed are passed over."""
-        for name, value in values.items():
-            if name in self.program:
-                self.program[name] = value
+        assign(self.program, **values)
 
     def draw(self, target: moderngl.Framebuffer) -> None:
         """Fill ``target``."""

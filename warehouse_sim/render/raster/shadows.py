@@ -77,7 +77,7 @@ class ShadowAtlas:
         self._context.depth_func = ">"
         self._context.front_face = "cw"
         self._context.cull_face = "front"
-        casters = table.tops() > _FLOOR
+        casters = (table.tops() > _FLOOR) & ~table.film
         tiles: list[ShadowTile | None] = []
         for light in lights:
             number = sum(tile is not None for tile in tiles)

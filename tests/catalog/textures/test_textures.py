@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
+from warehouse_sim.catalog.textures.tile import normals
+
+
+def unit_normals(name: str) -> np.ndarray:
+    return (paint(name).normal.astype(float) - 128.0) / 127.0
+
+
+@pytest.mark.parametrize("name", TEXTURES)
+def test_factors_are_neutral_on_average_and_vary(name: str) -> None:
+    for factors in (paint(name).albedo, paint(name).roughness):
+        assert factors.shape == (SIZE, SIZE)
+        assert factors.dtype == np.uint8
+        assert factors.mean() == pytest.approx(NEUTRAL, abs=1.0)
+        assert 1.5 < factors.std() < 30.0
+
+
+@pytest.mark.parametrize("name", TEXTURES)
+def test_normals_are_unit_vectors_that_lean_nowhere_on_average(name: str) -> None:
+    vectors = unit_normals(name)
+    assert vectors.shape == (SIZE, SIZE, 3)
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), 1.0, atol=0.01)
+    assert np.abs(vectors[..., :2].mean(axis=(0, 1))).max() < 0.005
+    assert vectors[..., 2].min() > 0.4
+    assert vectors[..., :2].std() > 0.005
+
+
+@pytest.mark.parametrize("name", TEXTURES)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_texture_tiles_without_a_seam(name: str, axis: int) -> None:
+    for pixels in paint(name).images().values():
+        values = pixels.astype(float).reshape(SIZE, SIZE, -1)
+        steps = np.abs(np.roll(values, -1, axis=axis) - values).mean(axis=(1 - axis, 2))
+        assert steps[-1] <= steps[:-1].max()
+
+
+@pytest.mark.parametrize("name", TEXTURES)
+def test_no_repeat_shows_from_afar(name: str) -> None:
+    """Where a tile is a few pixels wide, it is nearly even: a floor or a wall shows no chequers."""
+    coarse = paint(name).albedo.astype(float).reshape(4, SIZE // 4, 4, SIZE // 4).mean(axis=(1, 3))
+    assert np.abs(coarse / NEUTRAL - 1.0).max() < 0.1
+
+
+def test_a_ramp_leans_against_its_rise_in_opengls_way() -> None:
+    """Heights that grow to the right and up the image: red and green fall below the middle."""
+    up, right = -np.arange(SIZE, dtype=float)[:, None], np.arange(SIZE, dtype=float)[None, :]
+    across = np.array([1.0, 0.0, 1.0]) / np.sqrt(2.0)
+    for height, lean in ((0.0 * up + right, across * [-1, 0, 1]), (up + 0.0 * right, across[[1, 0, 2]] * [0, -1, 1])):
+        inner = normals(height)[10:-10, 10:-10].reshape(-1, 3)
+        assert (inner == np.round(lean * 127.0) + 128.0).all()
+    along_grain = normals(0.0 * up + right, stretch=3)[10, 10]
+    assert along_grain.tolist() == [88, 128, 248]  # a slope of 1 in 3
+
+
+@pytest.mark.parametrize("name", ["wood", "brushed"])
+def test_grain_runs_along_u(name: str) -> None:
+    pixels = paint(name).albedo.astype(float)
+    along_u, along_v = (np.abs(np.diff(pixels, axis=axis)).mean() for axis in (1, 0))
+    assert along_v > 2.0 * along_u
+
+
+def test_flutes_of_board_run_along_v() -> None:
+    """The relief of kraft repeats fifty times along u, and along v it does not."""
+    across, along = (np.abs(np.fft.rfft(unit_normals("kraft")[..., 0].mean(axis=axis))) for axis in (0, 1))
+    assert across[1:].argmax() + 1 == 50
+    assert along[50] < 0.1 * across[50]
+
+
+def test_wood_is_stretched_and_every_texture_is_used_or_offered() -> None:
+    assert stretch("wood") == 3
+    assert stretch("concrete") == 1
+    assert {item.texture for item in materials().values() if item.texture} <= set(TEXTURES)

@@ -1,0 +1,108 @@
+"""Film changes the colour and nothing that a label is made of."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render import Renderer
+from warehouse_sim.schema import Material, ObjectModel, RenderBuffers, SceneSpec
+
+pytestmark = pytest.mark.gl
+
+CAMERA = PinholeCamera.from_focal(320, 240, 240.0)
+VIEW = level_camera(np.array([-3.0, 0.0, 1.2]), 0.0, -0.25)
+LAMP = spot((-2.0, 1.0, 3.5), 2500.0)
+CENTRE = (120, 160)
+PLACED = [("floor", at(0, 0, -0.05)), ("carton", at(0, 0, 0.3)), ("wrap", at(0, 0, 0.3)), ("post", at(-0.8, 0.1, 0.3))]
+
+
+def film_scene(opacity: float | None, base: float = 0.8, texture: str | None = None) -> SceneSpec:
+    """A carton on the floor, wrapped unless ``opacity`` is None, and a post before a part of it."""
+    film = Material("film", (base,) * 3, roughness=0.3, texture=texture, opacity=1.0 if opacity is None else opacity)
+    models: list[ObjectModel] = [
+        box_model("floor", (20, 20, 0.1), "concrete", "floor", 90),
+        box_model("carton", (0.6, 0.6, 0.6)),
+        box_model("wrap", (0.62, 0.62, 0.62), "film", "wrap", 91),
+        box_model("post", (0.12, 0.12, 0.6), "steel", "rack", 92),
+    ]
+    placed = [item for item in PLACED if opacity is not None or item[0] != "wrap"]
+    scene = make_scene(models, placed, [LAMP], materials={**MATERIALS, "film": film}, ambient=60.0)
+    numbers = {name: number for number, (name, _) in enumerate(PLACED, start=1)}
+    return replace(scene, instances=tuple(replace(item, instance_id=numbers[item.model]) for item in scene.instances))
+
+
+def drawn(renderer: Renderer, scene: SceneSpec) -> RenderBuffers:
+    renderer.load(scene)
+    return renderer.render(CAMERA, VIEW, normals=True)
+
+
+def test_film_leaves_depth_ids_and_normals_bitwise_alone(renderer: Renderer) -> None:
+    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.4))
+    for channel in ("depth", "instance_ids", "normals"):
+        assert np.array_equal(getattr(wrapped, channel), getattr(bare, channel))
+    assert 3 not in wrapped.instance_ids
+    changed = np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2)
+    assert (changed[wrapped.instance_ids == 2] > 0).mean() > 0.9
+
+
+@pytest.mark.parametrize("base", [0.0, 0.95])
+def test_film_dims_or_lightens_by_its_colour_and_opacity(renderer: Renderer, base: float) -> None:
+    levels = [drawn(renderer, film_scene(opacity, base)).rgb[CENTRE].mean() for opacity in (None, 0.15, 0.4, 0.8)]
+    steps = np.diff(levels)
+    assert (steps > 4.0).all() if base > 0.5 else (steps < -4.0).all()
+
+
+def test_what_stands_before_the_film_is_untouched(renderer: Renderer) -> None:
+    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.8))
+    assert wrapped.normals is not None
+    # Colours are smoothed across the post's outline and between its faces.
+    edges = cv2.Canny(wrapped.instance_ids.astype(np.uint8) * 60, 1, 2) > 0
+    edges |= np.abs(np.diff(wrapped.normals, axis=0, append=0)).max(axis=2) > 0.1
+    inner = (wrapped.instance_ids == 4) & (cv2.dilate(edges.astype(np.uint8), np.ones((7, 7), np.uint8)) == 0)
+    assert np.count_nonzero(inner) > 150
+    assert np.array_equal(wrapped.rgb[inner], bare.rgb[inner])
+
+
+def test_film_casts_no_shadow_and_has_no_silhouette(renderer: Renderer) -> None:
+    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.4))
+    floor = (wrapped.instance_ids == 1) & (np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2) > 0)
+    # Only where the film's own outline stands out over the floor.
+    assert np.count_nonzero(floor) < 0.03 * np.count_nonzero(wrapped.instance_ids == 1)
+    scene = film_scene(0.4)
+    renderer.load(scene)
+    carton, wrap = renderer.silhouettes(CAMERA, VIEW, [scene.instances[1], scene.instances[2]])
+    assert wrap.mask.size == 0
+    renderer.load(film_scene(None))
+    alone = renderer.silhouettes(CAMERA, VIEW, [scene.instances[1]])[0]
+    assert carton.offset == alone.offset
+    assert np.array_equal(carton.mask, alone.mask)
+
+
+def test_the_farther_film_is_drawn_first(renderer: Renderer) -> None:
+    """A black sheet before a white one is darker than the white one before the black, however they are listed."""
+    models = [box_model("floor", (20, 20, 0.1), "concrete", "floor", 90)]
+    models += [box_model(name, (0.01, 1.0, 1.0), name, "wrap", 91) for name in ("black", "white")]
+    sheets = {name: Material(name, (base,) * 3, 1.0, opacity=0.6) for name, base in (("black", 0.0), ("white", 0.9))}
+    levels = {}
+    for near, far in (("black", "white"), ("white", "black")):
+        for order in ((near, far), (far, near)):
+            x = {near: -0.5, far: 0.5}
+            placed = [("floor", at(0, 0, -0.05)), *((name, at(x[name], 0, 0.6)) for name in order)]
+            scene = make_scene(models, placed, [LAMP], materials={**MATERIALS, **sheets}, ambient=200.0)
+            levels[near, order] = drawn(renderer, scene).rgb[CENTRE].mean()
+    assert levels["black", ("black", "white")] == levels["black", ("white", "black")]
+    assert levels["white", ("black", "white")] == levels["white", ("white", "black")]
+    assert levels["black", ("black", "white")] < levels["white", ("white", "black")] - 20
+
+
+def test_the_same_film_again_gives_the_same_bytes(renderer: Renderer) -> None:
+    first = drawn(renderer, film_scene(0.4, texture="film"))
+    drawn(renderer, film_scene(None))
+    again = drawn(renderer, film_scene(0.4, texture="film"))
+    assert np.array_equal(first.rgb, again.rgb)
+    assert not np.array_equal(first.rgb, drawn(renderer, film_scene(0.4)).rgb)

@@ -1,0 +1,37 @@
+"""Textures of the materials, baked from fixed seeds: factors on albedo and roughness, and normals.
+
+Rows are v, columns are u; each texture tiles without seams.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from warehouse_sim.catalog.textures.board import kraft
+from warehouse_sim.catalog.textures.floors import concrete, epoxy
+from warehouse_sim.catalog.textures.metal import brushed, galvanised, steel
+from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
+from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, TextureSet, Tile, quantised
+from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
+from warehouse_sim.catalog.textures.wood import wood
+
+TEXTURES: dict[str, Callable[[np.random.Generator], Tile]] = {
+    painter.__name__: painter
+    for painter in (wood, kraft, concrete, steel, plastic, epoxy, film, rubber, brushed, galvanised)
+}
+"""Name, as in ``Material.texture`` -> the function that paints it. A new one goes to the end: the place is the seed."""
+
+
+@cache
+def paint(name: str) -> TextureSet:
+    """Return the texture called ``name``."""
+    return quantised(TEXTURES[name](np.random.default_rng([2026, list(TEXTURES).index(name)])))
+
+
+def stretch(name: str) -> int:
+    """Return how many times as long along u as along v a tile of the texture called ``name`` is laid out."""
+    return {"wood": WOOD_STRETCH}.get(name, 1)
+
+
+__all__ = ["NEUTRAL", "SIZE", "TEXTURES", "TextureSet", "Tile", "paint", "stretch"]

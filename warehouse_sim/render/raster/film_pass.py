@@ -1,0 +1,95 @@
+"""Stretch film and other surfaces of opacity below 1, blended over the shaded picture.
+
+Film is transparent to all but the colour: it writes neither depth nor instance ids, has no silhouette and casts no
+shadow, so that labels speak of the goods behind it. It is hidden by what stands before it.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import moderngl
+import numpy as np
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.view_pyramid import ViewPyramid
+from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting
+from warehouse_sim.render.raster.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.parts import PartTable
+from warehouse_sim.render.raster.programs import assign, source
+from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics
+
+
+class FilmPass:
+    """Draws film parts from the farthest to the nearest."""
+
+    def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
+        self._context, self._block = context, block
+        self._programs: dict[tuple[int, int], moderngl.Program] = {}
+
+    def draw(
+        self,
+        target: moderngl.Framebuffer,
+        camera: PinholeCamera,
+        T_world_camera: Transform,
+        table: PartTable,
+        records: np.ndarray,
+        batches: Sequence[MeshBatch],
+        lighting: Lighting,
+    ) -> None:
+        """Blend all film in view over ``target``.
+
+        Args:
+            target: The picture, with the depth of the solid surfaces.
+            camera: Intrinsics; the target's size is the camera's.
+            T_world_camera: Pose of the camera.
+            table: The scene.
+            records: The table placed in the camera frame.
+            batches: One for each mesh of the table.
+            lighting: Lamps, materials and exposure.
+        """
+        centre = table.centres(records)
+        rows = np.flatnonzero(table.film & ViewPyramid.of(camera).touches(centre, table.radius, NEAR))
+        if len(rows) == 0:
+            return
+        program = self._program_for(lighting)
+        self._block.bind(lighting, T_world_camera)
+        assign(
+            program,
+            intrinsics=window_intrinsics(camera),
+            origin=image_origin((camera.width, camera.height)),
+            pixel=1.0 / camera.fx,
+            **lighting.uniforms(T_world_camera),
+        )
+        target.use()
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+        self._context.depth_func, self._context.front_face, self._context.cull_face = ">", "cw", "back"
+        # Colours come multiplied by their cover; the target's alpha tells faces apart and stays as it is.
+        separate = (moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
+        self._context.blend_func = separate  # type: ignore[assignment]  # moderngl's stub knows pairs only
+        far_first = rows[np.argsort(-np.linalg.norm(centre[rows], axis=1), kind="stable")]
+        for mesh, run in _runs(far_first, table):
+            batches[mesh].draw(program, records[run])
+
+    def release(self) -> None:
+        """Free the device memory."""
+        for program in self._programs.values():
+            program.release()
+
+    def _program_for(self, lighting: Lighting) -> moderngl.Program:
+        """Return the program for this many lights and shadows, compiled when first asked for."""
+        if lighting.variant not in self._programs:
+            program = self._context.program(
+                vertex_shader=source("place.glsl", "box_projection.glsl", "film.vert"),
+                fragment_shader=source("lighting.glsl", "film.frag", **lighting.constants()),
+            )
+            assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), **UNITS)
+            self._programs[lighting.variant] = program
+        return self._programs[lighting.variant]
+
+
+def _runs(rows: np.ndarray, table: PartTable) -> Iterator[tuple[int, np.ndarray]]:
+    """Cut ``rows`` where the mesh changes; yield the number of the mesh and its rows."""
+    mesh_of = np.searchsorted([group.stop for group in table.rows_of_mesh], rows, side="right")
+    cuts = np.flatnonzero(np.diff(mesh_of)) + 1
+    for first, run in zip([0, *cuts], np.split(rows, cuts), strict=True):
+        yield int(mesh_of[first]), run

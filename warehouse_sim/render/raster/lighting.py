@@ -1,0 +1,68 @@
+"""What decides how bright surfaces are, bound for the programs that include ``lighting.glsl``."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
+from warehouse_sim.render.raster.materials import MaterialTable
+from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR
+from warehouse_sim.render.raster.textures import TEXTURE_EDGE_PX
+
+UNITS = {"depth_map": 0, "surface_map": 1, "materials": 2, "textures": 3, "shadow_atlas": 4}
+"""Texture units of the samplers in the shaders."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lighting:
+    """All that decides how bright a surface is."""
+
+    lights: list[ShadedLight]
+    """Those with a shadow map first."""
+    shadow_atlas: moderngl.Texture
+    materials: MaterialTable
+    ambient: float
+    """Illuminance (lx) of the even light from above."""
+    exposure: float
+    """Linear image value of 1 cd/m^2."""
+
+    @property
+    def variant(self) -> tuple[int, int]:
+        """Number of lamps, and of those with a shadow map: each pair needs a program of its own."""
+        return len(self.lights), sum(item.tile is not None for item in self.lights)
+
+    def constants(self) -> dict[str, object]:
+        """Return the definitions that ``lighting.glsl`` and what includes it are compiled with."""
+        count, shadows = self.variant
+        calls = [f"reflect_lamp({i}, {str(i < shadows).lower()}, s, matt, gloss);" for i in range(count)]
+        return {
+            "MAX_LIGHTS": MAX_LIGHTS,
+            "ATLAS_PX": float(ATLAS_PX),
+            "SHADOW_NEAR": SHADOW_NEAR,
+            "TEXTURE_PX": TEXTURE_EDGE_PX,
+            "ADD_LIGHTS": " ".join(calls),
+        }
+
+    def uniforms(self, T_world_camera: Transform) -> dict[str, object]:
+        """Return the uniforms of ``lighting.glsl`` for a view."""
+        return {"up": tuple(T_world_camera[2, :3]), "ambient": self.ambient, "exposure": self.exposure}
+
+
+class LightBlock:
+    """The lamps in a uniform block, and the textures beside them."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._lights = context.buffer(reserve=LIGHT.itemsize * MAX_LIGHTS)
+
+    def bind(self, lighting: Lighting, T_world_camera: Transform) -> None:
+        """Place the lamps in the camera frame and bind all that ``lighting.glsl`` reads."""
+        self._lights.write(light_records(lighting.lights, T_world_camera).tobytes())
+        self._lights.bind_to_uniform_block(0)
+        lighting.materials.values.use(UNITS["materials"])
+        lighting.materials.library.array.use(UNITS["textures"])
+        lighting.shadow_atlas.use(UNITS["shadow_atlas"])
+
+    def release(self) -> None:
+        """Free the device memory."""
+        self._lights.release()
