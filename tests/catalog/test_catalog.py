@@ -4,6 +4,7 @@ import pytest
 from warehouse_sim.catalog import catalog_names, catalog_object, materials
 from warehouse_sim.catalog.textures import TEXTURES
 from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import transform_points
 
 
@@ -22,13 +23,24 @@ def test_faces_look_outwards_and_materials_exist(name: str) -> None:
         assert part.material in materials()
         placed = part.placed()
         a, b, c = np.moveaxis(placed.vertices[placed.faces], 1, 0)
-        assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(np.prod(part.scale))
+        volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+        assert volume == pytest.approx(np.prod(part.scale)) if part.mesh is unit_box() else volume > 0.0
+
+
+@pytest.mark.parametrize("name", catalog_names())
+def test_every_part_is_watertight(name: str) -> None:
+    for mesh in {part.mesh for part in catalog_object(name).parts}:
+        edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
+        there, back = (edges[:, k] * len(mesh.vertices) + edges[:, 1 - k] for k in (0, 1))
+        assert len(np.unique(there)) == len(there)  # no edge is run through twice the same way
+        np.testing.assert_array_equal(np.sort(there), np.sort(back))
+        assert mesh.face_areas().min() > 0.0
 
 
 @pytest.mark.parametrize("name", catalog_names())
 def test_collision_boxes_stay_inside_the_object(name: str) -> None:
     model = catalog_object(name)
-    corners = np.concatenate([box.corners() for box in model.collision])
+    corners = np.concatenate([np.zeros((1, 3)), *(box.corners() for box in model.collision)])
     assert np.all(np.abs(corners) <= model.size / 2 + 1e-9)
 
 

@@ -2,26 +2,22 @@
 
 from functools import cache
 
-from warehouse_sim.catalog.building import floor_slab, highbay_luminaire, wall
-from warehouse_sim.catalog.cartons import SKUS, carton
+from warehouse_sim.catalog.building import BUILDING, floor_slab, highbay_luminaire, wall
+from warehouse_sim.catalog.loads import LOADS, carton
 from warehouse_sim.catalog.materials import materials
-from warehouse_sim.catalog.pallets import epal1
-from warehouse_sim.catalog.racks import FRAME_HEIGHTS, rack_beam, rack_frame
+from warehouse_sim.catalog.pallets import PALLETS, epal1
+from warehouse_sim.catalog.racks import RACKS, rack_beam, rack_frame
+from warehouse_sim.catalog.traffic import TRAFFIC
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
 
 CATALOG = Registry("catalog object")
 """Name -> builder: a function that takes the name and returns the ``ObjectModel``."""
 
-for _name in ("epal1", "epal1_new", "epal1_grey"):
-    CATALOG.add(_name, "warehouse_sim.catalog.pallets:epal1")
-for _name in SKUS:
-    CATALOG.add(_name, "warehouse_sim.catalog.cartons:carton")
-for _name in FRAME_HEIGHTS:
-    CATALOG.add(_name, "warehouse_sim.catalog.racks:rack_frame")
-CATALOG.add("rack_beam_2700", "warehouse_sim.catalog.racks:rack_beam")
-for _name in ("floor_slab", "wall", "highbay_luminaire"):
-    CATALOG.add(_name, f"warehouse_sim.catalog.building:{_name}")
+for _name in PALLETS:
+    CATALOG.add(_name, "warehouse_sim.catalog.pallets:pallet")
+for _name, _builder in (LOADS | RACKS | BUILDING | TRAFFIC).items():
+    CATALOG.add(_name, _builder)
 
 
 def catalog_names() -> list[str]:

@@ -1,4 +1,4 @@
-"""The two bricks of the catalog: a painted box and a box that physics collides with."""
+"""The bricks of the catalog: painted boxes and other solids, and boxes that physics collides with."""
 
 from collections.abc import Sequence
 
@@ -6,14 +6,15 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh import unit_box
+from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.schema import Part
 
+Triple = Sequence[float] | Float[np.ndarray, " 3"]
+"""Three numbers: a place or edge lengths (m)."""
 
-def box_part(
-    size: Sequence[float], centre: Sequence[float], material: str, rotation: Float[np.ndarray, "3 3"] | None = None
-) -> Part:
+
+def box_part(size: Triple, centre: Triple, material: str, rotation: Float[np.ndarray, "3 3"] | None = None) -> Part:
     """Return a painted box.
 
     Args:
@@ -31,6 +32,30 @@ def collision_boxes(parts: Sequence[Part]) -> tuple[OrientedBox, ...]:
     return tuple(OrientedBox(part.T_object_part, part.scale) for part in parts)
 
 
-def solid_box(size: Sequence[float], centre: Sequence[float] = (0.0, 0.0, 0.0)) -> OrientedBox:
+def solid_box(size: Triple, centre: Triple = (0.0, 0.0, 0.0)) -> OrientedBox:
     """Return a collision box of edge lengths ``size`` (m) at ``centre`` (m), parallel to the object's axes."""
     return OrientedBox(make_transform(translation=np.asarray(centre, dtype=float)), np.asarray(size, dtype=float))
+
+
+def solid_part(
+    mesh: TriangleMesh,
+    size: Triple,
+    centre: Triple,
+    material: str,
+    rotation: Float[np.ndarray, "3 3"] | None = None,
+) -> Part:
+    """Return ``mesh`` stretched by ``size`` along its own axes, turned and put at ``centre`` (m)."""
+    T_object_part = make_transform(rotation, np.asarray(centre, dtype=float))
+    return Part(mesh, np.asarray(size, dtype=float), T_object_part, material)
+
+
+def fused(parts: Sequence[Part]) -> tuple[Part, ...]:
+    """Return one part a material, in the order in which materials first occur.
+
+    A renderer draws each part by itself: of a thing of many small pieces it is cheaper to draw the whole.
+    """
+    names = dict.fromkeys(part.material for part in parts)
+    return tuple(
+        Part(merge([part.placed() for part in parts if part.material == name]), np.ones(3), np.eye(4), name)
+        for name in names
+    )

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+
+from tests.catalog.covering import bare_distances
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.building import BUILDING
+
+SIZES = {
+    "floor_slab": ("floor", (48.0, 48.0, 0.2)),
+    "floor_slab_jointed": ("floor", (48.0, 48.0, 0.2)),
+    "floor_slab_epoxy": ("floor", (48.0, 48.0, 0.2)),
+    "wall": ("wall", (48.0, 0.2, 9.0)),
+    "wall_clad": ("wall", (48.0, 0.2, 9.0)),
+    "wall_module": ("wall", (6.0, 0.2, 9.0)),
+    "wall_module_dock": ("wall", (6.0, 0.2, 9.0)),
+    "column_steel": ("column", (0.5, 0.5, 9.0)),
+    "column_concrete": ("column", (0.4, 0.4, 9.0)),
+    "column_guard": ("guard", (0.62, 0.62, 1.1)),
+    "ceiling": ("ceiling", (48.0, 48.0, 0.24)),
+    "roof_truss": ("ceiling", (48.0, 0.2, 1.8)),
+    "highbay_luminaire": ("luminaire", (1.2, 0.32, 0.09)),
+    "luminaire_round": ("luminaire", (0.36, 0.36, 0.21)),
+    "luminaire_trunking": ("luminaire", (2.9, 0.08, 0.09)),
+    "dock_door_closed": ("door", (3.05, 0.16, 3.5)),
+    "dock_door_open": ("door", (3.05, 3.35, 3.5)),
+    "dock_leveller": ("dock", (2.0, 2.5, 0.01)),
+    "dock_bumper": ("dock", (0.25, 0.1, 0.5)),
+    "trailer": ("trailer", (2.55, 13.62, 2.7)),
+    "roller_conveyor": ("conveyor", (2.0, 0.64, 0.75)),
+    "pallet_conveyor": ("conveyor", (2.4, 1.02, 0.5)),
+    "corner_marking": ("marking", (0.3, 0.3, 0.001)),
+    "keep_clear_marking": ("marking", (2.4, 1.2, 0.001)),
+    "crossing_marking": ("marking", (4.4, 1.6, 0.001)),
+    **{
+        f"lane_line_{colour}_{mm}": ("marking", (mm / 1000, 0.1, 0.001))
+        for colour in ("yellow", "white")
+        for mm in (1000, 3000, 6000)
+    },
+}
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_outer_size_and_class(name: str) -> None:
+    model = catalog_object(name)
+    class_name, size = SIZES[name]
+    assert model.class_name == class_name
+    np.testing.assert_allclose(model.size, size)
+    np.testing.assert_allclose(np.ptp(model.mesh().vertices, axis=0), size, atol=1e-9)
+
+
+def test_every_object_of_the_building_is_measured_here() -> None:
+    assert set(BUILDING) - set(SIZES) == {"tyre_mark_straight", "tyre_mark_curve"}
+
+
+@pytest.mark.parametrize("name", [name for name in BUILDING if catalog_object(name).collision])
+def test_collision_boxes_cover_the_mesh_to_30_mm(name: str) -> None:
+    assert bare_distances(catalog_object(name)).max() <= 0.030 + 1e-9
+
+
+def test_numbers_are_those_of_the_building() -> None:
+    numbers = {name: catalog_object(name).obj_id for name in BUILDING}
+    assert {numbers[name] for name in ("floor_slab", "wall", "highbay_luminaire")} == {201, 202, 203}
+    assert all(130 <= number <= 169 for number in numbers.values() if number < 200)
+
+
+def test_no_object_has_more_parts_than_a_drawer_bears() -> None:
+    assert max(len(catalog_object(name).parts) for name in BUILDING) <= 24

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog import carton
+from warehouse_sim.catalog.loads import SKUS
+from warehouse_sim.errors import UnknownNameError
+
+PRINTED = [name for name, sku in SKUS.items() if sku.artwork is not None]
+MODULES = ((600, 400), (600, 500), (550, 366))
+
+
+@pytest.mark.parametrize("name", SKUS)
+def test_the_name_says_the_size(name: str) -> None:
+    model = carton(name)
+    assert name == "carton_" + "x".join(str(round(1000 * edge)) for edge in model.size)
+
+
+def test_footprints_are_modules_of_iso_3394_or_submultiples_or_free_sizes() -> None:
+    footprints = {name: tuple(round(1000 * edge) for edge in carton(name).size[:2]) for name in SKUS}
+    modular = {name for name, (x, y) in footprints.items() if (x, y) in MODULES or 600 * 400 % (x * y) == 0}
+    assert len(modular) == 14
+    assert set(footprints) - modular == {
+        "carton_385x285x240",
+        "carton_430x330x310",
+        "carton_350x350x330",
+        "carton_590x390x180",
+    }
+
+
+@pytest.mark.parametrize("name", SKUS)
+def test_a_carton_weighs_what_its_volume_holds_and_what_people_lift(name: str) -> None:
+    model = carton(name)
+    assert 80.0 <= model.mass / np.prod(model.size) <= 250.0
+    assert 1.0 < model.mass < 25.0
+
+
+def test_numbers_are_fixed() -> None:
+    first = {
+        "carton_600x400x400": 11,
+        "carton_600x400x300": 12,
+        "carton_600x400x220": 13,
+        "carton_400x300x300": 14,
+        "carton_400x300x200": 15,
+        "carton_300x200x200": 16,
+    }
+    assert {name: SKUS[name].obj_id for name in first} == first
+    assert [sku.obj_id for sku in SKUS.values()] == list(range(11, 29))
+
+
+def test_plain_cartons_keep_their_three_boxes() -> None:
+    parts = carton("carton_600x400x300").parts
+    assert [part.material for part in parts] == ["kraft_light", "tape", "print_blue"]
+    np.testing.assert_allclose(parts[0].scale, [0.599, 0.399, 0.2995])
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_print_lies_on_the_sides_and_never_on_top(name: str) -> None:
+    model, sku = carton(name), SKUS[name]
+    assert sku.artwork is not None
+    materials = [part.material for part in model.parts]
+    assert {sku.board, "tape", "label_paper", "print_dark", sku.artwork.ink} <= set(materials)
+    for part in model.parts[2:]:
+        vertices = part.placed().vertices
+        assert np.all(np.abs(vertices) <= model.size / 2 + 1e-12)
+        if part.material not in ("strap", sku.artwork.band):
+            assert np.abs(vertices[:, 2]).max() < model.size[2] / 2 - 0.01
+            depth = np.min(model.size[:2] / 2 - np.abs(vertices[:, :2]), axis=1)
+            assert depth.max() < 0.0015  # nothing sticks in the goods
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_marks_and_label_do_not_overlap(name: str) -> None:
+    model = carton(name)
+    paper = next(part for part in model.parts if part.material == "label_paper").placed().vertices
+    for axis, side in ((1, 0), (0, 1)):
+        on_side = paper[paper[:, axis] > model.size[axis] / 2 - 0.002]
+        label = on_side[on_side[:, 2] < 0.0] if SKUS[name].artwork.band else on_side
+        assert np.ptp(label[:, side]) == pytest.approx(SKUS[name].label[0])
+        ink = SKUS[name].artwork.ink
+        if ink == "print_dark":
+            continue  # the label's own print has that ink, too
+        marks = next(part for part in model.parts if part.material == ink).placed().vertices
+        marks = marks[(marks[:, axis] > model.size[axis] / 2 - 0.002) & (marks[:, 2] < label[:, 2].max())]
+        beside = (marks[:, side] < label[:, side].min()) | (marks[:, side] > label[:, side].max())
+        assert beside.all()
+
+
+def test_an_unknown_sku_lists_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match="carton_600x400x400"):
+        carton("carton_1x1x1")

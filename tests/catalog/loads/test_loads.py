@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads import CORNER_POSTS, DRUMS, LOADS, SACKS, SKUS, SLIP_SHEETS, TOTES, WRAPS
+
+CLASSES = {
+    "carton": SKUS,
+    "tote": TOTES,
+    "drum": DRUMS,
+    "sack": SACKS,
+    "slip_sheet": SLIP_SHEETS,
+    "corner_post": CORNER_POSTS,
+    "wrap": WRAPS,
+}
+
+
+def test_every_load_has_the_class_of_its_list() -> None:
+    assert {name for names in CLASSES.values() for name in names} == set(LOADS)
+    for class_name, names in CLASSES.items():
+        assert {catalog_object(name).class_name for name in names} == {class_name}
+
+
+def test_numbers_are_those_reserved_for_loads_and_one_a_geometry() -> None:
+    numbers = {name: catalog_object(name).obj_id for name in LOADS}
+    assert set(numbers.values()) <= set(range(11, 61))
+    families = {name: tuple(catalog_object(name).size) for name in LOADS}
+    assert len({(number, families[name]) for name, number in numbers.items()}) == len(set(numbers.values()))
+
+
+@pytest.mark.parametrize("name", [*SKUS, *TOTES, *SACKS])
+def test_goods_stand_on_their_whole_box(name: str) -> None:
+    model = catalog_object(name)
+    np.testing.assert_array_equal(model.collision[0].size, model.size)
+    assert len(model.collision) == 1
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_a_load_is_few_parts_and_not_too_many_triangles(name: str) -> None:
+    model = catalog_object(name)
+    assert len(model.parts) <= 7
+    assert len(model.mesh().faces) <= 3500

@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog.loads import SACKS
+from warehouse_sim.catalog.loads.sacks import sack
+from warehouse_sim.errors import UnknownNameError
+
+
+def volume(name: str) -> float:
+    body = sack(name).parts[0].placed()
+    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+@pytest.mark.parametrize("name", SACKS)
+def test_a_sack_is_a_cushion_and_not_a_box(name: str) -> None:
+    assert 0.75 < volume(name) / np.prod(sack(name).size) < 0.95
+
+
+def test_the_goods_have_the_density_of_cement_and_granules() -> None:
+    assert 1000.0 < 25.0 / volume("sack_paper_600x400x110") < 1400.0
+    assert 550.0 < 20.0 / volume("sack_woven_590x390x140") < 800.0
+
+
+@pytest.mark.parametrize("name", SACKS)
+def test_the_print_follows_the_sack_everywhere(name: str) -> None:
+    body, field = (part.placed().vertices for part in sack(name).parts)
+    distance = np.linalg.norm(field[:, None] - body[None], axis=2).min(axis=1)
+    on_skin = np.abs(field[:, 1:]).max(axis=1) > 0.02  # not the middle of an end cap, which is inside
+    assert distance[on_skin].max() < 0.003
+
+
+def test_an_unknown_sack_lists_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match="sack_paper_600x400x110"):
+        sack("bag")

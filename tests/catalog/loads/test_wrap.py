@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap, wrap
+from warehouse_sim.errors import UnknownNameError
+
+SQUARE = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])
+
+
+def test_film_goes_closely_around_every_level_and_over_the_top() -> None:
+    model, centre = stretch_wrap([Slice(SQUARE, 0.1, 1.0), Slice(SQUARE * 0.5, 1.0, 1.3)])
+    vertices = model.mesh().vertices + centre
+    np.testing.assert_allclose(np.abs(vertices[:, :2]).max(axis=0), [0.6, 0.4], atol=0.002)
+    assert np.all(np.abs(vertices[vertices[:, 2] > 1.001][:, :2]) <= [0.302, 0.202])
+    np.testing.assert_allclose([vertices[:, 2].min(), vertices[:, 2].max()], [0.1, 1.3005])
+    top = vertices[vertices[:, 2] > 1.2999]
+    assert np.abs(top[:, 1]).min() == pytest.approx(0.2 - 0.07, abs=0.002)
+    np.testing.assert_allclose(model.size, np.ptp(vertices, axis=0))
+
+
+def test_film_is_closed_thin_and_translucent() -> None:
+    model, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
+    (part,) = model.parts
+    faces = part.mesh.faces
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()
+    directed = {tuple(edge) for edge in edges}
+    assert len(directed) == len(edges)
+    assert all((b, a) in directed for a, b in directed)
+    a, b, c = np.moveaxis(part.mesh.vertices[faces], 1, 0)
+    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+    assert 0.0 < volume < 0.003 * 4.0 * 1.1  # not filled
+    assert 0.0 < materials()[part.material].opacity < 1.0
+    assert model.collision == ()
+    assert (model.class_name, model.obj_id) == ("wrap", 60)
+
+
+def test_equal_film_has_an_equal_name_and_other_film_another() -> None:
+    one, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
+    two, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
+    other, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.2)])
+    assert one.name == two.name
+    assert one.name != other.name
+
+
+def test_the_shell_of_the_catalog_goes_around_a_block_of_its_name() -> None:
+    np.testing.assert_allclose(wrap("wrap_1200x800x1000").size, [1.2, 0.8, 1.0], atol=0.003)
+    with pytest.raises(UnknownNameError, match="wrap_1200x800x1000"):
+        wrap("film")

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from tests.catalog.pallets.touching import is_closed, reaches_into, same_points
+from warehouse_sim.catalog.pallets.moulded import grid_deck, nesting_foot, ribbed_block
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import make_transform
+
+
+def volume(mesh: TriangleMesh) -> float:
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def test_a_deck_is_its_plate_less_its_holes() -> None:
+    deck = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02)
+    assert is_closed(deck)
+    hole_x, hole_y = (0.46 - 0.04 - 3 * 0.02) / 4, (0.34 - 0.04 - 2 * 0.02) / 3
+    assert volume(deck) == pytest.approx((0.46 * 0.34 - 12 * hole_x * hole_y) * 0.02)
+
+
+def test_a_deck_is_closed_or_wide_open_where_that_is_asked() -> None:
+    plain = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02)
+    patched = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02, solid=((0.0, 0.0, 0.05, 0.05),))
+    opened = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02, open_=((0.0, 0.0, 0.07, 0.07),))
+    assert volume(patched) > volume(plain)
+    middle = (make_transform(), np.array([0.069, 0.069, 0.1]))
+    assert not reaches_into(opened, *middle)
+    assert reaches_into(plain, *middle)
+    assert is_closed(opened)
+
+
+def test_a_block_has_recesses_of_the_asked_depth_between_its_ribs() -> None:
+    block = ribbed_block(0.145, 0.1, 0.1, 0.045, 0.009, 0.006)
+    assert is_closed(block)
+    np.testing.assert_allclose(np.ptp(block.vertices, axis=0), [0.145, 0.1, 0.1])
+    assert same_points(block.vertices, block.vertices * [-1, -1, 1])
+    core = (0.145 - 0.012) * (0.1 - 0.012) * 0.1
+    assert core < volume(block) < 0.145 * 0.1 * 0.1
+    levels = {round(float(x), 6) for x in np.abs(block.vertices[:, 0])}
+    assert {0.0725, 0.0665} <= levels
+
+
+def test_a_foot_is_a_thin_cup_that_opens_upwards() -> None:
+    foot = nesting_foot((0.14, 0.095), (0.105, 0.065), 0.115, 0.004, 0.012)
+    assert is_closed(foot)
+    assert 0.0 < volume(foot) < 0.25 * 0.14 * 0.095 * 0.115
+    top = foot.vertices[foot.vertices[:, 2] > 0.057]
+    np.testing.assert_allclose(np.ptp(top, axis=0)[:2], [0.14, 0.095])
+    # A second foot of the same size comes to rest far below the deck: they nest.
+    assert not reaches_into(
+        foot, make_transform(translation=np.array([0.0, 0.0, 0.04])), np.array([0.095, 0.055, 0.03])
+    )

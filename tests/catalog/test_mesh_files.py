@@ -1,0 +1,120 @@
+"""The same shape from every format."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from warehouse_sim.catalog.mesh_files import SUFFIXES, fans, read_parts
+from warehouse_sim.errors import ConfigError
+
+EXTENTS = (0.4, 0.3, 0.2)
+
+
+def two_parts() -> trimesh.Scene:
+    """A body and a lid beside it, 1 m up; the lid is placed by a mirroring transform."""
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.box(extents=EXTENTS), node_name="body", geom_name="body")
+    mirrored = np.diag([1.0, -1.0, 1.0, 1.0])
+    mirrored[:3, 3] = (0.5, 0.0, 1.0)
+    scene.add_geometry(trimesh.creation.box(extents=EXTENTS), node_name="lid", geom_name="lid", transform=mirrored)
+    return scene
+
+
+def volume(mesh) -> float:
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def test_glb_has_y_up_named_nodes_and_no_part_inside_out(tmp_path: Path) -> None:
+    (tmp_path / "a.glb").write_bytes(two_parts().export(file_type="glb"))
+    parts = read_parts(tmp_path / "a.glb", None, None)
+    assert sorted(parts) == ["body", "lid"]
+    np.testing.assert_allclose(np.ptp(parts["body"].vertices, axis=0), [0.4, 0.2, 0.3], atol=1e-6)
+    np.testing.assert_allclose(parts["lid"].vertices.mean(axis=0), [0.5, -1.0, 0.0], atol=1e-6)
+    assert [volume(part) for part in parts.values()] == pytest.approx([0.024, 0.024], rel=1e-5)
+    flat = read_parts(tmp_path / "a.glb", "z", 2.0)
+    np.testing.assert_allclose(np.ptp(flat["body"].vertices, axis=0), [0.8, 0.6, 0.4], atol=1e-6)
+
+
+def test_ply_has_one_part_called_as_the_file(tmp_path: Path) -> None:
+    (tmp_path / "block.ply").write_bytes(trimesh.creation.box(extents=EXTENTS).export(file_type="ply"))
+    parts = read_parts(tmp_path / "block.ply", None, None)
+    assert list(parts) == ["block"]
+    np.testing.assert_allclose(np.ptp(parts["block"].vertices, axis=0), EXTENTS, atol=1e-6)
+
+
+def write_usd(path: Path, up: str, metres: float, left_handed: bool = False) -> None:
+    from pxr import Gf, Usd, UsdGeom
+
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, up)
+    UsdGeom.SetStageMetersPerUnit(stage, metres)
+    box = trimesh.creation.box(extents=np.array(EXTENTS) / metres)
+    UsdGeom.Xform.Define(stage, "/crate").AddTranslateOp().Set(Gf.Vec3d(0, 0, 1 / metres))
+    mesh = UsdGeom.Mesh.Define(stage, "/crate/body")
+    mesh.CreatePointsAttr(box.vertices.astype(np.float32))
+    mesh.CreateFaceVertexCountsAttr(np.full(12, 3, np.int32))
+    faces = box.faces[:, ::-1] if left_handed else box.faces
+    mesh.CreateFaceVertexIndicesAttr(faces.astype(np.int32).ravel())
+    if left_handed:
+        mesh.CreateOrientationAttr(UsdGeom.Tokens.leftHanded)
+    stage.GetRootLayer().Save()
+
+
+@pytest.mark.parametrize(("up", "size"), [("Z", (0.4, 0.3, 0.2)), ("Y", (0.4, 0.2, 0.3))])
+@pytest.mark.parametrize("left_handed", [False, True])
+def test_usd_says_unit_and_axis_itself(tmp_path: Path, up: str, size: tuple[float, ...], left_handed: bool) -> None:
+    write_usd(tmp_path / "a.usda", up, 0.01, left_handed)
+    parts = read_parts(tmp_path / "a.usda", None, None)
+    assert list(parts) == ["body"]
+    np.testing.assert_allclose(np.ptp(parts["body"].vertices, axis=0), size, atol=1e-6)
+    assert volume(parts["body"]) == pytest.approx(0.024, rel=1e-5)
+
+
+def test_a_usd_stage_that_leaves_its_folder_is_refused(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    (tmp_path / "inside").mkdir()
+    write_usd(tmp_path / "outside.usda", "Z", 1.0)
+    stage = Usd.Stage.CreateNew(str(tmp_path / "inside" / "a.usda"))
+    stage.DefinePrim("/it").GetReferences().AddReference("../outside.usda", "/crate")
+    stage.GetRootLayer().Save()
+    with pytest.raises(ConfigError, match=r"a\.usda refers to .*outside\.usda, outside its folder"):
+        read_parts(tmp_path / "inside" / "a.usda", None, None)
+
+
+def test_obj_names_parts_by_object_and_counts_backwards(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(
+        "mtllib ../colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2 3/3 4/4\n"
+        "o lid\nv 0 0 1\nv 1 0 1\nv 1 1 1\nf -3//1 -2//1 -1//1\n"
+    )
+    parts = read_parts(tmp_path / "a.obj", None, None)
+    assert list(parts) == ["a", "lid"]
+    assert parts["a"].faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert parts["lid"].vertices.tolist() == [[0, 0, 1], [1, 0, 1], [1, 1, 1]]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.obj", "v 0 0 0\nv 1 0 zero\n", r"a\.obj: line 2: 'v 1 0 zero' cannot be read"),
+        ("a.obj", "v 0 0 0\nf 1 2 3\n", r"a\.obj: line 2: 'f 1 2 3' cannot be read \(there is no vertex 2 yet\)"),
+        ("a.obj", "v 0 0 0\n", r"a\.obj holds no triangles"),
+        ("a.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", r"a\.obj: part 'a' has vertices that are not finite"),
+        ("a.glb", "no glb at all", r"a\.glb cannot be read"),
+        ("a.ply", "no ply at all", r"a\.ply cannot be read"),
+        ("a.usda", "no usd at all", r"a\.usda cannot be read"),
+        ("a.stl", "", r"a\.stl has the suffix '\.stl'; known: \.obj, \.ply, \.glb, \.usd"),
+    ],
+)
+def test_a_broken_file_is_named(tmp_path: Path, name: str, content: str, message: str) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ConfigError, match=message):
+        read_parts(tmp_path / name, None, None)
+
+
+def test_polygons_become_fans() -> None:
+    assert fans(np.array([3, 4]), np.array([0, 1, 2, 5, 6, 7, 8])).tolist() == [[0, 1, 2], [5, 6, 7], [5, 7, 8]]
+    assert {".obj", ".ply", ".glb", ".usd"} <= set(SUFFIXES)

@@ -1,0 +1,77 @@
+"""What stands around the racks: the hall's shell and structure, lamps, docks, conveyors and what is on the floor.
+
+Origin at the centre of the bounding box, z up.
+"""
+
+from warehouse_sim.catalog.building.conveyor import CONVEYORS
+from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, TRAILER_SIZE
+from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
+from warehouse_sim.catalog.building.shell import (
+    FLOOR_SIZE,
+    MODULE_LENGTH,
+    OPENING_HEIGHT,
+    OPENING_WIDTH,
+    WALL_SIZE,
+    floor_slab,
+    wall,
+)
+from warehouse_sim.catalog.building.structure import CEILING_SIZE, LUMINAIRE_SIZE, TRUSS_SIZE, highbay_luminaire
+
+_ROOM = "warehouse_sim.catalog.building"
+BUILDING = {
+    name: f"{_ROOM}.{place}"
+    for name, place in {
+        "floor_slab": "shell:floor_slab",
+        "floor_slab_jointed": "shell:jointed_slab",
+        "floor_slab_epoxy": "shell:jointed_slab",
+        "wall": "shell:wall",
+        "wall_clad": "shell:clad_wall",
+        "wall_module": "shell:wall_module",
+        "wall_module_dock": "shell:dock_wall_module",
+        "column_steel": "structure:steel_column",
+        "column_concrete": "structure:concrete_column",
+        "column_guard": "structure:column_guard",
+        "ceiling": "structure:ceiling",
+        "roof_truss": "structure:roof_truss",
+        "highbay_luminaire": "structure:highbay_luminaire",
+        "luminaire_round": "structure:round_luminaire",
+        "luminaire_trunking": "structure:trunking_luminaire",
+        "dock_door_closed": "dock:closed_door",
+        "dock_door_open": "dock:open_door",
+        "dock_leveller": "dock:leveller",
+        "dock_bumper": "dock:bumper",
+        "trailer": "dock:trailer",
+        "corner_marking": "markings:corner_marking",
+        "keep_clear_marking": "markings:keep_clear_marking",
+        "crossing_marking": "markings:crossing_marking",
+        "tyre_mark_straight": "markings:straight_tyre_mark",
+        "tyre_mark_curve": "markings:curved_tyre_mark",
+        **dict.fromkeys(LINES, "markings:lane_line"),
+        **dict.fromkeys(CONVEYORS, "conveyor:conveyor"),
+    }.items()
+}
+"""Catalog name -> where its builder is."""
+
+__all__ = [
+    "BUILDING",
+    "CEILING_SIZE",
+    "CONVEYORS",
+    "DOOR_SIZE",
+    "FLOOR_SIZE",
+    "LEVELLER_SIZE",
+    "LINES",
+    "LINE_WIDTH",
+    "LUMINAIRE_SIZE",
+    "MODULE_LENGTH",
+    "OPENING_HEIGHT",
+    "OPENING_WIDTH",
+    "OPEN_DOOR_SIZE",
+    "PAINT",
+    "TRAILER_SIZE",
+    "TRUSS_SIZE",
+    "TYRE_TRACK",
+    "WALL_SIZE",
+    "floor_slab",
+    "highbay_luminaire",
+    "wall",
+]

@@ -1,0 +1,120 @@
+"""Floor and walls: slabs plain or with joints, flat walls and clad ones, and wall modules with a dock opening.
+
+Frame of all: origin at the centre of the bounding box, z up, x along a wall.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog.building.fixture import fixture, profiled_solid
+from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
+from warehouse_sim.schema import ObjectModel, Part
+
+FLOOR_SIZE = (48.0, 48.0, 0.2)
+"""Edges of the slab (m)."""
+WALL_SIZE = (48.0, 0.2, 9.0)
+"""Edges of a wall (m), x along it."""
+MODULE_LENGTH = 6.0
+"""Length of a wall module (m); eight make a wall."""
+OPENING_WIDTH, OPENING_HEIGHT = 2.75, 3.0
+"""Clear opening of a dock (m); a trailer is 2.55 m wide at most (96/53/EC)."""
+PANEL = 6.0
+"""Edge of the floor's panels between joints (m); 20-30 times the slab's thickness is the rule for sawn joints."""
+
+_JOINT_WIDTH, _JOINT_DEPTH = 0.01, 0.02
+_PLINTH = 0.4
+_RIB_PITCH, _RIB_DEPTH = 0.2, 0.035  # a trapezoidal sheet of the 35/207 kind, its pitch rounded so that modules fit
+_LAYOUT = ((0.0, 0.0), (0.06, 0.0), (0.08, 1.0), (0.12, 1.0), (0.14, 0.0), (0.2, 0.0))
+_SLABS = {"floor_slab_jointed": "concrete", "floor_slab_epoxy": "epoxy_grey"}
+
+
+def floor_slab(name: str = "floor_slab") -> ObjectModel:
+    """Build the concrete slab; its top is 0.1 m above its centre."""
+    return fixture(name, "floor", 201, FLOOR_SIZE, (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),), turns=2)
+
+
+def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:
+    """Build the slab with sawn joints, 10 mm wide, every 6 m: bare concrete or coated with epoxy."""
+    length, width, thickness = FLOOR_SIZE
+    count = round(length / PANEL)
+    edges = np.linspace(-length / 2, length / 2, count + 1)
+    starts, ends = edges[:-1].copy(), edges[1:].copy()
+    starts[1:] += _JOINT_WIDTH / 2
+    ends[:-1] -= _JOINT_WIDTH / 2
+    top = (thickness - _JOINT_DEPTH) / 2
+    spans = list(zip((starts + ends) / 2, ends - starts, strict=True))
+    panels = [box_part((a, b, _JOINT_DEPTH), (x, y, top), _SLABS[name]) for x, a in spans for y, b in spans]
+    filler = box_part((length, width, thickness - _JOINT_DEPTH), (0.0, 0.0, -_JOINT_DEPTH / 2), "floor_joint")
+    return fixture(name, "floor", 130, FLOOR_SIZE, (*fused(panels), filler), [solid_box(FLOOR_SIZE)], turns=2)
+
+
+def wall(name: str = "wall") -> ObjectModel:
+    """Build a wall of painted panels above a concrete plinth."""
+    length, thickness, height = WALL_SIZE
+    parts = (
+        box_part((length, thickness, _PLINTH), (0.0, 0.0, (_PLINTH - height) / 2), "concrete"),
+        box_part((length, thickness, height - _PLINTH), (0.0, 0.0, _PLINTH / 2), "wall_paint"),
+    )
+    return fixture(name, "wall", 202, WALL_SIZE, parts, turns=2)
+
+
+def clad_wall(name: str = "wall_clad") -> ObjectModel:
+    """Build a wall of trapezoidal sheet with upright ribs on both faces above a concrete skirting."""
+    return _clad(name, 131, WALL_SIZE[0])
+
+
+def wall_module(name: str = "wall_module") -> ObjectModel:
+    """Build 6 m of the clad wall."""
+    return _clad(name, 132, MODULE_LENGTH)
+
+
+def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
+    """Build 6 m of the clad wall with a dock opening in the middle, from the floor up."""
+    _, thickness, height = WALL_SIZE
+    side = (MODULE_LENGTH - OPENING_WIDTH) / 2
+    parts, solid = [], []
+    for sign in (-1.0, 1.0):
+        x = sign * (MODULE_LENGTH - side) / 2
+        parts += _bay(x - side / 2, x + side / 2, -height / 2)
+        solid.append(solid_box((side, thickness, height), (x, 0.0, 0.0)))
+    lintel = height - OPENING_HEIGHT
+    parts.append(_sheet(-OPENING_WIDTH / 2, OPENING_WIDTH / 2, OPENING_HEIGHT - height / 2))
+    solid.append(solid_box((OPENING_WIDTH, thickness, lintel), (0.0, 0.0, (height - lintel) / 2)))
+    return fixture(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
+
+
+def _clad(name: str, obj_id: int, length: float) -> ObjectModel:
+    size = (length, *WALL_SIZE[1:])
+    parts = _bay(-length / 2, length / 2, -WALL_SIZE[2] / 2)
+    return fixture(name, "wall", obj_id, size, parts, [solid_box(size)], turns=2)
+
+
+def _bay(left: float, right: float, foot: float) -> list[Part]:
+    """Return skirting and sheet of the wall between ``left`` and ``right`` (m), from ``foot`` up."""
+    size = (right - left, WALL_SIZE[1], _PLINTH)
+    skirting = box_part(size, ((left + right) / 2, 0.0, foot + _PLINTH / 2), "concrete")
+    return [skirting, _sheet(left, right, foot + _PLINTH)]
+
+
+def _sheet(left: float, right: float, foot: float) -> Part:
+    """Return the ribbed sheet between ``left`` and ``right`` (m) from the height ``foot`` to the top."""
+    top = WALL_SIZE[2] / 2
+    x = profile_points(left, right)
+    face = WALL_SIZE[1] / 2 - _RIB_DEPTH * (1.0 - profile(x))
+    # Both faces are alike after a half turn, as the profile is even.
+    mesh = profiled_solid(x, -face, face, top - foot)
+    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, (foot + top) / 2), "cladding")
+
+
+def profile_points(left: float, right: float) -> Float[np.ndarray, " n"]:
+    """Return ``left``, ``right`` and every fold of the sheet between them (m); folds are even about 0."""
+    first, last = int(np.floor(left / _RIB_PITCH)) - 1, int(np.ceil(right / _RIB_PITCH)) + 1
+    folds = np.array([number * _RIB_PITCH + at for number in range(first, last) for at, _ in _LAYOUT[1:-1]])
+    inside = folds[(folds > left + 1e-9) & (folds < right - 1e-9)]
+    return np.concatenate([[left], inside, [right]])
+
+
+def profile(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return the sheet's profile at ``x`` (m): 0 in the troughs, 1 on the ribs; it repeats every 0.2 m."""
+    places, heights = np.array(_LAYOUT).T
+    return np.interp(np.round(x % _RIB_PITCH, 9), places, heights)

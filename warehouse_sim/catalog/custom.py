@@ -1,0 +1,137 @@
+"""Objects that users bring: a small YAML file beside a mesh file becomes an ``ObjectModel``."""
+
+from pathlib import Path
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_names
+from warehouse_sim.catalog.custom_config import CustomObjectConfig
+from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.mesh_files import read_parts
+from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.config import load_yaml
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part
+
+MAX_TRIANGLES = 100_000
+"""More would slow every renderer and ray caster down without showing in an image."""
+_SMALLEST, _LARGEST = 0.005, 60.0
+"""Limits of the longest edge (m), beyond which the unit is probably wrong."""
+_OUTSIDE = 0.001
+"""How far (m) a collision box may leave the object."""
+_SYMMETRY_TOLERANCE = 0.01
+"""How much of its longest edge the box of an object may change under a declared symmetry."""
+
+
+def load_custom_object(path: Path) -> ObjectModel:
+    """Read the object that the YAML file at ``path`` describes; its origin is the centre of its bounding box, z up.
+
+    Raises:
+        ConfigError: The file, a key of it or the mesh file cannot be used; the message names file and key.
+        MissingPackageError: The package that reads this kind of mesh file is not installed.
+    """
+    config = load_yaml(CustomObjectConfig, path)
+    if config.name in catalog_names():
+        raise ConfigError(f"{path}: name: {config.name!r} is an object of the catalog; choose another")
+    try:
+        meshes = read_parts(_inside(path, config.file), config.up, config.scale)
+    except ConfigError as problem:
+        raise ConfigError(f"{path}: file: {problem}") from problem
+    count = sum(len(mesh.faces) for mesh in meshes.values())
+    if count > MAX_TRIANGLES:
+        raise ConfigError(f"{path}: file: {config.file} has {count} triangles; simplify it to {MAX_TRIANGLES} at most")
+    vertices = np.concatenate([mesh.vertices[np.unique(mesh.faces)] for mesh in meshes.values()])
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = high - low
+    if size.max() > _LARGEST or size.max() < _SMALLEST:
+        raise ConfigError(f"{path}: scale: the object is {_edges(size)} m; 0.001 is for millimetres, 0.01 for cm")
+    centred = {name: _solid(mesh, (low + high) / 2) for name, mesh in meshes.items()}
+    return ObjectModel(
+        name=config.name,
+        class_name=config.class_name,
+        obj_id=config.obj_id,
+        size=size,
+        parts=tuple(
+            Part(mesh, np.ones(3), np.eye(4), material)
+            for mesh, material in zip(centred.values(), _materials(config, list(meshes), path), strict=True)
+        ),
+        collision=_collision(config, centred, size, path),
+        mass=config.mass,
+        symmetry=_symmetry(config, size, path),
+    )
+
+
+def _inside(path: Path, file: str) -> Path:
+    """Return the mesh file, which must lie in the folder of the YAML file or below."""
+    folder = path.resolve().parent
+    found = (folder / file).resolve()
+    if not found.is_relative_to(folder):
+        raise ConfigError(f"{file!r} leaves the folder of the YAML file; copy it there")
+    if not found.is_file():
+        raise ConfigError(f"{file!r} does not exist in {folder}")
+    return found
+
+
+def _solid(mesh: TriangleMesh, centre: np.ndarray) -> TriangleMesh:
+    """Return the mesh about ``centre``; one that is inside out as a whole is turned."""
+    moved = mesh.vertices - centre
+    a, b, c = np.moveaxis(moved[mesh.faces] - moved.mean(axis=0), 1, 0)
+    inside_out = np.einsum("ij,ij->", a, np.cross(b, c)) < 0.0
+    return TriangleMesh(moved, np.ascontiguousarray(mesh.faces[:, ::-1]) if inside_out else mesh.faces)
+
+
+def _materials(config: CustomObjectConfig, parts: list[str], path: Path) -> list[str]:
+    """Return the material of each part."""
+    for part in config.materials:
+        if part not in parts:
+            raise ConfigError(f"{path}: materials: the file has no part {part!r}; it has {', '.join(parts)}")
+    chosen = []
+    for part in parts:
+        key = f"materials.{part}" if part in config.materials else "material"
+        name = config.materials.get(part, config.material)
+        if name is None:
+            raise ConfigError(f"{path}: material: part {part!r} has none; name it in 'materials' or set 'material'")
+        if name not in materials():
+            raise ConfigError(f"{path}: {key}: unknown material {name!r}; known: {', '.join(sorted(materials()))}")
+        chosen.append(name)
+    return chosen
+
+
+def _symmetry(config: CustomObjectConfig, size: np.ndarray, path: Path) -> SymmetryGroup:
+    """Return the declared group, unless the bounding box alone contradicts it: quarter turns of an oblong object."""
+    chosen = config.symmetry
+    if chosen.kind == "none":
+        return SymmetryGroup.trivial()
+    group = SymmetryGroup.cuboid() if chosen.kind == "cuboid" else SymmetryGroup.turns(chosen.axis, chosen.count)
+    for T in group.transforms:
+        turned = np.abs(T[:3, :3]) @ size
+        if np.isin(T, (-1.0, 0.0, 1.0)).all() and np.abs(turned - size).max() > _SYMMETRY_TOLERANCE * size.max():
+            raise ConfigError(
+                f"{path}: symmetry: it would turn a box of {_edges(size)} m into one of {_edges(turned)} m; "
+                "declare fewer turns or another axis"
+            )
+    return group
+
+
+def _collision(
+    config: CustomObjectConfig, meshes: dict[str, TriangleMesh], size: np.ndarray, path: Path
+) -> tuple[OrientedBox, ...]:
+    if config.collision.kind == "box":
+        return (solid_box(size.tolist()),)
+    if config.collision.kind == "parts":
+        bounds = [(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for mesh in meshes.values()]
+        return tuple(solid_box((high - low).tolist(), ((low + high) / 2).tolist()) for low, high in bounds)
+    boxes = tuple(solid_box(box.size, box.centre) for box in config.collision.boxes)
+    for number, box in enumerate(boxes):
+        if (np.abs(box.corners()) > size / 2 + _OUTSIDE).any():
+            raise ConfigError(
+                f"{path}: collision[{number}]: the box leaves the object, which is {_edges(size)} m about its centre"
+            )
+    return boxes
+
+
+def _edges(size: np.ndarray) -> str:
+    return " x ".join(f"{edge:.4g}" for edge in size)

@@ -1,0 +1,26 @@
+"""What stands on pallets: cartons, euro containers, drums, sacks, and what secures them."""
+
+from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
+from warehouse_sim.catalog.loads.cartons import carton
+from warehouse_sim.catalog.loads.drums import DRUMS
+from warehouse_sim.catalog.loads.sacks import SACKS
+from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.totes import TOTES
+from warehouse_sim.catalog.loads.wrap import WRAPS
+
+LOADS = {
+    name: f"warehouse_sim.catalog.loads.{target}"
+    for names, target in (
+        (SKUS, "cartons:carton"),
+        (TOTES, "totes:tote"),
+        (DRUMS, "drums:drum"),
+        (SACKS, "sacks:sack"),
+        (SLIP_SHEETS, "board:slip_sheet"),
+        (CORNER_POSTS, "board:corner_post"),
+        (WRAPS, "wrap:wrap"),
+    )
+    for name in names
+}
+"""Catalog name -> builder of everything in this folder, as the registry names it."""
+
+__all__ = ["CORNER_POSTS", "DRUMS", "LOADS", "SACKS", "SKUS", "SLIP_SHEETS", "TOTES", "WRAPS", "carton"]

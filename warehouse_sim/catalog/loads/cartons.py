@@ -1,0 +1,160 @@
+"""Cartons: corrugated board, closing tape, and what is printed and glued on it."""
+
+import numpy as np
+
+from warehouse_sim.catalog.loads.artwork import (
+    Shapes,
+    Side,
+    barcode,
+    handling_mark,
+    moved,
+    on_side,
+    rectangle,
+    text_lines,
+    word,
+    word_width,
+)
+from warehouse_sim.catalog.loads.skus import SKUS, Artwork, CartonSku
+from warehouse_sim.catalog.parts import box_part, fused, solid_box
+from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part
+
+TAPE_WIDTH, TAPE_DROP = 0.05, 0.07
+"""Width of the closing tape and how far it reaches down the two ends (m)."""
+SKIN = 0.0005
+"""How far tape and labels stand proud of the board (m); the outer size includes it."""
+PRINT_SKIN = 0.001
+"""The same for printed cartons, whose ink lies on the paper of the label (m)."""
+STRAP_WIDTH = 0.012
+_INK = 0.9 * PRINT_SKIN
+"""Thickness of print that reaches down to the board (m)."""
+_LONG_SIDES: tuple[Side, ...] = ("-y", "+y")
+_SHORT_SIDES: tuple[Side, ...] = ("-x", "+x")
+_LABELLED: tuple[Side, ...] = ("+y", "+x")
+_MARGIN = 0.025
+"""Distance of print and labels from the edges of a side (m); labels keep at least 19 mm (GS1)."""
+
+
+def carton(sku: str) -> ObjectModel:
+    """Build the carton called ``sku`` ("carton_600x400x300").
+
+    Raises:
+        UnknownNameError: ``sku`` is not in ``SKUS``.
+    """
+    if sku not in SKUS:
+        raise UnknownNameError("carton SKU", sku, list(SKUS))
+    item = SKUS[sku]
+    size = (item.length, item.width, item.height)
+    return ObjectModel(
+        name=sku,
+        class_name="carton",
+        obj_id=item.obj_id,
+        size=np.array(size),
+        parts=_plain_parts(item) if item.artwork is None else _printed_parts(item, item.artwork),
+        collision=(solid_box(size),),
+        mass=item.density * item.length * item.width * item.height,
+        # The label of a printed carton is on one long and one short side only.
+        symmetry=SymmetryGroup.turns("z", 2) if item.artwork is None else SymmetryGroup.trivial(),
+    )
+
+
+def _plain_parts(item: CartonSku) -> tuple[Part, ...]:
+    """Return three boxes: the body, the tape that closes it along x, and a band that shows on both long sides."""
+    length, width, height = item.length, item.width, item.height
+    body = box_part((length - 2 * SKIN, width - 2 * SKIN, height - SKIN), (0.0, 0.0, -SKIN / 2), item.board)
+    tape = box_part((length, TAPE_WIDTH, TAPE_DROP), (0.0, 0.0, (height - TAPE_DROP) / 2), "tape")
+    label = box_part((item.label[0], width, item.label[1]), (0.0, 0.0, -0.1 * height), item.label_material)
+    return body, tape, label
+
+
+def _printed_parts(item: CartonSku, artwork: Artwork) -> tuple[Part, ...]:
+    """Return the body with tape, straps or a band around it, the label's paper and all print, one part a material."""
+    length, width, height = item.length, item.width, item.height
+    skin = 2 * PRINT_SKIN
+    body = box_part((length - skin, width - skin, height - PRINT_SKIN), (0.0, 0.0, -PRINT_SKIN / 2), item.board)
+    tape = box_part((length, TAPE_WIDTH, TAPE_DROP), (0.0, 0.0, (height - TAPE_DROP) / 2), "tape")
+    parts = [body, tape]
+    if artwork.band is not None:
+        low, high = _band_levels(item)
+        centre, band = (0.0, 0.0, (low + high) / 2), (length - PRINT_SKIN, width - PRINT_SKIN, high - low)
+        parts.append(box_part(band, centre, artwork.band))
+    if artwork.straps:
+        parts += [box_part((STRAP_WIDTH, width, height), (s * 0.27 * length, 0.0, 0.0), "strap") for s in (-1, 1)]
+    return (*parts, *fused([*_handling_marks(item, artwork), *_brand(item, artwork), *_labels(item)]))
+
+
+def _band_levels(item: CartonSku) -> tuple[float, float]:
+    """Return lower and upper height (m, object frame) of the coloured band."""
+    return 0.08 * item.height, 0.40 * item.height
+
+
+def _handling_marks(item: CartonSku, artwork: Artwork) -> list[Part]:
+    """Return the marks in the lower left of all four sides, and the holes to grip."""
+    size, height = (item.length, item.width, item.height), min(0.26 * item.height, 0.075)
+    bottom = -item.height / 2 + _MARGIN + height / 2
+    parts = []
+    for side in (*_LONG_SIDES, *_SHORT_SIDES):
+        edge = item.length if side in _LONG_SIDES else item.width
+        # The label keeps its place: what does not fit beside it is left out.
+        free = edge - 2 * _MARGIN - (item.label[0] if side in _LABELLED else 0.0)
+        for i, mark in enumerate(artwork.marks[: int(free / (1.1 * height))]):
+            left = -edge / 2 + _MARGIN + height / 2 + 1.1 * i * height
+            parts += on_side(moved(handling_mark(mark, height), left, bottom), side, size, artwork.ink, 0.0, _INK)
+    if artwork.hand_holes:
+        hole = moved((_stadium(0.09, 0.028),), 0.0, item.height / 2 - TAPE_DROP - 0.04)
+        for side in _SHORT_SIDES:
+            parts += on_side(hole, side, size, "print_dark", 0.0, _INK)
+    return parts
+
+
+def _brand(item: CartonSku, artwork: Artwork) -> list[Part]:
+    """Return the brand on the long sides: on the left in ink, or in white in the middle of the band."""
+    low, high = _band_levels(item)
+    letters = min(0.6 * (high - low), 0.6 * item.length * 6 / (5 * len(artwork.brand)))
+    on_band = artwork.band is not None
+    x = 0.0 if on_band else -item.length / 2 + _MARGIN + word_width(artwork.brand, letters) / 2
+    shapes = moved(word(artwork.brand, letters), x, (low + high) / 2)
+    size, material = (item.length, item.width, item.height), "label_paper" if on_band else artwork.ink
+    return [
+        part
+        for side in _LONG_SIDES
+        for part in on_side(shapes, side, size, material, 0.0, _INK if artwork.band is None else 0.4 * PRINT_SKIN)
+    ]
+
+
+def _labels(item: CartonSku) -> list[Part]:
+    """Return the shipping label on one long and the next short side: paper, address lines, barcode."""
+    size, (width, height) = (item.length, item.width, item.height), item.label
+    y = min(0.032 - (item.height - height) / 2, 0.0)
+    paper = rectangle(-width / 2, -height / 2, width / 2, height / 2)
+    parts = []
+    for side, edge in zip(_LABELLED, (item.length, item.width), strict=True):
+        x = edge / 2 - _MARGIN - width / 2
+        parts += on_side(moved((paper,), x, y), side, size, "label_paper", PRINT_SKIN / 2, 0.4 * PRINT_SKIN)
+        parts += on_side(moved(_label_ink(item), x, y), side, size, "print_dark", 0.0, PRINT_SKIN / 2)
+    return parts
+
+
+def _label_ink(item: CartonSku) -> Shapes:
+    """Return what is printed on the label, centred on it: lines of text, a rule, the barcode and its number."""
+    width, height = item.label
+    inner = 0.88 * width
+    lines = text_lines(inner, 0.30 * height, (0.45, 0.8, 0.62, 0.3))
+    rule = rectangle(-inner / 2, 0.05 * height, inner / 2, 0.07 * height)
+    number = text_lines(0.6 * inner, 0.06 * height, (1.0,))
+    return (
+        *moved(lines, 0.0, 0.28 * height),
+        rule,
+        *moved(barcode(item.obj_id, 0.8 * inner, 0.32 * height), 0.0, -0.16 * height),
+        *moved(number, 0.0, -0.41 * height),
+    )
+
+
+def _stadium(width: float, height: float) -> tuple[tuple[float, float], ...]:
+    """Return a bar with round ends (m)."""
+    radius, half = height / 2, (width - height) / 2
+    right = [
+        (half + radius * float(np.cos(a)), radius * float(np.sin(a))) for a in np.linspace(-np.pi / 2, np.pi / 2, 7)
+    ]
+    return (*right, *((-x, -y) for x, y in right))

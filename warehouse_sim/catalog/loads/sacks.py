@@ -1,0 +1,130 @@
+"""Filled sacks: a cushion with flat ends, wrinkled a little, lying on its broad side with its length along x.
+
+A valve sack of paper with 25 kg of cement is about 600 x 400 x 110 mm: bulk cement is poured at 1.1-1.4 t/m^3 and fills
+about 85 % of the box around the sack. A woven sack of 20 kg of plastic granules (0.55-0.75 t/m^3 bulk) is thicker.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part
+
+_AROUND, _STATIONS = 32, 25
+_PRINT = 0.0012
+"""How far the print stands over the sack (m)."""
+
+
+@dataclass(frozen=True)
+class SackSku:
+    """One geometry of sack."""
+
+    obj_id: int
+    """Number of the geometry and seed of its wrinkles, fixed for ever."""
+    length: float
+    """Outer edge along x (m)."""
+    width: float
+    """Outer edge along y (m)."""
+    height: float
+    """Outer edge along z (m)."""
+    mass: float
+    """Kilograms."""
+    print_material: str
+    """Material of the printed fields."""
+    fields: tuple[tuple[int, int], ...]
+    """First and last station of each printed field."""
+
+
+_PAPER = SackSku(37, 0.60, 0.40, 0.11, 25.0, "print_blue", ((5, 6), (8, 17)))
+_PAPER_B = SackSku(38, 0.60, 0.40, 0.12, 25.0, "print_red", ((4, 10), (12, 13), (15, 16)))
+_WOVEN = SackSku(39, 0.59, 0.39, 0.14, 20.0, "print_green", ((7, 16), (18, 19)))
+SACKS = {
+    "sack_paper_600x400x110": (_PAPER, "sack_paper"),
+    "sack_white_600x400x120": (_PAPER_B, "board_white"),
+    "sack_woven_590x390x140": (_WOVEN, "sack_woven"),
+}
+"""Catalog name -> geometry and material."""
+
+
+def sack(name: str) -> ObjectModel:
+    """Build the sack called ``name`` ("sack_paper_600x400x110").
+
+    Raises:
+        UnknownNameError: ``name`` is not in ``SACKS``.
+    """
+    if name not in SACKS:
+        raise UnknownNameError("sack", name, list(SACKS))
+    sku, material = SACKS[name]
+    size = np.array([sku.length, sku.width, sku.height])
+    rings = _rings(sku.obj_id) * size / 2
+    # The print is a length of the body itself, lifted off it, so that it follows every wrinkle.
+    printed = rings + np.sign(rings) * [0.0, _PRINT, _PRINT]
+    fields = [_skin(printed[first : last + 1]) for first, last in sku.fields]
+    body, field = _fitted([_skin(rings), merge(fields)], size)
+    return ObjectModel(
+        name=name,
+        class_name="sack",
+        obj_id=sku.obj_id,
+        size=size,
+        parts=(
+            Part(body, np.ones(3), make_transform(), material),
+            Part(field, np.ones(3), make_transform(), sku.print_material),
+        ),
+        collision=(solid_box(size.tolist()),),
+        mass=sku.mass,
+        symmetry=SymmetryGroup.trivial(),
+    )
+
+
+def _rings(seed: int) -> Float[np.ndarray, "stations points 3"]:
+    """Return the outlines along a sack that reaches from about -1 to 1 along each axis.
+
+    An outline is a superellipse; towards the ends it gets flatter and a little narrower, as the fill does not reach the
+    seams. Low waves wrinkle it.
+    """
+    rng = np.random.default_rng(seed)
+    along = np.linspace(-1.0, 1.0, _STATIONS + 1)
+    flat = 1.0 - 0.50 * np.abs(along) ** 9
+    slim = 1.0 - 0.06 * np.abs(along) ** 6
+    angles = np.arange(_AROUND) * 2 * np.pi / _AROUND
+    cosine, sine = np.cos(angles), np.sin(angles)
+    y = np.sign(cosine) * np.abs(cosine) ** (2 / 4.5)
+    z = np.sign(sine) * np.abs(sine) ** (2 / 4.5)
+    phases = rng.uniform(0.0, 2 * np.pi, (6, 2))
+    waves = sum(
+        np.cos((k + 1) * np.pi * along[:, None] + phases[k, 0]) * np.cos((k % 3 + 2) * angles + phases[k, 1]) / (k + 2)
+        for k in range(6)
+    )
+    swell = 1.0 + 0.035 * np.asarray(waves) * np.abs(sine)
+    x = np.repeat(along[:, None], _AROUND, axis=1)
+    return np.stack([x, slim[:, None] * y, flat[:, None] * z * swell], axis=2)
+
+
+def _fitted(meshes: list[TriangleMesh], size: np.ndarray) -> list[TriangleMesh]:
+    """Return ``meshes`` shifted and stretched together so that they fill ``size`` (m) around the origin."""
+    points = np.concatenate([mesh.vertices for mesh in meshes])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return [TriangleMesh((mesh.vertices - (low + high) / 2) / (high - low) * size, mesh.faces) for mesh in meshes]
+
+
+def _skin(rings: Float[np.ndarray, "stations points 3"]) -> TriangleMesh:
+    """Return the closed surface through outlines that run counter-clockwise about +x, from -x to +x."""
+    stations, around = rings.shape[:2]
+    index = np.arange(stations * around).reshape(stations, around)
+    right = np.roll(index, -1, axis=1)
+    low, low_right, high, high_right = index[:-1], right[:-1], index[1:], right[1:]
+    sides = [np.stack([low, low_right, high_right], -1), np.stack([low, high_right, high], -1)]
+    ends = len(rings.reshape(-1, 3)) + np.arange(2)
+    caps = [
+        np.stack([right[0], index[0], np.full(around, ends[0])], -1),
+        np.stack([index[-1], right[-1], np.full(around, ends[1])], -1),
+    ]
+    vertices = np.concatenate([rings.reshape(-1, 3), rings[[0, -1]].mean(axis=1)])
+    faces = np.concatenate([block.reshape(-1, 3) for block in (*sides, *caps)])
+    return TriangleMesh(vertices, faces.astype(np.int32))

@@ -1,0 +1,128 @@
+"""Stretch film around a load: overlapping bands of a spiral, with the edge of the last one folded over the top.
+
+Machine film is 500 mm wide and wound with half its width over the turn before, stronger at foot and top. Its thickness
+of 17-23 micrometres is drawn as half a millimetre. The film is made to measure: every load has its own shell, all of
+them under one obj_id. Film tints what lies behind it and has no depth and no pixels of its own in id images, since its
+material's opacity is below 1; its id, class and pose are in the scene record like those of everything else.
+"""
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.convex import grown
+from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.schema import ObjectModel, Part
+
+OBJ_ID = 60
+FILM_WIDTH, OVERLAP = 0.5, 0.2
+"""Width of the film and how far it lies over the turn below (m)."""
+_THICK, _STEP = 0.0005, 0.0008
+"""Drawn thickness of the film and distance from one turn to the turn over it (m)."""
+_FOLD = 0.07
+"""How far the film reaches over the edge of the top (m)."""
+
+
+WRAPS = {"wrap_1200x800x1000": (1.2, 0.8, 1.0)}
+"""Catalog name -> edges (m) of the block that the film goes around: the one shell that is not made for a load."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slice:
+    """A level of the load with one outline."""
+
+    outline: Float[np.ndarray, "n 2"]
+    """Convex outline that the film follows, counter-clockwise (m)."""
+    low: float
+    """Lower edge (m)."""
+    high: float
+    """Upper edge (m)."""
+
+
+def wrap(name: str) -> ObjectModel:
+    """Build the shell called ``name`` ("wrap_1200x800x1000").
+
+    Raises:
+        UnknownNameError: ``name`` is not in ``WRAPS``.
+    """
+    if name not in WRAPS:
+        raise UnknownNameError("wrap", name, list(WRAPS))
+    length, width, height = WRAPS[name]
+    outline = np.array([[-length, -width], [length, -width], [length, width], [-length, width]]) / 2
+    return replace(stretch_wrap([Slice(outline, 0.0, height)])[0], name=name)
+
+
+def stretch_wrap(slices: Sequence[Slice]) -> tuple[ObjectModel, Float[np.ndarray, " 3"]]:
+    """Return film around ``slices``, given from the ground up, and where its centre lies in their frame (m).
+
+    The film has no collision boxes: it follows the goods and is not pushed by them.
+    """
+    bands = [band for level in slices for band in _bands(level)]
+    mesh = merge([*bands, _fold(slices[-1])])
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    centre = (low + high) / 2
+    centred = TriangleMesh(mesh.vertices - centre, mesh.faces)
+    size = high - low
+    tag = zlib.crc32(np.round(centred.vertices, 6).tobytes())
+    model = ObjectModel(
+        name=f"wrap~{tag:08x}",
+        class_name="wrap",
+        obj_id=OBJ_ID,
+        size=size,
+        parts=(Part(centred, np.ones(3), make_transform(), "stretch_film"),),
+        collision=(),
+        mass=0.25,
+    )
+    return model, centre
+
+
+def _bands(level: Slice) -> list[TriangleMesh]:
+    """Return the turns of film around one level; every second one lies over its neighbours."""
+    rise = level.high - level.low
+    count = max(1, int(np.ceil((rise - OVERLAP) / (FILM_WIDTH - OVERLAP))))
+    width = (rise + (count - 1) * OVERLAP) / count
+    starts = level.low + np.arange(count) * (width - OVERLAP)
+    return [
+        _tube(
+            grown(level.outline, _STEP * (turn % 2)),
+            float(z),
+            grown(level.outline, _STEP * (turn % 2)),
+            float(z + width),
+        )
+        for turn, z in enumerate(starts)
+    ]
+
+
+def _fold(level: Slice) -> TriangleMesh:
+    """Return the strip that lies on the top of the load, from its edge inwards."""
+    outline = level.outline
+    middle = outline.mean(axis=0)
+    edges = np.roll(outline, -1, axis=0) - outline
+    normals = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.linalg.norm(edges, axis=1, keepdims=True)
+    reach = float(((outline - middle) * normals).sum(axis=1).min())
+    inner = middle + (outline - middle) * max(0.4, 1.0 - _FOLD / reach)
+    return _tube(outline, level.high, inner, level.high + _THICK)
+
+
+def _tube(
+    low_outline: Float[np.ndarray, "n 2"], low: float, high_outline: Float[np.ndarray, "n 2"], high: float
+) -> TriangleMesh:
+    """Return a thin closed shell between two outlines at two heights (m); its inner face is the outlines'."""
+    count = len(low_outline)
+    rings = [
+        (grown(low_outline, _THICK), low),
+        (grown(high_outline, _THICK), high),
+        (high_outline, high),
+        (low_outline, low),
+    ]
+    vertices = np.concatenate([np.column_stack([ring, np.full(count, z)]) for ring, z in rings])
+    index = np.arange(4 * count).reshape(4, count)
+    after = np.roll(index, -1, axis=1)
+    up, up_after = np.roll(index, -1, axis=0), np.roll(after, -1, axis=0)
+    faces = np.concatenate([np.stack([index, after, up_after], -1), np.stack([index, up_after, up], -1)])
+    return TriangleMesh(vertices, faces.reshape(-1, 3).astype(np.int32))

@@ -1,0 +1,154 @@
+"""Read the parts of an object from OBJ, PLY, GLB or USD, in metres and with z up."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog.obj_file import read_obj
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import rotation_x, rotation_y
+from warehouse_sim.optional import require
+
+Up = Literal["x", "y", "z"]
+_Z_UP = {"x": rotation_y(-np.pi / 2), "y": rotation_x(np.pi / 2), "z": np.eye(3)}
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """What a file holds, in its own units and axes."""
+
+    parts: dict[str, TriangleMesh]
+    """Meshes by their names in the file."""
+    up: Up
+    """The axis that the format, or the file itself, says is up."""
+    scale: float
+    """Metres of one unit."""
+
+
+def read_parts(path: Path, up: Up | None, scale: float | None) -> dict[str, TriangleMesh]:
+    """Return the named meshes of the file in metres, z up.
+
+    Args:
+        path: A file whose suffix is one of ``SUFFIXES``.
+        up: Axis of the file that points up; what the file or its format says when None.
+        scale: Metres of one unit of the file; what the file says, or 1, when None.
+
+    Raises:
+        ConfigError: The file cannot be read, has another suffix, or holds no triangles or broken ones.
+        MissingPackageError: The package that reads this format is not installed.
+    """
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise ConfigError(f"{path.name} has the suffix {path.suffix!r}; known: {', '.join(SUFFIXES)}")
+    content = reader(path)
+    parts = {name: mesh for name, mesh in content.parts.items() if len(mesh.faces)}
+    if not parts:
+        raise ConfigError(f"{path.name} holds no triangles; export it with its meshes")
+    turn = _Z_UP[content.up if up is None else up] * (content.scale if scale is None else scale)
+    return {name: _turned(path, name, mesh, turn) for name, mesh in parts.items()}
+
+
+def _turned(path: Path, name: str, mesh: TriangleMesh, turn: Float[np.ndarray, "3 3"]) -> TriangleMesh:
+    if not np.isfinite(mesh.vertices).all():
+        raise ConfigError(f"{path.name}: part {name!r} has vertices that are not finite; repair and export it again")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise ConfigError(f"{path.name}: part {name!r} has faces that name vertices which do not exist")
+    return TriangleMesh(mesh.vertices @ turn.T, mesh.faces)
+
+
+def _read_obj(path: Path) -> MeshFile:
+    return MeshFile(read_obj(path), "z", 1.0)
+
+
+def _read_ply(path: Path) -> MeshFile:
+    return MeshFile(_read_with_trimesh(path), "z", 1.0)
+
+
+def _read_glb(path: Path) -> MeshFile:
+    return MeshFile(_read_with_trimesh(path), "y", 1.0)  # glTF 2.0, section 3.4: y up, metres
+
+
+def _read_with_trimesh(path: Path) -> dict[str, TriangleMesh]:
+    trimesh = require("trimesh", "interchange", f"to read {path.suffix} files")
+    try:
+        # From an open file, so that nothing beside it can be reached.
+        with path.open("rb") as file:
+            loaded = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), process=False)
+    except Exception as problem:  # trimesh raises whatever its parsers stumble over
+        raise ConfigError(f"{path.name} cannot be read ({problem}); export it again") from problem
+    parts = {}
+    for node in sorted(loaded.graph.nodes_geometry):
+        T_file_part, name = loaded.graph[node]
+        geometry = loaded.geometry[name]
+        if hasattr(geometry, "faces"):
+            parts[path.stem if len(loaded.geometry) == 1 else node] = _placed(
+                geometry.vertices, geometry.faces, T_file_part
+            )
+    return parts
+
+
+def _read_usd(path: Path) -> MeshFile:
+    usd, geom = (require(f"pxr.{name}", "interchange", "to read USD files") for name in ("Usd", "UsdGeom"))
+    try:
+        stage = usd.Stage.Open(str(path))
+    except Exception as problem:  # the bindings' own error class cannot be imported without them
+        raise ConfigError(f"{path.name} cannot be read ({' '.join(str(problem).split())[:200]})") from problem
+    for layer in stage.GetUsedLayers():
+        if layer.realPath and not Path(layer.realPath).resolve().is_relative_to(path.parent.resolve()):
+            raise ConfigError(
+                f"{path.name} refers to {layer.realPath}, outside its folder; flatten the stage into one file"
+            )
+    parts = {}
+    for prim in stage.Traverse(usd.TraverseInstanceProxies()):
+        if prim.IsA(geom.Mesh):
+            mesh = geom.Mesh(prim)
+            counts, corners = (
+                np.array(item.Get() or ()) for item in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+            )
+            faces = fans(counts, corners)
+            if mesh.GetOrientationAttr().Get() == geom.Tokens.leftHanded:
+                faces = faces[:, ::-1]
+            # USD multiplies row vectors from the left, so its matrices are the transpose of ours.
+            T_file_part = np.array(geom.Xformable(prim).ComputeLocalToWorldTransform(usd.TimeCode.Default())).T
+            name = prim.GetName() if prim.GetName() not in parts else str(prim.GetPath())
+            parts[name] = _placed(np.array(mesh.GetPointsAttr().Get() or ()).reshape(-1, 3), faces, T_file_part)
+    up: Up = "y" if geom.GetStageUpAxis(stage) == geom.Tokens.y else "z"
+    return MeshFile(parts, up, float(geom.GetStageMetersPerUnit(stage)))
+
+
+def fans(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Cut convex polygons into triangles that share their first corner.
+
+    Args:
+        counts: Corners of each polygon.
+        corners: Vertex indices of all polygons, one after the other.
+    """
+    triangles, start = [np.zeros((0, 3), np.int32)], 0
+    for count in counts:
+        polygon = corners[start : start + count]
+        triangles.append(np.stack([np.repeat(polygon[:1], count - 2), polygon[1:-1], polygon[2:]], axis=1))
+        start += count
+    return np.concatenate(triangles).astype(np.int32)
+
+
+def _placed(vertices: np.ndarray, faces: np.ndarray, T_file_part: np.ndarray) -> TriangleMesh:
+    """Return the mesh where the file's scene has it; a mirrored one is turned right side out."""
+    linear = T_file_part[:3, :3]
+    placed = np.asarray(vertices, float) @ linear.T + T_file_part[:3, 3]
+    faces = np.asarray(faces, np.int32)
+    return TriangleMesh(placed, np.ascontiguousarray(faces[:, ::-1]) if np.linalg.det(linear) < 0 else faces)
+
+
+_READERS: dict[str, Callable[[Path], MeshFile]] = {
+    ".obj": _read_obj,
+    ".ply": _read_ply,
+    ".glb": _read_glb,
+    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _read_usd),
+}
+SUFFIXES = tuple(_READERS)
+"""What files may be called."""

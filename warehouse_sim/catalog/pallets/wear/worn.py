@@ -1,0 +1,57 @@
+"""Worn pallets: another look and other boards, but the frame, pockets, size, symmetry and collision of the new one."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from warehouse_sim.catalog.pallets.wear.aging import aged
+from warehouse_sim.catalog.pallets.wear.brands import branded
+from warehouse_sim.catalog.pallets.wear.damage import with_broken, with_displaced, with_twisted, without_missing
+from warehouse_sim.catalog.pallets.wear.members import members_of
+from warehouse_sim.catalog.pallets.wear.surface import nailed, stained
+from warehouse_sim.schema import ObjectModel
+
+
+@dataclass(frozen=True)
+class WearConfig:
+    """How much a pallet has been through; boards, blocks and marks are what wooden pallets have."""
+
+    age: float = 0.0
+    """How weathered it looks, 0-1: 0 keeps its materials, 1 makes it grey and dark, or dusty if it is plastic."""
+    missing: float = 0.0
+    """Share of the boards that can be missing and are, 0-1: inner deck boards whose gap no carton falls into."""
+    broken: float = 0.0
+    """Share of the deck and base boards that have lost an end, 0-1."""
+    displaced: float = 0.0
+    """Share of the deck boards and skids that are out of place by up to 10 mm, 0-1."""
+    twisted: float = 0.0
+    """Share of the blocks that are turned, their corners by up to 10 mm, 0-1."""
+    stains: float = 0.0
+    """Share of the deck boards with stains, 0-1."""
+    stamps: float = 1.0
+    """Share of the brands and stencils that can still be read, 0-1."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not 0.0 <= value <= 1.0:
+                raise ValueError(f"{item.name} must be 0-1, found {value}")
+
+
+def worn(model: ObjectModel, wear: WearConfig, rng: np.random.Generator) -> ObjectModel:
+    """Return ``model`` after use, called ``<name>~<tag>``; its meaning is that of ``model``.
+
+    The collision boxes stay, too: where a deck board is gone or broken, physics still sees the whole deck, and what is
+    missing is never so much that a carton would stand on nothing.
+
+    Args:
+        model: A pallet of the catalog.
+        wear: What happened to it.
+        rng: Stream to draw from; two draws give two pallets.
+    """
+    members = aged(without_missing(members_of(model), wear.missing, rng), wear.age, rng)
+    members = stained(nailed(with_broken(members, wear.broken, rng)), wear.stains, rng)
+    members = branded(members, model, wear.stamps, rng)
+    members = with_twisted(with_displaced(members, wear.displaced, rng), wear.twisted, rng)
+    parts = tuple(part for member in members for part in member.parts)
+    return replace(model, name=f"{model.name}~{rng.integers(1 << 32):08x}", parts=parts)

@@ -1,0 +1,133 @@
+"""What is added to frames and beams: mesh decks, pallet support bars, guards and the load notice.
+
+Frame of all: x along the aisle, y into the rack, z up, origin at the centre of the bounding box.
+"""
+
+import numpy as np
+
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.racks.beams import BEAM_DEPTH, STEP_DEPTH, STEP_HEIGHT
+from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
+from warehouse_sim.geometry.solids import prism
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part
+
+DECK_DEPTH = FRAME_DEPTH - 2 * (BEAM_DEPTH - STEP_DEPTH) - 0.004
+"""Length along y (m) of what lies on the ledges of two step beams, with 2 mm play at each end."""
+DECK_WIDTH = 0.88
+"""Width of a mesh deck (m); three fill a bay of 2.7 m."""
+GUARD_HEIGHT = 0.4
+"""Height of the guards of uprights and rack ends (m); EN 15512 asks for at least 400 mm."""
+
+_WIRE, _MESH_X, _MESH_Y = 0.005, 0.05, 0.10
+_CHANNEL = STEP_HEIGHT - 2 * _WIRE
+
+
+def mesh_deck(name: str = "mesh_deck") -> ObjectModel:
+    """Build a wire deck for step beams: 5 mm wires at 50 x 100 mm on three channels, flush with the beams' tops."""
+    top = STEP_HEIGHT / 2
+    across = np.linspace(-1.0, 1.0, round(DECK_WIDTH / _MESH_X) + 1) * (DECK_WIDTH - _WIRE) / 2
+    along = np.linspace(-1.0, 1.0, round(DECK_DEPTH / _MESH_Y) + 1) * (DECK_DEPTH - _WIRE) / 2
+    parts = [box_part((_WIRE, DECK_DEPTH, _WIRE), (x, 0.0, top - _WIRE / 2), "galvanised") for x in across]
+    parts += [box_part((DECK_WIDTH, _WIRE, _WIRE), (0.0, y, top - 1.5 * _WIRE), "galvanised") for y in along]
+    for x in (-0.35, 0.0, 0.35):
+        parts.append(box_part((0.04, DECK_DEPTH, _CHANNEL), (x, 0.0, (_CHANNEL - STEP_HEIGHT) / 2), "galvanised"))
+    size = (DECK_WIDTH, DECK_DEPTH, STEP_HEIGHT)
+    return _rack_piece(name, 117, size, parts, SymmetryGroup.turns("z", 2))
+
+
+def pallet_support_bar(name: str = "pallet_support_bar") -> ObjectModel:
+    """Build a bar of 40 mm width that lies across the ledges of two step beams, under a pallet's bottom boards."""
+    size = (0.04, DECK_DEPTH, STEP_HEIGHT)
+    return _rack_piece(name, 118, size, [box_part(size, (0.0, 0.0, 0.0), "galvanised")], SymmetryGroup.turns("z", 2))
+
+
+def upright_guard(name: str = "upright_guard") -> ObjectModel:
+    """Build the bent 6 mm plate, bolted to the floor, that a fork hits instead of the upright; open to +y."""
+    width, depth, sheet, foot = 0.17, 0.14, 0.006, 0.01
+    x, y, i, j = width / 2 - 0.02, depth / 2, width / 2 - 0.02 - sheet, 0.02
+    outline = ((-x, y), (-x, -y + j), (-x + j, -y), (x - j, -y), (x, -y + j), (x, y))
+    bend = 0.0025
+    right = ((i, y), (i, -y + j + bend), (x - j - bend, -y + sheet))
+    inside = (*right, *((-a, b) for a, b in reversed(right)))
+    bent = solid_part(prism((*outline, *inside), GUARD_HEIGHT - foot), (1, 1, 1), (0.0, 0.0, foot / 2), "guard_yellow")
+    plate = box_part((width, depth, foot), (0.0, 0.0, (foot - GUARD_HEIGHT) / 2), "guard_yellow")
+    band = [(side * (x - sheet / 2), 0.0, foot / 2) for side in (-1.0, 1.0)]
+    sides = [solid_box((sheet, depth, GUARD_HEIGHT - foot), at) for at in band]
+    front = solid_box((2 * x, j + sheet, GUARD_HEIGHT - foot), (0.0, -y + (j + sheet) / 2, foot / 2))
+    return ObjectModel(
+        name=name,
+        class_name="guard",
+        obj_id=119,
+        size=np.array([width, depth, GUARD_HEIGHT]),
+        parts=fused([plate, bent]),
+        collision=(front, *sides, *collision_boxes([plate])),
+        mass=4.5,
+    )
+
+
+def rack_end_guard(name: str = "rack_end_guard") -> ObjectModel:
+    """Build the barrier before a rack's end: two posts and two rails, yellow and black; 1.2 m long along y."""
+    length, post, rail = 1.2, 0.12, 0.05
+    plate = (post, 0.2, 0.01)
+    posts = [
+        box_part((0.06, 0.10, GUARD_HEIGHT), (0.0, side * (length - 0.2) / 2, 0.0), "guard_black")
+        for side in (-1.0, 1.0)
+    ]
+    feet = [
+        box_part(plate, (0.0, side * (length - plate[1]) / 2, (plate[2] - GUARD_HEIGHT) / 2), "guard_black")
+        for side in (-1.0, 1.0)
+    ]
+    rails = []
+    for z in (-0.06, 0.13):
+        span, pieces = length, 8
+        for index in range(pieces):
+            y = (index - (pieces - 1) / 2) * span / pieces
+            paint = "guard_yellow" if index % 2 == 0 else "guard_black"
+            rails.append(box_part((rail, span / pieces, 0.1), (0.03 + rail / 2 - 0.02, y, z), paint))
+    parts = [*posts, *feet, *rails]
+    solid = [box_part((rail, length, 0.1), (0.01 + rail / 2, 0.0, z), "guard_yellow") for z in (-0.06, 0.13)]
+    return ObjectModel(
+        name=name,
+        class_name="guard",
+        obj_id=120,
+        size=np.array([post, length, GUARD_HEIGHT]),
+        parts=fused(parts),
+        collision=collision_boxes([*posts, *feet, *solid]),
+        mass=28.0,
+    )
+
+
+def load_notice(name: str = "load_notice") -> ObjectModel:
+    """Build the notice of safe loads that EN 15635 wants at every rack: a white plate, face at -y, 600 x 400 mm."""
+    size = (0.6, 0.004, 0.4)
+    ink = 0.0005
+    plate = box_part((0.6, 0.004 - ink, 0.4), (0.0, ink / 2, 0.0), "sign_white")
+    face = -size[1] / 2 + ink / 2
+    marks = [((0.56, ink, 0.06), (0.0, face, 0.15), "print_blue")]
+    marks += [((0.16, ink, 0.20), (-0.18, face, -0.02), "print_red")]
+    marks += [((0.30, ink, 0.012), (0.10, face, z), "print_dark") for z in np.linspace(0.08, -0.12, 6)]
+    marks += [((0.56, ink, 0.02), (0.0, face, -0.17), "print_dark")]
+    return ObjectModel(
+        name=name,
+        class_name="sign",
+        obj_id=121,
+        size=np.array(size),
+        parts=(plate, *fused([box_part(*mark) for mark in marks])),
+        collision=(solid_box(size),),
+        mass=1.3,
+    )
+
+
+def _rack_piece(
+    name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], symmetry: SymmetryGroup
+) -> ObjectModel:
+    return ObjectModel(
+        name=name,
+        class_name="rack",
+        obj_id=obj_id,
+        size=np.array(size),
+        parts=fused(parts),
+        collision=(solid_box(size),),
+        symmetry=symmetry,
+    )

@@ -1,0 +1,74 @@
+"""Upright frames: two perforated uprights on base plates, laced by horizontals and diagonals.
+
+Frame of it: x along the aisle, y into the rack, z up, origin at the centre of the bounding box.
+"""
+
+import numpy as np
+
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.racks.upright import UPRIGHT_DEPTH, UPRIGHT_WIDTH, upright_mesh
+from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.pose import rotation_x, rotation_z
+from warehouse_sim.geometry.solids import unit_cylinder
+from warehouse_sim.schema import ObjectModel, Part
+
+FRAME_DEPTH = 1.1
+"""Outer depth of a frame (m); a 1.2 m deep pallet overhangs it by 50 mm front and back."""
+
+_LACING_PITCH = 0.6
+_PLATE = (0.15, UPRIGHT_DEPTH + 0.04, 0.006)
+_FRAME_HEIGHTS_MM = (2000, 2500, 3500, 4500, 5500, 6500, 8000)
+
+FRAME_HEIGHTS = {f"rack_frame_{mm}": mm / 1000 for mm in _FRAME_HEIGHTS_MM}
+"""Catalog name -> height (m), lowest first."""
+
+
+def rack_frame(name: str) -> ObjectModel:
+    """Build an upright frame.
+
+    Raises:
+        UnknownNameError: No frame has this name; see ``FRAME_HEIGHTS``.
+    """
+    if name not in FRAME_HEIGHTS:
+        raise UnknownNameError("rack frame", name, list(FRAME_HEIGHTS))
+    height = FRAME_HEIGHTS[name]
+    mesh, offset = upright_mesh(height), (FRAME_DEPTH - UPRIGHT_DEPTH) / 2
+    front = solid_part(mesh, (1.0, 1.0, 1.0), (0.0, -offset, 0.0), "rack_blue")
+    back = solid_part(mesh, (1.0, 1.0, 1.0), (0.0, offset, 0.0), "rack_blue", rotation_z(np.pi))
+    uprights = [solid_box((UPRIGHT_WIDTH, UPRIGHT_DEPTH, height), (0.0, side * offset, 0.0)) for side in (-1.0, 1.0)]
+    lacing = _lacing(height)
+    plates = [box_part(_PLATE, (0.0, side * offset, (_PLATE[2] - height) / 2), "galvanised") for side in (-1.0, 1.0)]
+    return ObjectModel(
+        name=name,
+        class_name="rack",
+        obj_id=101 + _FRAME_HEIGHTS_MM.index(round(1000 * height)),
+        size=np.array([_PLATE[0], FRAME_DEPTH + _PLATE[1] - UPRIGHT_DEPTH, height]),
+        parts=(front, back, *fused([*plates, *_anchors(height, offset), *lacing])),
+        collision=(*uprights, *collision_boxes(plates + lacing)),
+    )
+
+
+def _anchors(height: float, offset: float) -> list[Part]:
+    """Return the two bolts, M12 with 19 mm heads, that hold each base plate."""
+    z = -height / 2 + _PLATE[2] + 0.004
+    return [
+        solid_part(unit_cylinder(8), (0.019, 0.019, 0.008), (x, side * offset, z), "galvanised")
+        for side in (-1.0, 1.0)
+        for x in (-0.0625, 0.0625)
+    ]
+
+
+def _lacing(height: float) -> list[Part]:
+    """Return horizontals at both ends and diagonals in a zigzag between the uprights' inner faces."""
+    span = FRAME_DEPTH - 2 * UPRIGHT_DEPTH
+    low, high = -height / 2 + 0.15, height / 2 - 0.15
+    bars = [box_part((0.03, span, 0.03), (0.0, 0.0, z), "galvanised") for z in (low, high)]
+    count = max(1, round((high - low) / _LACING_PITCH))
+    pitch = (high - low) / count
+    # The bar's corners, not its axis, must stay between the uprights.
+    length = np.hypot(span, pitch) - 0.03
+    for index in range(count):
+        rising = 1.0 if index % 2 == 0 else -1.0
+        rotation = rotation_x(rising * np.arctan2(pitch, span))
+        bars.append(box_part((0.025, length, 0.025), (0.0, 0.0, low + (index + 0.5) * pitch), "galvanised", rotation))
+    return bars

@@ -1,0 +1,151 @@
+"""How the traffic is put together: limbs and tubes, side profiles, wheels, and the model made of them.
+
+Objects are built with x forwards, y to the left and the floor at z = 0, and centred on their bounding box at the end.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog.parts import Triple, fused, solid_part
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import make_transform, rotation_x
+from warehouse_sim.geometry.solids import Outline, prism, unit_cylinder
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part
+
+
+def assembled(
+    name: str,
+    class_name: str,
+    obj_id: int,
+    parts: Sequence[Part],
+    collision: Sequence[OrientedBox],
+    mass: float,
+    turns: int = 1,
+) -> ObjectModel:
+    """Return the model of ``parts`` standing on z = 0, one part a material, moved to the centre of its bounding box.
+
+    Collision boxes that reach out of the bounding box are cut back to it.
+    """
+    whole = fused(parts)
+    vertices = np.concatenate([part.mesh.vertices for part in whole])
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    centre = (low + high) / 2
+    moved = tuple(
+        Part(TriangleMesh(part.mesh.vertices - centre, part.mesh.faces), part.scale, part.T_object_part, part.material)
+        for part in whole
+    )
+    T_centre = make_transform(translation=-centre)
+    return ObjectModel(
+        name=name,
+        class_name=class_name,
+        obj_id=obj_id,
+        size=high - low,
+        parts=moved,
+        collision=tuple(
+            _cut_back(OrientedBox(T_centre @ box.T_parent_box, box.size), (high - low) / 2) for box in collision
+        ),
+        mass=mass,
+        symmetry=SymmetryGroup.turns("z", turns) if turns > 1 else SymmetryGroup.trivial(),
+    )
+
+
+def tube(
+    path: Sequence[Triple] | Float[np.ndarray, "n 3"],
+    radii: Sequence[Sequence[float]] | Float[np.ndarray, "n 2"],
+    side: Triple = (0.0, 1.0, 0.0),
+    sides: int = 16,
+) -> TriangleMesh:
+    """Return a closed body of elliptic sections along a path.
+
+    Args:
+        path: Centres of the sections (m), n points.
+        radii: Half widths (m) of each section, first across ``side``, then along it.
+        side: Direction that is never along the path; sections are turned so that one axis lies in it.
+        sides: Corners of a section.
+    """
+    centres = np.asarray(path, dtype=float)
+    along = np.gradient(centres, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    second = np.asarray(side, dtype=float) - along * (along @ np.asarray(side, dtype=float))[:, None]
+    second /= np.linalg.norm(second, axis=1, keepdims=True)
+    first = np.cross(second, along)
+    turn = np.arange(sides) * (2 * np.pi / sides)
+    size = np.asarray(radii, dtype=float)
+    rings = (
+        centres[:, None]
+        + np.cos(turn)[None, :, None] * (size[:, :1] * first)[:, None]
+        + np.sin(turn)[None, :, None] * (size[:, 1:] * second)[:, None]
+    )
+    return _lofted(rings)
+
+
+def rod(start: Triple, end: Triple, radius: float, sides: int = 12) -> TriangleMesh:
+    """Return a straight round bar."""
+    step = np.asarray(end, dtype=float) - np.asarray(start, dtype=float)
+    # Any direction across the bar will do.
+    side = np.eye(3)[int(np.argmin(np.abs(step)))]
+    return tube([start, end], [(radius, radius)] * 2, side, sides)
+
+
+def placed(mesh: TriangleMesh, material: str) -> Part:
+    """Return ``mesh`` where it is, painted."""
+    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), material)
+
+
+def side_profile(outline: Outline, width: float, material: str, y: float = 0.0) -> Part:
+    """Return a plate or body whose side view is ``outline`` (x, z; counter-clockwise seen from the right, -y)."""
+    return solid_part(prism(outline, width), (1.0, 1.0, 1.0), (0.0, y, 0.0), material, rotation_x(np.pi / 2))
+
+
+def wheel(centre: Triple, diameter: float, width: float, rim: str = "truck_grey", tyre: str = "rubber") -> list[Part]:
+    """Return a tyre and its rim, rolling along x."""
+    across = rotation_x(np.pi / 2)
+    return [
+        solid_part(unit_cylinder(24), (diameter, diameter, width), centre, tyre, across),
+        solid_part(unit_cylinder(16), (0.55 * diameter, 0.55 * diameter, width + 0.012), centre, rim, across),
+    ]
+
+
+def limb_box(start: Triple, end: Triple, radius: float, reach: float = 0.0) -> OrientedBox:
+    """Return the box around a limb from ``start`` to ``end`` (m), ``reach`` longer at both ends."""
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    length = float(np.linalg.norm(b - a))
+    z = (b - a) / length
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    rotation = np.column_stack([x, np.cross(z, x), z])
+    size = np.array([2 * radius, 2 * radius, length + 2 * reach])
+    return OrientedBox(make_transform(rotation, (a + b) / 2), size)
+
+
+def _cut_back(box: OrientedBox, half: Float[np.ndarray, " 3"]) -> OrientedBox:
+    """Return ``box`` inside +-``half`` (m): cut there if it is parallel to the axes, else thinned until it fits."""
+    if np.array_equal(box.T_parent_box[:3, :3], np.eye(3)):
+        centre = box.T_parent_box[:3, 3]
+        low, high = np.maximum(centre - box.size / 2, -half), np.minimum(centre + box.size / 2, half)
+        return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
+    while np.any(np.abs(box.corners()) > half):
+        box = OrientedBox(box.T_parent_box, box.size * [0.98, 0.98, 0.995])  # a limb stays about as long
+    return box
+
+
+def _lofted(rings: Float[np.ndarray, "k n 3"]) -> TriangleMesh:
+    """Join neighbouring rings, which run counter-clockwise seen against the path, and close both ends."""
+    count, sides = rings.shape[:2]
+    index = np.arange(count * sides).reshape(count, sides)
+    a, b = index[:-1], np.roll(index[:-1], -1, axis=1)
+    c, d = np.roll(index[1:], -1, axis=1), index[1:]
+    foot, top = count * sides, count * sides + 1
+    first, last = index[0], index[-1]
+    faces = [
+        np.stack([a, b, c], axis=-1).reshape(-1, 3),
+        np.stack([a, c, d], axis=-1).reshape(-1, 3),
+        np.column_stack([np.roll(first, -1), first, np.full(sides, foot)]),
+        np.column_stack([last, np.roll(last, -1), np.full(sides, top)]),
+    ]
+    vertices = np.concatenate([rings.reshape(-1, 3), rings[:1].mean(axis=1), rings[-1:].mean(axis=1)])
+    return TriangleMesh(vertices, np.concatenate(faces).astype(np.int32))

@@ -1,0 +1,214 @@
+"""Industrial trucks: hand pallet truck, counterbalance truck, reach truck.
+
+Measures are usual values of makers' type sheets (form VDI 2198), no single model's: for a 1.6 t electric counterbalance
+truck 1.99 m to the forks' faces (l2), 1.09 m wide (b1), mast lowered 2.15 m (h1), guard 2.04 m (h6); for a 1.4 t reach
+truck 1.27 m wide, mast lowered 2.80 m, guard 2.19 m; for a hand pallet truck 1150 x 540 mm over the forks, 85 mm
+lowered, handle 1.23 m high. Forks point to +x.
+"""
+
+import numpy as np
+
+from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, limb_box, placed, rod, side_profile, tube, wheel
+from warehouse_sim.catalog.traffic.truck_pieces import (
+    FORK_LENGTH,
+    FORK_SPREAD,
+    FORK_THICKNESS,
+    FORK_WIDTH,
+    Mast,
+    beacon,
+    carriage,
+    fork_pair,
+    lamps,
+    mast,
+    overhead_guard,
+    seat,
+    steering,
+)
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.solids import superellipsoid
+from warehouse_sim.schema import ObjectModel, Part
+
+FORKLIFT_WIDTH, FORKLIFT_LENGTH, FORKLIFT_HEIGHT = 1.09, 1.99 + FORK_LENGTH, 2.15
+"""Over all, of the counterbalance truck with forks (m)."""
+REACH_WIDTH, REACH_LENGTH, REACH_HEIGHT = 1.27, 1.30 + FORK_LENGTH, 2.80
+"""Over all, of the reach truck with its mast drawn in (m)."""
+JACK_LOWERED, JACK_FORK, JACK_SPREAD = 0.085, 0.16, 0.38
+"""Height of the lowered forks, width of one, distance of their middles (m) of the hand pallet truck."""
+
+_FORK_TOP = 0.10
+
+
+def forklift(name: str = "forklift") -> ObjectModel:
+    """Build the counterbalance truck, parked with its forks 60 mm above the floor."""
+    parts: list[Part] = [*fork_pair(_FORK_TOP), *carriage(_FORK_TOP, 1.0)]
+    parts += mast(Mast(FORKLIFT_HEIGHT, 0.74, -0.11, 2))
+    for side in (-1.0, 1.0):
+        parts += wheel((-0.47, side * 0.445, 0.23), 0.46, 0.188)
+        parts += wheel((-1.66, side * 0.42, 0.205), 0.41, 0.15)
+    parts += _forklift_body()
+    posts = [((-0.42, 0.47, 0.55), (-0.66, 0.44, 2.0)), ((-1.72, 0.43, 0.98), (-1.50, 0.42, 2.0))]
+    parts += overhead_guard(posts, (-1.53, -0.62, 0.42, 0.44), 2.04, "mast_black")
+    parts += seat(-0.98, 0.97) + steering((-0.52, 0.0, 0.60), (-0.72, 0.0, 1.20))
+    parts += lamps(-0.44, 0.43, 1.36) + beacon(-1.45, -0.25, 2.03)
+    return assembled(name, "forklift", 177, parts, _forklift_solids(), 3100.0)
+
+
+def _forklift_body() -> list[Part]:
+    """Return frame, wheel arches, cowl, battery hood and counterweight."""
+    frame = ((-1.75, 0.14), (-0.30, 0.14), (-0.30, 0.42), (-0.75, 0.46), (-1.75, 0.46))
+    cowl = ((-0.52, 0.40), (-0.30, 0.40), (-0.34, 0.92), (-0.44, 1.04), (-0.60, 1.04), (-0.56, 0.60))
+    hood = ((-1.46, 0.44), (-0.90, 0.44), (-0.94, 0.94), (-1.00, 0.98), (-1.46, 0.98))
+    weight = (
+        (-1.90, 0.20),
+        (-1.50, 0.20),
+        (-1.50, 0.40),
+        (-1.56, 0.98),
+        (-1.80, 0.98),
+        (-1.93, 0.88),
+        (-1.99, 0.62),
+        (-1.98, 0.32),
+    )
+    arch = ((-0.80, 0.44), (-0.20, 0.44), (-0.20, 0.52), (-0.72, 0.54), (-0.80, 0.50))
+    parts = [
+        side_profile(frame, 0.68, "truck_grey"),
+        side_profile(cowl, 0.86, "truck_grey"),
+        side_profile(hood, 1.00, "truck_orange"),
+        side_profile(weight, 0.66, "truck_grey"),
+        box_part((0.50, 0.90, 0.03), (-0.78, 0.0, 0.475), "rubber"),
+    ]
+    for side in (-1.0, 1.0):
+        parts.append(side_profile(arch, 0.21, "truck_orange", side * 0.44))
+        # The weight's flanks above the rear wheels, and the step between the axles.
+        flank = ((-1.90, 0.44), (-1.42, 0.44), (-1.42, 0.98), (-1.80, 0.98), (-1.90, 0.88))
+        parts.append(side_profile(flank, 0.17, "truck_grey", side * 0.41))
+        parts.append(box_part((0.46, 0.20, 0.05), (-1.06, side * 0.42, 0.24), "truck_grey"))
+        parts.append(box_part((0.46, 0.03, 0.24), (-1.06, side * 0.33, 0.34), "truck_orange"))
+    return parts
+
+
+def _forklift_solids() -> list[OrientedBox]:
+    solids = _fork_solids(_FORK_TOP)
+    solids += [
+        solid_box((0.08, 1.0, 1.15), (-0.04, 0.0, _FORK_TOP + 0.595)),
+        solid_box((0.16, 0.74, FORKLIFT_HEIGHT - 0.06), (-0.16, 0.0, (FORKLIFT_HEIGHT + 0.06) / 2)),
+        solid_box((1.79, 1.09, 0.54), (-1.095, 0.0, 0.27)),
+        solid_box((0.32, 0.90, 0.65), (-0.46, 0.0, 0.80)),
+        solid_box((1.09, 1.0, 0.5), (-1.445, 0.0, 0.73)),
+        solid_box((0.60, 0.60, 0.66), (-1.27, 0.0, 1.30)),
+        solid_box((1.0, 0.94, 0.08), (-1.07, 0.0, 2.0)),
+        solid_box((0.38, 0.36, 0.66), (-0.70, 0.0, 0.96)),
+        solid_box((0.12, 0.12, 0.11), (-1.45, -0.25, 2.08)),
+    ]
+    for side in (-1.0, 1.0):
+        solids.append(limb_box((-0.42, side * 0.47, 0.55), (-0.66, side * 0.44, 2.0), 0.04))
+        solids.append(limb_box((-1.72, side * 0.43, 0.98), (-1.50, side * 0.42, 2.0), 0.04))
+        solids.append(solid_box((0.1, 0.12, 0.12), (-0.46, side * 0.43, 1.36)))
+    return solids
+
+
+def reach_truck(name: str = "reach_truck") -> ObjectModel:
+    """Build the reach truck with its mast drawn in: the driver sits sideways between the mast and the rear."""
+    top = 0.30  # the blades lie above the wheel arms
+    parts: list[Part] = [*fork_pair(top), *carriage(top, 0.8), *mast(Mast(REACH_HEIGHT, 0.74, -0.11, 3))]
+    arm = ((-0.70, 0.06), (0.50, 0.06), (0.55, 0.12), (0.55, 0.17), (0.20, 0.22), (-0.70, 0.30))
+    body = ((-1.30, 0.10), (-0.34, 0.10), (-0.34, 0.98), (-0.62, 0.98), (-0.66, 0.42), (-1.30, 0.42))
+    rear = ((-1.30, 0.40), (-1.06, 0.40), (-1.02, 1.02), (-1.10, 1.12), (-1.30, 1.06))
+    for side in (-1.0, 1.0):
+        parts.append(side_profile(arm, 0.13, "truck_red", side * (REACH_WIDTH - 0.13) / 2))
+        parts += wheel((0.32, side * (REACH_WIDTH / 2 - 0.185), 0.1425), 0.285, 0.10)
+    parts += [
+        side_profile(body, REACH_WIDTH - 0.02, "truck_red"),
+        side_profile(rear, REACH_WIDTH - 0.02, "truck_grey"),
+        box_part((0.26, REACH_WIDTH - 0.06, 0.40), (-0.49, 0.0, 0.70), "truck_grey"),
+        box_part((0.40, 0.5, 0.42), (-0.86, 0.34, 0.62), "truck_grey"),
+        box_part((0.20, 0.34, 0.16), (-0.55, -0.35, 1.06), "truck_grey"),
+    ]
+    parts += wheel((-1.05, 0.30, 0.17), 0.34, 0.12)
+    parts += _sideways_seat()
+    posts = [((-0.38, 0.58, 0.90), (-0.42, 0.50, 2.15)), ((-1.24, 0.58, 1.0), (-1.20, 0.50, 2.15))]
+    parts += overhead_guard(posts, (-1.20, -0.42, 0.50, 0.50), 2.19, "mast_black")
+    parts += steering((-0.62, -0.30, 0.90), (-0.72, -0.30, 1.16)) + beacon(-1.10, 0.30, 2.18)
+    return assembled(name, "forklift", 178, parts, _reach_solids(top), 3300.0)
+
+
+def _sideways_seat() -> list[Part]:
+    """Return the seat of the reach truck: its back to the left side, looking to the right."""
+    cushion, back = superellipsoid(5.0, 3.5, 24, 8), superellipsoid(4.0, 3.5, 24, 8)
+    return [
+        solid_part(cushion, (0.44, 0.46, 0.14), (-0.86, 0.30, 0.90), "mast_black"),
+        solid_part(back, (0.44, 0.13, 0.56), (-0.86, 0.54, 1.16), "mast_black"),
+    ]
+
+
+def _reach_solids(top: float) -> list[OrientedBox]:
+    solids = _fork_solids(top)
+    solids += [
+        solid_box((0.08, 0.8, 1.15), (-0.04, 0.0, top + 0.595)),
+        solid_box((0.20, 0.74, REACH_HEIGHT - 0.06), (-0.19, 0.0, (REACH_HEIGHT + 0.06) / 2)),
+        solid_box((0.96, REACH_WIDTH, 0.42), (-0.82, 0.0, 0.21)),
+        solid_box((0.32, REACH_WIDTH, 0.60), (-0.50, 0.0, 0.70)),
+        solid_box((0.30, REACH_WIDTH - 0.02, 0.74), (-1.15, 0.0, 0.76)),
+        solid_box((0.48, 0.55, 1.06), (-0.86, 0.34, 0.92)),
+        solid_box((0.46, 0.44, 0.36), (-0.66, -0.33, 1.10)),
+        solid_box((0.86, 1.08, 0.08), (-0.81, 0.0, 2.15)),
+        solid_box((0.12, 0.12, 0.11), (-1.10, 0.30, 2.23)),
+    ]
+    for side in (-1.0, 1.0):
+        solids.append(solid_box((1.25, 0.13, 0.24), (-0.075, side * (REACH_WIDTH - 0.13) / 2, 0.18)))
+        solids.append(solid_box((0.285, 0.12, 0.285), (0.32, side * (REACH_WIDTH / 2 - 0.185), 0.1425)))
+        for x, head in ((-0.38, -0.42), (-1.24, -1.20)):
+            solids.append(limb_box((x, side * 0.58, 0.90), (head, side * 0.50, 2.15), 0.04))
+    return solids
+
+
+def _fork_solids(top: float) -> list[OrientedBox]:
+    solids = []
+    for side in (-1.0, 1.0):
+        y = side * FORK_SPREAD / 2
+        blade = (FORK_LENGTH + FORK_THICKNESS, FORK_WIDTH, FORK_THICKNESS)
+        solids.append(solid_box(blade, ((FORK_LENGTH - FORK_THICKNESS) / 2, y, top - FORK_THICKNESS / 2)))
+        solids.append(solid_box((FORK_THICKNESS, FORK_WIDTH, 0.56), (-FORK_THICKNESS / 2, y, top + 0.28)))
+    return solids
+
+
+def pallet_jack(name: str = "pallet_jack") -> ObjectModel:
+    """Build the hand pallet truck, lowered, its handle upright."""
+    top, length = JACK_LOWERED, FORK_LENGTH
+    tip = ((length - 0.10, 0.035), (length, 0.060), (length, 0.075), (length - 0.04, top))
+    blade = ((-0.06, 0.035), *tip, (-0.06, top))
+    bridge = ((-0.16, 0.05), (0.0, 0.05), (0.0, 0.085), (-0.05, 0.34), (-0.16, 0.36))
+    parts: list[Part] = []
+    for side in (-1.0, 1.0):
+        y = side * JACK_SPREAD / 2
+        parts.append(side_profile(blade, JACK_FORK, "truck_yellow", y))
+        parts += wheel((length - 0.18, y, 0.041), 0.082, 0.07)
+        parts += wheel((-0.22, side * 0.075, 0.10), 0.20, 0.05)
+    parts += [
+        side_profile(bridge, 2 * JACK_SPREAD / 2 + JACK_FORK, "truck_yellow"),
+        placed(rod((-0.22, 0.0, 0.12), (-0.22, 0.0, 0.46), 0.045), "truck_grey"),
+        placed(rod((-0.22, 0.0, 0.20), (-0.22, 0.0, 0.52), 0.025), "chrome"),
+        box_part((0.10, 0.16, 0.10), (-0.24, 0.0, 0.32), "truck_yellow"),
+        placed(rod((-0.24, 0.0, 0.34), (-0.34, 0.0, 1.02), 0.018), "truck_yellow"),
+    ]
+    parts.append(placed(_handle(), "rubber"))
+    solids = [
+        solid_box((0.18, JACK_SPREAD + JACK_FORK, 0.32), (-0.08, 0.0, 0.20)),
+        solid_box((0.22, 0.21, 0.52), (-0.22, 0.0, 0.26)),
+        limb_box((-0.24, 0.0, 0.34), (-0.34, 0.0, 1.02), 0.02),
+        limb_box((-0.34, 0.0, 1.0), (-0.37, 0.0, 1.22), 0.02),
+    ]
+    solids[-1].size[1] = 0.36
+    for side in (-1.0, 1.0):
+        at = ((length - 0.06) / 2, side * JACK_SPREAD / 2, top / 2)
+        solids.append(solid_box((length + 0.06, JACK_FORK, top), at))
+    return assembled(name, "pallet_jack", 176, parts, solids, 68.0)
+
+
+def _handle() -> TriangleMesh:
+    """Return the closed loop of the handle."""
+    turn = np.linspace(-0.5 * np.pi, 1.5 * np.pi, 25)
+    # An ellipse stood on the rod's end and cut flat by its own thickness.
+    path = np.column_stack([-0.355 - 0.02 * np.sin(turn), 0.16 * np.cos(turn), 1.12 + 0.10 * np.sin(turn)])
+    return tube(path, [(0.015, 0.015)] * len(path), (1.0, 0.0, 0.2), 10)
