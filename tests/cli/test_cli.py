@@ -35,7 +35,7 @@ def test_every_verb_explains_itself(capsys, verb) -> None:
     ("arguments", "message"),
     [
         (("preview", "demoo"), "unknown recipe"),
-        (("generate", "demoo", "--out", "x"), "known: demo, smoke"),
+        (("generate", "demoo", "--out", "x"), "dock_staging, "),
         (("generate", "smoke", "--out", "x", "--formats", "cocoo"), "known: bop, kitti"),
         (("generate", "smoke", "--out", "x", "--scenes", "0"), "at least one scene"),
         (("validate", "nowhere"), "nowhere: is not a folder"),
@@ -44,7 +44,7 @@ def test_every_verb_explains_itself(capsys, verb) -> None:
         (("predict", "nowhere", "--data", "d", "--out", "p.csv"), "d: is not a folder"),
         (("evaluate", "nowhere.csv", "--data", "d", "--out", "o"), "d: is not a folder"),
         (("report", "nowhere", "--out", "r.html"), "nowhere"),
-        (("demo", "--out", "o", "--recipe", "demoo"), "known: demo, smoke"),
+        (("demo", "--out", "o", "--recipe", "demoo"), "dock_staging, "),
     ],
 )
 def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_path: Path, arguments, message) -> None:

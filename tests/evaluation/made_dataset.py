@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.evaluation.pallet import nudge, seen_from
 from warehouse_sim.catalog import carton, epal1
-from warehouse_sim.catalog.cartons import SKUS
+from warehouse_sim.catalog.loads import SKUS
 from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader

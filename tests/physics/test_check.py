@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.physics import contact_state
-from warehouse_sim.schema import ObjectInstance, SceneSpec
+from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint
 
 
 def scene_of(*placed: tuple[str, tuple[float, float, float]]) -> SceneSpec:
@@ -57,3 +57,19 @@ def test_fixed_things_may_overlap_each_other() -> None:
     state = contact_state(replace(scene, instances=(scene.instances[0], sunk)))
     assert state.max_overlap == 0.0
     assert state.max_gap == 0.0
+
+
+def test_what_is_below_the_floor_is_found_even_where_no_slab_is() -> None:
+    scene = scene_of(("epal1", (40.0, 0.0, 0.05)))
+    state = contact_state(scene)
+    assert state.lowest == pytest.approx(-0.022)
+    assert "object 2 is 22.0 mm below the floor" in state.problems(1.0, 1.0)
+
+
+def test_a_camera_in_an_object_is_found() -> None:
+    scene = scene_of(("epal1", (0.0, 0.0, 0.072)))
+    views = tuple(Viewpoint(level_camera(np.array([x, 0.0, 0.1]), 0.0)) for x in (-3.0, -0.7))
+    state = contact_state(replace(scene, viewpoints=views))
+    assert state.crowded == (0, 1)  # both are also within 0.2 m of the floor
+    high = tuple(Viewpoint(level_camera(np.array([x, 0.0, 0.3]), 0.0)) for x in (-3.0, 0.0))
+    assert contact_state(replace(scene, viewpoints=high)).crowded == (1,)

@@ -63,3 +63,11 @@ def test_a_warm_lamp_is_warm_and_white_balance_makes_it_white() -> None:
     white = LightingConfig(temperature=Distribution.constant(3000.0), white_balance=3000.0)
     color = draw_lighting(white, [np.array([0.0, -4.0, 7.0])], np.random.default_rng(0)).lights[0].color
     np.testing.assert_allclose(color, 1.0)
+
+
+def test_exposure_follows_the_metered_height() -> None:
+    lamps = [np.array([0.0, -2.0, 7.0])]
+    low, high = (draw_lighting(LightingConfig(meter_height=z), lamps, np.random.default_rng(0)) for z in (1.5, 5.0))
+    assert high.exposure < low.exposure
+    with pytest.raises(ValueError, match=r"meter_height must be 0\.2-8 m, found 9"):
+        LightingConfig(meter_height=9.0)

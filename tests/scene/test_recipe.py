@@ -5,7 +5,7 @@ import yaml
 
 from warehouse_sim.config import load_yaml, to_mapping
 from warehouse_sim.errors import RecipeError
-from warehouse_sim.resources import data_folder
+from warehouse_sim.resources import data_folder, recipe_names
 from warehouse_sim.scene import SceneRecipe
 
 BAD = [
@@ -58,9 +58,14 @@ def test_a_resolved_recipe_reads_back_equal(tmp_path: Path) -> None:
     assert load_yaml(SceneRecipe, path, RecipeError) == SceneRecipe()
 
 
-@pytest.mark.parametrize("name", ["demo", "smoke"])
-def test_shipped_recipes_are_read(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", recipe_names())
+def test_shipped_recipes_are_read_and_read_back(name: str) -> None:
     whole = yaml.safe_load((data_folder("scenes") / f"{name}.yaml").read_text())
-    path = tmp_path / f"{name}.yaml"
-    path.write_text(yaml.safe_dump(whole["scene"]))
-    assert load_yaml(SceneRecipe, path, RecipeError).targets == ("pallet",)
+    recipe = SceneRecipe.from_plain(whole["scene"], name)
+    assert SceneRecipe.from_plain(to_mapping(recipe), name) == recipe
+    assert "pallet" in recipe.targets
+
+
+def test_the_industrial_set_is_816_observations() -> None:
+    whole = yaml.safe_load((data_folder("scenes") / "industrial.yaml").read_text())
+    assert whole["scenes"] * whole["scene"]["observations_per_scene"] == 816

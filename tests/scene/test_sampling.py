@@ -99,10 +99,10 @@ def test_the_default_scene_is_lit_like_a_warehouse() -> None:
                 loads=UnitLoadConfig(empty_share=0.0, cartons=("carton_600x400x400",)),
                 layout=RackAisleConfig(beam_levels=(0.6, 1.2)),
             ),
-            "no carton of the recipe fits the 0.23 m",
+            "none of carton_600x400x400 fits .* 0.23 m high",
         ),
         (
-            replace(SMALL, shelving=ShelvingConfig(yaw_deg=Distribution.constant(15.0), empty_slot_share=0.0)),
+            replace(SMALL, shelving=ShelvingConfig(empty_slot_share=0.0), loads=UnitLoadConfig(pallets=("epal3",))),
             "lower shelving.yaw_deg",
         ),
         (replace(SMALL, viewpoints=ViewpointsConfig(distance=Distribution.constant(20.0))), "no viewpoint found"),
@@ -118,3 +118,11 @@ def test_what_does_not_fit_names_scene_and_seed_in_one_line(recipe: SceneRecipe,
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(RecipeError, match="the seed must be >= 0, found -1"):
         sample_scene(SMALL, -1, 0)
+
+
+def test_open_settings_are_drawn_anew_for_each_scene_and_repeat_with_the_key() -> None:
+    plain = {"layout": {"bays": {"min": 1, "max": 4}}, "observations_per_scene": 1, "staging": {"count": 1}}
+    recipe = SceneRecipe.from_plain(plain, "here")
+    frames = [Counter(item.model for item in sample_scene(recipe, 0, index).instances) for index in range(6)]
+    assert len({count["rack_frame_3500"] for count in frames}) > 1
+    assert poses(sample_scene(recipe, 0, 3)) == poses(sample_scene(recipe, 0, 3))

@@ -5,7 +5,9 @@ import numpy as np
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig, build_rack_aisle
+from warehouse_sim.scene.layouts.hall import HallConfig
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.shelving import ShelvingConfig, fill_rack
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.schema import ObjectInstance
@@ -13,7 +15,7 @@ from warehouse_sim.schema import ObjectInstance
 
 def filled(seed: int, **settings: float) -> SceneDraft:
     draft = SceneDraft()
-    slots = build_rack_aisle(draft, RackAisleConfig(bays=3, sides="both"))
+    slots = build_site(draft, RackAisleConfig(bays=3, sides="both"), HallConfig(), np.random.default_rng(0)).slots
     config = ShelvingConfig(**settings)  # type: ignore[arg-type]
     fill_rack(draft, slots, config, UnitLoadConfig(), np.random.default_rng(seed))
     return draft
@@ -30,7 +32,7 @@ def test_full_racks_hold_a_pallet_a_slot_and_nothing_overlaps() -> None:
     stack = BoxStack.of([box for _, box in solids])
     group = {item.instance_id: item.group for item in draft.instances}
     groups = np.array([group[owner] for owner, _ in solids])
-    pairs = stack.pairs(stack)
+    pairs = stack.pairs(stack, 0.05)
     pairs = pairs[groups[pairs[:, 0]] != groups[pairs[:, 1]]]
     assert stack.separation(stack, pairs).distance.min() > 0.0
 

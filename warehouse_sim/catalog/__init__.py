@@ -1,6 +1,7 @@
 """Parametric objects to real standards: pallets, cartons, racks, the building and what their surfaces are made of."""
 
 from functools import cache
+from pathlib import Path
 
 from warehouse_sim.catalog.building import BUILDING, floor_slab, highbay_luminaire, wall
 from warehouse_sim.catalog.loads import LOADS, carton
@@ -29,9 +30,18 @@ def catalog_names() -> list[str]:
 def catalog_object(name: str) -> ObjectModel:
     """Return the catalog object called ``name``; the same object each time, so that scenes share geometry.
 
+    Args:
+        name: Registered name, or the .yaml file of a user's own object (docs/custom_objects.md).
+
     Raises:
         UnknownNameError: The name is not registered.
+        ConfigError: The file does not describe an object.
     """
+    if name.endswith(".yaml"):
+        # Imported on use: it checks names against this catalog.
+        from warehouse_sim.catalog.custom import load_custom_object
+
+        return load_custom_object(Path(name))
     return CATALOG.get(name)(name)
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import tyro
 
+from warehouse_sim.cli.catalog import catalog
+from warehouse_sim.cli.check_scene import check_scene
 from warehouse_sim.cli.demo import demo
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.cli.generate import generate
@@ -21,7 +23,9 @@ from warehouse_sim.errors import WarehouseSimError
 
 VERBS: dict[str, Callable[..., Any]] = {
     "list": list_names,
+    "catalog": catalog,
     "preview": preview,
+    "check-scene": check_scene,
     "generate": generate,
     "validate": validate,
     "train": train,

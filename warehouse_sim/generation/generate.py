@@ -9,7 +9,7 @@ from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
-from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest, package_versions
 from warehouse_sim.dataset.split import split_scenes
@@ -102,8 +102,13 @@ def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
 
 
 def target_models(recipe: Recipe) -> list[ObjectModel]:
-    """Return each geometry that a label of the recipe can name, once, in order of obj_id."""
-    models = [catalog_object(name) for name in catalog_names()]
+    """Return each geometry that a label of the recipe can name, once, in order of obj_id.
+
+    Looks and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
+    """
+    loads = recipe.scene.loads
+    names = (*loads.pallets, *loads.cartons, *recipe.scene.traffic.objects)
+    models = [catalog_object(name) for name in names]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
 

@@ -1,36 +1,53 @@
 """A scene as a MuJoCo model: what is fixed as geoms of the world, what is loose as bodies with a free joint."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
 
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 FRICTION = (0.5, 0.005, 0.0001)
 """Sliding, torsional and rolling friction: wood, board and painted steel on each other slide at 0.3-0.6."""
-CONTACT_TIME = 0.01
-"""Time constant of the contact's spring (s); at least twice the time step."""
+CONTACT_TIME, CONTACT_DAMPING = 0.006, 1.5
+"""Time constant of the contact's spring (s), at least twice the time step, and its damping ratio.
+
+Damped beyond the critical 1 a box under a heavy stack, or a stiff pallet on beams that are not quite level, comes to
+rest instead of trembling.
+"""
 CONTACT_IMPEDANCE = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Stiff contacts: a stack of ten cartons sinks in by a fraction of a millimetre."""
-TIME_STEP = 0.004
+TIME_STEP = 0.002
 """Seconds of one step."""
+_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
+_ARENA_BYTES = 1 << 28
+"""MuJoCo's default arena overflows at a few thousand contacts."""
 
 
-def to_mjspec(scene: SceneSpec, instances: Iterable[ObjectInstance] | None = None) -> mujoco.MjSpec:
+def to_mjspec(
+    scene: SceneSpec, instances: Iterable[ObjectInstance] | None = None, solids: Sequence[OrientedBox] = ()
+) -> mujoco.MjSpec:
     """Build the MuJoCo specification of ``instances`` of ``scene``, of all by default.
 
     Bodies and geoms are named after the instance id: body "3", geoms "3:0", "3:1", ...
+
+    Args:
+        scene: Where the models come from.
+        instances: What to build, at its own poses.
+        solids: More fixed boxes, in the world: what the instances may touch.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"scene_{scene.scene_index:06d}"
-    spec.memory = 1 << 28  # the default arena overflows at a few thousand contacts
+    spec.memory = _ARENA_BYTES
     spec.option.timestep = TIME_STEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.default.geom.solref = (CONTACT_TIME, 1.0)
+    spec.default.geom.solref = (CONTACT_TIME, CONTACT_DAMPING)
     spec.default.geom.solimp = CONTACT_IMPEDANCE
     spec.default.geom.friction = FRICTION
+    for box in solids:
+        _add_box(spec.worldbody, box)
     for instance in scene.instances if instances is None else instances:
         _add_instance(spec, instance, scene.model_of(instance))
     return spec
@@ -47,11 +64,16 @@ def _add_instance(spec: mujoco.MjSpec, instance: ObjectInstance, model: ObjectMo
         body.add_freejoint()
     volumes = [float(np.prod(box.size)) for box in model.collision]
     for index, (box, volume) in enumerate(zip(model.collision, volumes, strict=True)):
-        body.add_geom(
-            name=f"{name}:{index}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=box.size / 2,
-            pos=box.T_parent_box[:3, 3],
-            quat=quat_wxyz_from_matrix(box.T_parent_box[:3, :3]),
-            mass=model.mass * volume / sum(volumes),
-        )
+        _add_box(body, box, name=f"{name}:{index}", mass=model.mass * volume / sum(volumes))
+
+
+def _add_box(body: mujoco.MjsBody, box: OrientedBox, **settings: str | float) -> None:
+    rotation = box.T_parent_box[:3, :3]
+    upright = np.array_equal(rotation, np.eye(3))
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=box.size / 2,
+        pos=box.T_parent_box[:3, 3],
+        quat=_NO_TURN if upright else quat_wxyz_from_matrix(rotation),
+        **settings,
+    )

@@ -3,14 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
-from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.physics.surroundings import Surroundings
 from warehouse_sim.schema import SceneSpec
 
 _SEARCH = 0.03
 """Boxes further apart than this (m) are not looked at; a gap that large is reported as this."""
+_ELBOW_ROOM = 0.2
+"""Least distance from a camera to any object (m)."""
 _UPRIGHT = 0.7
 """Least vertical share of the axis between two boxes for the lower one to carry the upper one."""
 
@@ -27,6 +28,10 @@ class ContactState:
     """Instance ids of each two objects, one of them loose, that overlap."""
     overlap: Float[np.ndarray, " k"]
     """Depth of each overlap (m), > 0."""
+    bottom: Float[np.ndarray, " n"]
+    """Lowest point of each loose object over the floor (m)."""
+    crowded: tuple[int, ...]
+    """Viewpoints, by number, with an object so near that it would fill the image."""
 
     @property
     def max_gap(self) -> float:
@@ -38,10 +43,35 @@ class ContactState:
         """The depth of the deepest overlap (m), 0 when nothing overlaps."""
         return float(self.overlap.max(initial=0.0))
 
+    @property
+    def lowest(self) -> float:
+        """The lowest point of a loose object over the floor (m), 0 when there is none."""
+        return float(self.bottom.min()) if self.bottom.size else 0.0
+
+    def problems(self, max_overlap_mm: float, max_gap_mm: float) -> list[str]:
+        """Return one line for each breach of the limits (mm); nothing may be below the floor by the first of them."""
+        deep = 1000 * self.overlap > max_overlap_mm
+        lines = [
+            f"objects {a} and {b} overlap by {1000 * depth:.1f} mm"
+            for (a, b), depth in zip(self.pairs[deep], self.overlap[deep], strict=True)
+        ]
+        lines += [
+            f"object {i} floats {1000 * gap:.1f} mm or more above its support"
+            for i, gap in zip(self.loose, self.gap, strict=True)
+            if 1000 * gap > max_gap_mm
+        ]
+        lines += [
+            f"object {i} is {-1000 * bottom:.1f} mm below the floor"
+            for i, bottom in zip(self.loose, self.bottom, strict=True)
+            if -1000 * bottom > max_overlap_mm
+        ]
+        return lines + [f"an object is within {_ELBOW_ROOM} m of viewpoint {index}" for index in self.crowded]
+
 
 def contact_state(scene: SceneSpec) -> ContactState:
     """Test the collision boxes of ``scene`` against each other by the separating axis test."""
-    owner, loose, stack = _world_boxes(scene)
+    boxes = Surroundings.of(scene)
+    owner, loose, stack = boxes.owner, boxes.loose, boxes.stack()
     moving = np.flatnonzero(loose)
     pairs = stack.subset(loose).pairs(stack, _SEARCH)
     pairs[:, 0] = moving[pairs[:, 0]]
@@ -59,16 +89,8 @@ def contact_state(scene: SceneSpec) -> ContactState:
     unique, which = np.unique(touching, axis=0, return_inverse=True)
     overlap = np.zeros(len(unique))
     np.maximum.at(overlap, which.reshape(-1), -result.distance[deep])
-    return ContactState(ids, gap, unique, overlap)
-
-
-def _world_boxes(scene: SceneSpec) -> tuple[Int[np.ndarray, " m"], Bool[np.ndarray, " m"], BoxStack]:
-    """Return the owner of each collision box, whether it can move, and the boxes in the world."""
-    rows = [
-        (item.instance_id, item.dynamic, OrientedBox(item.T_world_object @ box.T_parent_box, box.size))
-        for item in scene.instances
-        for box in scene.model_of(item).collision
-    ]
-    owner = np.array([row[0] for row in rows], dtype=np.int64)
-    loose = np.array([row[1] for row in rows], dtype=bool)
-    return owner, loose, BoxStack.of([row[2] for row in rows])
+    bottom = np.full(ids.size, np.inf)
+    np.minimum.at(bottom, np.searchsorted(ids, owner[moving]), boxes.low[moving, 2])
+    near = [stack.distances_to(view.T_world_camera[:3, 3]).min(initial=np.inf) for view in scene.viewpoints]
+    crowded = tuple(index for index, distance in enumerate(near) if distance < _ELBOW_ROOM)
+    return ContactState(ids, gap, unique, overlap, bottom, crowded)

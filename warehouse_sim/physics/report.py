@@ -11,20 +11,32 @@ class SettleReport:
 
     scene_index: int
     seed: int
+    stacks: int
+    """Stacks of loose objects that were settled, each in a model of its own."""
     duration: float
-    """Simulated time until rest (s)."""
+    """Longest simulated time of a stack until rest (s)."""
     max_speed: float
     """Largest speed of a body at the end (m/s)."""
     max_drift: float
-    """Largest distance between a body's first and last place (m)."""
+    """Largest distance between a body's first and last place (m), before knocks."""
     max_tilt: float
-    """Largest angle between a body's z axis before and after (rad)."""
+    """Largest angle between a body's z axis before and after (rad), before knocks."""
     max_overlap: float
     """Largest depth of one object in another (m)."""
     max_gap: float
     """Largest gap between a loose object and the nearest thing under it (m)."""
+    lowest: float
+    """Lowest point of a loose object over the floor (m); negative is below it."""
     toppled: tuple[int, ...]
-    """Instance ids of the bodies that tilted too far."""
+    """Instance ids of the bodies that tilted too far, before knocks."""
+    knocked: tuple[int, ...]
+    """Groups of the unit loads that got a knock."""
+    shifted: tuple[int, ...]
+    """Instance ids of the pieces that a knock pushed aside by more than 20 mm, and no further."""
+    leaning: tuple[int, ...]
+    """Instance ids of the pieces that a knock left leaning."""
+    fallen: tuple[int, ...]
+    """Instance ids of the pieces that a knock brought down."""
     problems: tuple[str, ...]
     """One line each, naming the instances; empty = good."""
 

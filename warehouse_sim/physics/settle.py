@@ -1,19 +1,26 @@
-"""Let a scene come to rest under gravity and say whether it did."""
+"""Let a scene come to rest under gravity, stack by stack, and say whether it did."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-import mujoco
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
-from warehouse_sim.physics.build import to_mjspec
+from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.physics.check import contact_state
+from warehouse_sim.physics.knocks import KnockConfig, knock_loads
 from warehouse_sim.physics.report import SettleReport
+from warehouse_sim.physics.rest import Rest, RestLimits, bring_to_rest
+from warehouse_sim.physics.stacks import find_stacks
+from warehouse_sim.physics.surroundings import Surroundings
 from warehouse_sim.schema import SceneSpec
 
-_CHECK_EVERY = 5
-"""Steps between two looks at the speeds; two quiet looks in a row are rest, as a turning point has no speed either."""
+_REACH = (0.03, 0.03, 0.06)
+"""How far around a stack (m, along each axis) the fixed things are that it may touch while it settles."""
+
+_SHIFT, _FALL = 0.02, 0.25
+"""A knocked piece that ends further than the first from its place was pushed aside (m), than the second has fallen."""
+_LIE = np.deg2rad(60.0)
+"""So has one that is tilted further than this (rad)."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,7 @@ class SettleConfig:
     """When a scene is at rest, and how far it may have moved by then."""
 
     max_time: float = 3.0
-    """Longest simulated time (s), 0.1-60."""
+    """Longest simulated time of a stack (s), 0.1-60."""
     rest_speed: float = 0.002
     """At rest every body is slower than this (m/s), > 0."""
     rest_turn: float = 0.01
@@ -34,6 +41,8 @@ class SettleConfig:
     """Largest way allowed from first to last place (mm), > 0."""
     max_tilt_deg: float = 3.0
     """Largest tilt allowed against the first orientation (deg), > 0; beyond it a body has toppled."""
+    knocks: KnockConfig = field(default_factory=KnockConfig)
+    """Loads that were run into: where leaning and fallen goods come from."""
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.max_time <= 60.0:
@@ -44,80 +53,100 @@ class SettleConfig:
 
 
 def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, SettleReport]:
-    """Simulate ``spec`` until it rests; return it with its final poses, and the report."""
-    loose = [item for item in spec.instances if item.dynamic]
-    model = to_mjspec(spec).compile()
-    data = mujoco.MjData(model)
-    _run_until_rest(model, data, config)
-    poses = {}
-    for item in loose:
-        joint = data.joint(model.body(str(item.instance_id)).jntadr[0])
-        poses[item.instance_id] = make_transform(matrix_from_quat_wxyz(joint.qpos[3:]), joint.qpos[:3].copy())
-    instances = tuple(
-        replace(item, T_world_object=poses.get(item.instance_id, item.T_world_object)) for item in spec.instances
-    )
-    settled = replace(spec, instances=instances, settled=True)
-    return settled, _report(spec, settled, data, config)
+    """Let each stack of loose objects come to rest alone among what is fixed, then check the scene as a whole.
+
+    Stacks keep clear of each other, so one that has come to rest is fixed for the next; the check tells if not.
+    """
+    surroundings = Surroundings.of(spec)
+    limits = RestLimits(config.rest_speed, config.rest_turn, config.max_time)
+    stacks = find_stacks(spec, surroundings)
+    poses: dict[int, Transform] = {}
+    rests: list[Rest] = []
+    for stack in stacks:
+        solids = surroundings.around([item.instance_id for item in stack], _REACH)
+        rests.append(bring_to_rest(spec, stack, solids, limits))
+        surroundings.move(rests[-1].poses)
+        poses |= rests[-1].poses
+    calm = _moved(spec, poses)
+    knocks = knock_loads(calm, stacks, surroundings, limits, config.knocks)
+    settled = replace(_moved(calm, knocks.poses), settled=True)
+    rests += knocks.rests
+    return settled, _report(spec, calm, settled, rests, len(stacks), knocks.groups, config)
 
 
-def _run_until_rest(model: mujoco.MjModel, data: mujoco.MjData, config: SettleConfig) -> None:
-    quiet = 0
-    while quiet < 2 and data.time < config.max_time and model.nv:
-        mujoco.mj_step(model, data, nstep=_CHECK_EVERY)
-        speed, turn = _speeds(data)
-        quiet = quiet + 1 if speed < config.rest_speed and turn < config.rest_turn else 0
+def _moved(scene: SceneSpec, poses: dict[int, Transform]) -> SceneSpec:
+    """Return the scene with new poses; what is part of a load but not loose (film, posts) follows its pallet."""
+    way: dict[int, Transform] = {}
+    for item in scene.instances:
+        if item.instance_id in poses and item.group:
+            # The first piece of a load is its pallet.
+            way.setdefault(item.group, poses[item.instance_id] @ invert(item.T_world_object))
+    instances = []
+    for item in scene.instances:
+        follows = item.group in way and not item.dynamic
+        T_world_object = way[item.group] @ item.T_world_object if follows else item.T_world_object
+        instances.append(replace(item, T_world_object=poses.get(item.instance_id, T_world_object)))
+    return replace(scene, instances=tuple(instances))
 
 
-def _speeds(data: mujoco.MjData) -> tuple[float, float]:
-    """Return the largest linear (m/s) and angular (rad/s) speed of the free bodies."""
-    velocity = data.qvel.reshape(-1, 2, 3)
-    speed, turn = np.linalg.norm(velocity, axis=2).max(axis=0, initial=0.0)
-    return float(speed), float(turn)
-
-
-def _report(before: SceneSpec, after: SceneSpec, data: mujoco.MjData, config: SettleConfig) -> SettleReport:
-    ids, drift, tilt = _displacements(before, after)
-    state = contact_state(after)
-    speed, turn = _speeds(data)
-    toppled = ids[tilt > np.deg2rad(config.max_tilt_deg)]
+def _report(
+    spec: SceneSpec,
+    calm: SceneSpec,
+    settled: SceneSpec,
+    rests: list[Rest],
+    stacks: int,
+    knocked: tuple[int, ...],
+    config: SettleConfig,
+) -> SettleReport:
+    ids, drift, tilt = _displacements(spec, calm)
+    _, way, lean = _displacements(calm, settled)
+    hit = np.isin([item.group for item in settled.instances if item.dynamic], knocked)
+    state = contact_state(settled)
+    toppled = tilt > np.deg2rad(config.max_tilt_deg)
+    fallen = hit & ((way > _FALL) | (lean > _LIE))
+    leaning = hit & ~fallen & (lean > np.deg2rad(config.max_tilt_deg))
+    shifted = hit & ~fallen & ~leaning & (way > _SHIFT)
+    speed, turn = (max((getattr(rest, name) for rest in rests), default=0.0) for name in ("speed", "turn"))
+    duration = max((rest.duration for rest in rests), default=0.0)
     problems = []
     if speed >= config.rest_speed or turn >= config.rest_turn:
-        problems.append(f"still moving at {speed:.3f} m/s and {turn:.3f} rad/s after {data.time:.1f} s")
+        problems.append(f"still moving at {speed:.3f} m/s and {turn:.3f} rad/s after {duration:.1f} s")
     problems += [
-        f"object {i} toppled by {np.rad2deg(a):.1f} deg" for i, a in zip(ids, tilt, strict=True) if i in toppled
+        f"object {i} toppled by {np.rad2deg(a):.1f} deg" for i, a in zip(ids[toppled], tilt[toppled], strict=True)
     ]
     problems += [
         f"object {i} moved by {1000 * way:.1f} mm"
         for i, way in zip(ids, drift, strict=True)
         if 1000 * way > config.max_drift_mm
     ]
-    problems += [
-        f"objects {a} and {b} overlap by {1000 * depth:.1f} mm"
-        for (a, b), depth in zip(state.pairs, state.overlap, strict=True)
-        if 1000 * depth > config.max_overlap_mm
-    ]
-    problems += [
-        f"object {i} floats {1000 * gap:.1f} mm or more above its support"
-        for i, gap in zip(state.loose, state.gap, strict=True)
-        if 1000 * gap > config.max_gap_mm
-    ]
+    problems += state.problems(config.max_overlap_mm, config.max_gap_mm)
     return SettleReport(
-        scene_index=after.scene_index,
-        seed=after.seed,
-        duration=float(data.time),
+        scene_index=settled.scene_index,
+        seed=settled.seed,
+        stacks=stacks,
+        duration=duration,
         max_speed=speed,
         max_drift=float(drift.max(initial=0.0)),
         max_tilt=float(tilt.max(initial=0.0)),
         max_overlap=state.max_overlap,
         max_gap=state.max_gap,
-        toppled=tuple(int(i) for i in toppled),
+        lowest=state.lowest,
+        toppled=_as_ids(ids, toppled),
+        knocked=knocked,
+        shifted=_as_ids(ids, shifted),
+        leaning=_as_ids(ids, leaning),
+        fallen=_as_ids(ids, fallen),
         problems=tuple(problems),
     )
 
 
+def _as_ids(ids: Int[np.ndarray, " n"], chosen: Bool[np.ndarray, " n"]) -> tuple[int, ...]:
+    return tuple(int(i) for i in ids[chosen])
+
+
 def _displacements(
     before: SceneSpec, after: SceneSpec
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Return ids of the loose objects, how far each moved (m) and by how much its z axis tilted (rad)."""
     loose = [item.dynamic for item in before.instances]
     ids = np.array([item.instance_id for item in before.instances], dtype=np.int64)[loose]

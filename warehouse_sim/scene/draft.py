@@ -36,10 +36,11 @@ class SceneDraft:
     groups: int = 0
     """Number of unit loads so far."""
 
-    def add(self, model: str, T_world_object: Transform, group: int = 0) -> ObjectInstance:
-        """Add the catalog object ``model``; what belongs to a unit load can move, the rest is fixed."""
-        self.models.setdefault(model, catalog_object(model))
-        instance = ObjectInstance(len(self.instances) + 1, model, T_world_object, dynamic=group > 0, group=group)
+    def add(self, model: str | ObjectModel, T_world_object: Transform, group: int = 0) -> ObjectInstance:
+        """Add an object by its catalog name or by itself; what belongs to a unit load can move, the rest is fixed."""
+        found = catalog_object(model) if isinstance(model, str) else model
+        self.models.setdefault(found.name, found)
+        instance = ObjectInstance(len(self.instances) + 1, found.name, T_world_object, dynamic=group > 0, group=group)
         self.instances.append(instance)
         return instance
 

@@ -35,6 +35,8 @@ class LightingConfig:
     """Illuminance of the even light from above: skylights and what walls reflect (lx), >= 0."""
     exposure_ev: Distribution = field(default=Distribution.uniform(-0.6, 0.2))
     """Exposure in stops; at 0 a white surface on the rack's front comes out as linear 1."""
+    meter_height: float = 1.5
+    """Height of the place on the rack's front that is exposed for (m), 0.2-8; raise it with the racks."""
     row_offset: float = 0.5
     """Where the row hangs: share of the aisle's width from the first rack's front, 0-1."""
 
@@ -47,6 +49,8 @@ class LightingConfig:
             raise ValueError("intensity must be > 0 and ambient >= 0")
         if min(self.temperature.low, self.white_balance) < 1700 or max(self.temperature.high, self.white_balance) > 2e4:
             raise ValueError("temperature and white_balance must stay within 1700-20000 K")
+        if not 0.2 <= self.meter_height <= 8.0:
+            raise ValueError(f"meter_height must be 0.2-8 m, found {self.meter_height}")
         if not 0.0 <= self.row_offset <= 1.0:
             raise ValueError(f"row_offset must be 0-1, found {self.row_offset}")
 
@@ -85,8 +89,8 @@ def draw_lighting(
         for position in positions
     )
     ambient = config.ambient.draw(rng)
-    # What the camera looks at: the rack's front, a man's height above the floor. It sees half of the sky.
-    places = [np.array([position[0], 0.0, 1.5]) for position in positions]
+    # What the camera looks at: the rack's front. It sees half of the sky.
+    places = [np.array([position[0], 0.0, config.meter_height]) for position in positions]
     front = np.mean([illuminance(lights, place, np.array([0.0, -1.0, 0.0])) for place in places]) + ambient / 2
     exposure = 2.0 ** config.exposure_ev.draw(rng) * np.pi / front
     return Lighting(lights, ambient, float(exposure))

@@ -1,27 +1,45 @@
 """A scene recipe: the distribution that scenes are drawn from. Every setting has a default."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.scene.lanes import LanesConfig
+from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.lighting import LightingConfig
+from warehouse_sim.scene.open_numbers import OpenSetting, close, find_open
 from warehouse_sim.scene.shelving import ShelvingConfig
 from warehouse_sim.scene.staging import StagingConfig
+from warehouse_sim.scene.traffic import TrafficConfig
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints import ViewpointsConfig
 
 
 @dataclass(frozen=True)
 class SceneRecipe:
-    """What a scene holds and from where it is seen."""
+    """What a scene holds and from where it is seen; a number may be left open as a distribution."""
 
-    layout: RackAisleConfig = field(default_factory=RackAisleConfig)
-    """Rack and aisle."""
+    layout: Layout = field(default_factory=RackAisleConfig)
+    """What stands where."""
+    hall: HallConfig = field(default_factory=HallConfig)
+    """What the hall around it is made of."""
     loads: UnitLoadConfig = field(default_factory=UnitLoadConfig)
-    """Pallets and the cartons on them, in the rack and on the floor."""
+    """Pallets and the goods on them, wherever they stand."""
     shelving: ShelvingConfig = field(default_factory=ShelvingConfig)
-    """Loads in the rack."""
+    """Loads in racks and on conveyors."""
+    lanes: LanesConfig = field(default_factory=LanesConfig)
+    """Stacks of loads in floor lanes."""
     staging: StagingConfig = field(default_factory=StagingConfig)
     """Loads on the floor of the aisle."""
+    traffic: TrafficConfig = field(default_factory=TrafficConfig)
+    """People, trucks and what lies about on the floor of the aisle."""
     lights: LightingConfig = field(default_factory=LightingConfig)
     """Lamps, daylight and exposure."""
     viewpoints: ViewpointsConfig = field(default_factory=ViewpointsConfig)
@@ -30,10 +48,49 @@ class SceneRecipe:
     """Viewpoints of each scene, 1-1000."""
     targets: tuple[str, ...] = ("pallet",)
     """Class names whose objects get full labels."""
+    open_settings: tuple[OpenSetting, ...] = ()
+    """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.observations_per_scene <= 1000:
             raise ValueError(f"observations_per_scene must be 1-1000, found {self.observations_per_scene}")
-        unknown = [name for name in self.targets if name not in ("pallet", "carton")]
-        if unknown or not self.targets:
-            raise ValueError(f"targets must list classes of load objects (pallet, carton), found {list(self.targets)}")
+        known = {"pallet", "carton", *(catalog_object(name).class_name for name in self.traffic.objects)}
+        if not self.targets or not known.issuperset(self.targets):
+            raise ValueError(f"targets must list classes among {', '.join(sorted(known))}, found {list(self.targets)}")
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "SceneRecipe":
+        """Read a mapping in which numbers may be distributions and names choices.
+
+        Raises:
+            ConfigError: A key or value cannot be used, or the least or largest values of what is open cannot.
+        """
+        if not isinstance(data, dict) or "open_settings" in data:
+            raise ConfigError(f"{where}: expected a mapping of a scene's settings, without open_settings")
+        found = find_open(cls, data, where)
+        for setting in found:
+            if setting.path[0] in ("observations_per_scene", "targets"):
+                raise ConfigError(f"{where}: {setting.path[0]} cannot be left open; all scenes share it")
+        from_mapping(cls, close(data, [(setting.path, setting.end("high")) for setting in found]), where)
+        recipe = from_mapping(cls, close(data, [(setting.path, setting.end("low")) for setting in found]), where)
+        return replace(recipe, open_settings=found)
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what ``from_plain`` reads back."""
+        plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
+        del plain["open_settings"]
+        return close(plain, [(setting.path, setting.source.to_plain()) for setting in self.open_settings])
+
+    def drawn(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
+        """Return the recipe of one scene: every open setting has one value.
+
+        Args:
+            stream: Gives the random stream of a stage; each setting has its own, so that none disturbs another.
+
+        Raises:
+            ConfigError: Values that are fine alone are not together.
+        """
+        if not self.open_settings:
+            return self
+        values = [(item.path, item.draw(stream(f"recipe {item.name}"))) for item in self.open_settings]
+        return from_mapping(SceneRecipe, close(self.to_plain(), values), "a draw of the recipe")

@@ -5,12 +5,15 @@ import numpy as np
 from warehouse_sim.catalog import materials
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.rack_aisle import aisle_area, build_rack_aisle
+from warehouse_sim.scene.hanging_film import hang_film
+from warehouse_sim.scene.lanes import fill_lanes
+from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import draw_lighting, hang_luminaires
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
+from warehouse_sim.scene.traffic import add_traffic
 from warehouse_sim.scene.viewpoints import choose_viewpoints
 from warehouse_sim.schema import SceneSpec
 
@@ -26,18 +29,24 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
 
     Raises:
         RecipeError: A number is negative.
+        ConfigError: The values drawn for open settings do not go together.
         PlacementError: What the recipe asks for does not fit; the message names the scene.
     """
 
     def stream(stage: str) -> np.random.Generator:
         return scene_rng(seed, scene_index, stage, attempt)
 
-    draft, area = SceneDraft(), aisle_area(recipe.layout)
+    draft, recipe = SceneDraft(), recipe.drawn(stream)
     try:
-        slots = build_rack_aisle(draft, recipe.layout)
+        site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
+        area = site.aisle
         lamps = hang_luminaires(draft, recipe.lights, area)
-        fill_rack(draft, slots, recipe.shelving, recipe.loads, stream("shelving"))
+        fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
+        fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
+        add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
+        film = stream("hanging film")
+        hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
         lighting = draw_lighting(recipe.lights, lamps, stream("lighting"))
         viewpoints = choose_viewpoints(
             draft, recipe.targets, recipe.observations_per_scene, recipe.viewpoints, area, stream("viewpoints")

@@ -1,5 +1,6 @@
 """Unit loads in the slots of a rack, short side out, each a little off and a little turned."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 
@@ -11,14 +12,15 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.rack_aisle import Slot
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, make_unit_load
+from warehouse_sim.scene.layouts.site import Slot
+from warehouse_sim.scene.placing import care_after, envelope_of, placed
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 
 _CLEARANCE = 0.01
 """Least distance between two loads or a load and the rack (m)."""
-_TRIES, _BAY_TRIES = 50, 10
+_TRIES, _BAY_TRIES, _LOAD_TRIES = 50, 10, 3
 _REACH = 4.0
-"""Solids further than this (m) from a slot of a bay touch no load of the bay."""
+"""Solids further than this (m) from every slot of a bay touch no load of the bay."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,12 @@ class ShelvingConfig:
     yaw_deg: Distribution = field(default=Distribution.normal(0.0, 2.5, -6.0, 6.0))
     """Turn of a pallet about the vertical against its slot (deg), within +-20."""
 
+    hanging_film: Distribution = field(default=Distribution.constant(0))
+    """Loads on beams with torn film that hangs down before what is below, a whole number 0-20."""
+
     def __post_init__(self) -> None:
+        if self.hanging_film.low < 0 or self.hanging_film.high > 20:
+            raise ValueError("hanging_film must stay within 0-20")
         if not 0.0 <= self.empty_slot_share <= 1.0:
             raise ValueError(f"empty_slot_share must be 0-1, found {self.empty_slot_share}")
         for name, most in (("lateral_mm", 200.0), ("depth_mm", 75.0), ("yaw_deg", 20.0)):
@@ -44,51 +51,61 @@ class ShelvingConfig:
 
 
 def fill_rack(
-    draft: SceneDraft, slots: list[Slot], config: ShelvingConfig, loads: UnitLoadConfig, rng: np.random.Generator
+    draft: SceneDraft, slots: Sequence[Slot], config: ShelvingConfig, loads: UnitLoadConfig, rng: np.random.Generator
 ) -> None:
-    """Put unit loads into a share of the slots.
+    """Put unit loads into a share of the slots, of which there may be none.
 
     Raises:
         PlacementError: A bay's pallets fit in no try, or no carton fits under the beam above.
     """
+    if not slots:
+        return
     count = max(1, round((1.0 - config.empty_slot_share) * len(slots)))
     taken = [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])]
     structure = BoxStack.of([box for _, box in draft.solids()])
     # Loads of other bays and levels are behind an upright or a beam, so each bay is filled for itself.
     for bay, members in groupby(taken, key=lambda slot: slot.bay):
         bay_slots = list(members)
-        bay_loads = [make_unit_load(slot.headroom, loads, rng) for slot in bay_slots]
-        for load, T_world_load in zip(
-            bay_loads, _fill_bay(bay, bay_slots, bay_loads, structure, config, rng), strict=True
-        ):
+        for load, T_world_load in _fill_bay(bay, bay_slots, structure, config, loads, rng):
             load.add_to(draft, T_world_load)
 
 
 def _fill_bay(
     bay: int,
     slots: list[Slot],
-    loads: list[UnitLoad],
     structure: BoxStack,
     config: ShelvingConfig,
+    loads: UnitLoadConfig,
     rng: np.random.Generator,
-) -> list[Transform]:
-    """Draw the poses of neighbouring loads; a dead end starts the whole bay again."""
-    near = structure.subset(structure.distances_to(slots[0].T_world_slot[:3, 3]) < _REACH)
-    for _ in range(_BAY_TRIES):
-        poses: list[Transform] = []
-        envelopes: list[OrientedBox] = []
-        for slot, load in zip(slots, loads, strict=True):
-            T_world_load = _place(slot, load, near, BoxStack.of(envelopes), config, rng)
-            if T_world_load is None:
-                break
-            poses.append(T_world_load)
-            envelopes.append(_at(T_world_load, load.envelope()))
-        if len(poses) == len(slots):
-            return poses
+) -> list[tuple[UnitLoad, Transform]]:
+    """Draw neighbouring loads and their poses; loads that fit in no try are drawn again."""
+    to_slots = [structure.distances_to(slot.T_world_slot[:3, 3]) for slot in slots]
+    near = structure.subset(np.min(to_slots, axis=0) < _REACH)
+    for _ in range(_LOAD_TRIES):
+        drawn = [build_unit_load(slot.headroom, loads, rng, slot.footprint) for slot in slots]
+        for _ in range(_BAY_TRIES):
+            poses = _place_all(slots, drawn, near, config, rng)
+            if poses is not None:
+                return list(zip(drawn, poses, strict=True))
     raise PlacementError(
-        f"no room for {len(slots)} pallets in bay {bay} after {_BAY_TRIES} x {_TRIES} tries; "
-        "lower shelving.yaw_deg or shelving.lateral_mm"
+        f"no room for {len(slots)} pallets in bay {bay} with {_LOAD_TRIES} draws of loads and {_BAY_TRIES} x {_TRIES} "
+        "tries of each; lower shelving.yaw_deg or shelving.lateral_mm, or take narrower loads"
     )
+
+
+def _place_all(
+    slots: list[Slot], drawn: list[UnitLoad], structure: BoxStack, config: ShelvingConfig, rng: np.random.Generator
+) -> list[Transform] | None:
+    """Draw the poses of neighbouring loads one after the other; None for a dead end."""
+    poses: list[Transform] = []
+    envelopes: list[OrientedBox] = []
+    for slot, load in zip(slots, drawn, strict=True):
+        T_world_load = _place(slot, load, structure, BoxStack.of(envelopes), config, rng)
+        if T_world_load is None:
+            return None
+        poses.append(T_world_load)
+        envelopes.append(placed(T_world_load, envelope_of(load)))
+    return poses
 
 
 def _place(
@@ -99,17 +116,14 @@ def _place(
     config: ShelvingConfig,
     rng: np.random.Generator,
 ) -> Transform | None:
-    envelope = load.envelope()
-    for _ in range(_TRIES):
-        # The slot's x points into the rack, its y along the beams.
-        shift = np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
-        turn = np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
+    envelope = envelope_of(load)
+    for number in range(_TRIES):
+        # The slot's x points into the rack, its y along the beams. Where it is tight, pallets stand straighter.
+        care = care_after(number, _TRIES)
+        shift = care * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
+        turn = care * np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
         T_world_load = slot.T_world_slot @ make_transform(rotation_z(turn), shift)
-        box = _at(T_world_load, envelope)
+        box = placed(T_world_load, envelope)
         if structure.clear_of(box, _CLEARANCE) and neighbours.clear_of(box, _CLEARANCE):
             return T_world_load
     return None
-
-
-def _at(T_world_load: Transform, box: OrientedBox) -> OrientedBox:
-    return OrientedBox(T_world_load @ box.T_parent_box, box.size)

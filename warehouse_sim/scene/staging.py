@@ -10,7 +10,8 @@ from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.unit_load import UnitLoadConfig, make_unit_load
+from warehouse_sim.scene.placing import envelope_of, placed
+from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
 _HEADROOM = 1.3
 _TRIES = 200
@@ -53,14 +54,14 @@ def stage_loads(
         PlacementError: The floor is too small for so many loads.
     """
     count = config.count.draw_count(rng)
-    placed: list[OrientedBox] = []
+    standing: list[OrientedBox] = []
     for number in range(count):
-        load, stack = make_unit_load(_HEADROOM, loads, rng), BoxStack.of(placed)
-        envelope = load.envelope()
+        load, stack = build_unit_load(_HEADROOM, loads, rng), BoxStack.of(standing)
+        envelope = envelope_of(load)
         for _ in range(_TRIES):
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
             T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)
-            box = OrientedBox(T_world_load @ envelope.T_parent_box, envelope.size)
+            box = placed(T_world_load, envelope)
             if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance):
                 break
         else:
@@ -68,5 +69,5 @@ def stage_loads(
                 f"no room for load {number + 1} of {count} on the floor after {_TRIES} tries; "
                 "lower staging.count or staging.depth"
             )
-        placed.append(box)
+        standing.append(box)
         load.add_to(draft, T_world_load)

@@ -1,105 +1,165 @@
-"""A unit load in its own frame: a pallet and the cartons on it, before it has a place."""
+"""A unit load in its own frame: a pallet, the goods on it and what secures them, before it has a place."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.cartons import SKUS
-from warehouse_sim.catalog.pallets import HEIGHT, LENGTH, WIDTH
-from warehouse_sim.errors import PlacementError, UnknownNameError
+from warehouse_sim.catalog.loads import SLIP_SHEETS
+from warehouse_sim.catalog.pallets.wear import worn
+from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.scene.column_pattern import StackingConfig, column_cells, stack_cartons
-from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
+from warehouse_sim.scene.packing.load_config import UnitLoadConfig
+from warehouse_sim.scene.packing.securing import corner_posts, film_around
+from warehouse_sim.schema import ObjectModel
 
 INITIAL_AIR = 0.0005
 """Gap under a pallet before settling (m)."""
 _HEADROOM_LEFT = 0.01
 """Least air over a load (m)."""
+_SAFE_WORKING_LOADS = {1: 1500.0, 2: 1250.0, 3: 1500.0, 4: 750.0, 5: 500.0, 6: 1250.0}
+"""What may lie on a pallet (kg), by obj_id: EPAL 1, 2 and 3 after EPAL's product pages (epal-pallets.org); those of
+EPAL 6 and 7 and of the GMA pallet (about 2,800 lb) are common and unverified."""
+_COMMON_SAFE_LOAD = 1000.0
+"""What is taken for any other pallet (kg)."""
+_SECURING_MASS = 5.0
+"""More than sheet, posts and film weigh together (kg)."""
 
 
-@dataclass(frozen=True)
-class UnitLoadConfig:
-    """What a pallet carries."""
-
-    empty_share: float = 0.25
-    """Share of the pallets that carry nothing, 0-1."""
-    pallets: tuple[str, ...] = ("epal1", "epal1_new", "epal1_grey")
-    """Catalog names of the pallets to choose from; a name given twice is chosen twice as often."""
-    cartons: tuple[str, ...] = tuple(SKUS)
-    """Catalog names of the carton SKUs to choose from, one a load."""
-    height: Distribution = field(default=Distribution.uniform(0.3, 1.0))
-    """Height of the cartons on a pallet (m), cut to whole layers, at least one; the beam above limits it too."""
-    max_cartons: int = 24
-    """Most cartons on one pallet, >= 1; whole layers are left out to keep it, but never the first."""
-    stacking: StackingConfig = field(default_factory=StackingConfig)
-    """How carefully cartons are stacked."""
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.empty_share <= 1.0:
-            raise ValueError(f"empty_share must be 0-1, found {self.empty_share}")
-        if self.max_cartons < 1:
-            raise ValueError(f"max_cartons must be >= 1, found {self.max_cartons}")
-        for setting, class_name in (("pallets", "pallet"), ("cartons", "carton")):
-            names = getattr(self, setting)
-            try:
-                wrong = [name for name in names if catalog_object(name).class_name != class_name]
-            except UnknownNameError as problem:
-                raise ValueError(f"{setting}: {problem}") from problem
-            if wrong or not names:
-                raise ValueError(f"{setting} must list catalog objects of class {class_name}, found {wrong or 'none'}")
+def safe_working_load(pallet: ObjectModel) -> float:
+    """Return what may lie on a pallet (kg)."""
+    return _SAFE_WORKING_LOADS.get(pallet.obj_id, _COMMON_SAFE_LOAD)
 
 
 @dataclass(frozen=True, eq=False)
 class UnitLoad:
-    """Models and their poses in the load's frame: on the support under the pallet's centre, x along 1.2 m, z up."""
+    """Models and their poses in the load's frame: on the support under the pallet's centre, x along its x, z up.
 
-    pieces: tuple[tuple[str, Transform], ...]
+    The first piece is the pallet. Pieces without collision boxes (film, corner posts) follow the goods.
+    """
+
+    pieces: tuple[tuple[ObjectModel, Transform], ...]
+
+    @property
+    def pallet(self) -> ObjectModel:
+        """The pallet under the goods."""
+        return self.pieces[0][0]
+
+    @property
+    def mass(self) -> float:
+        """Mass of everything (kg)."""
+        return self.pallet.mass + self.payload
+
+    @property
+    def payload(self) -> float:
+        """Mass of what lies on the pallet (kg)."""
+        return float(sum(model.mass for model, _ in self.pieces[1:]))
+
+    @property
+    def height(self) -> float:
+        """Height over all (m)."""
+        envelope = self.envelope()
+        return float(envelope.T_parent_box[2, 3] + envelope.size[2] / 2)
 
     def envelope(self) -> OrientedBox:
         """Return the box around all pieces in the load's frame, from 20 mm up so that the support itself is free."""
-        stack = BoxStack.of(
-            [OrientedBox(T_load_piece, catalog_object(name).size) for name, T_load_piece in self.pieces]
-        )
+        stack = BoxStack.of([OrientedBox(T_load_piece, model.size) for model, T_load_piece in self.pieces])
         lows, highs = stack.extents()
         low, high = np.maximum(lows.min(axis=0), [-np.inf, -np.inf, 0.02]), highs.max(axis=0)
         return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
 
     def add_to(self, draft: SceneDraft, T_world_load: Transform) -> None:
-        """Add the pieces to ``draft`` as one new group."""
+        """Add the pieces to ``draft`` as one new group; physics moves those that have collision boxes."""
         group = draft.new_group()
-        for name, T_load_piece in self.pieces:
-            draft.add(name, T_world_load @ T_load_piece, group)
+        for model, T_load_piece in self.pieces:
+            instance = draft.add(model, T_world_load @ T_load_piece, group)
+            if not model.collision:
+                draft.instances[-1] = replace(instance, dynamic=False)
 
 
-def make_unit_load(headroom: float, config: UnitLoadConfig, rng: np.random.Generator) -> UnitLoad:
-    """Draw a unit load that is at most ``headroom`` (m) high, pallet included.
+def build_unit_load(
+    headroom: float,
+    config: UnitLoadConfig,
+    rng: np.random.Generator,
+    footprint: tuple[float, float] | None = None,
+) -> UnitLoad:
+    """Draw a unit load.
+
+    Args:
+        headroom: Greatest height (m), pallet included.
+        config: What the recipe says of loads.
+        rng: Stream to draw from.
+        footprint: Greatest edges of the pallet along its x and y (m); any pallet of the recipe by default.
 
     Raises:
-        PlacementError: No carton of the recipe is low enough, or cartons cannot be jittered as asked.
+        PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
     """
-    pallet = str(rng.choice(config.pallets))
-    pieces = [(pallet, make_transform(translation=np.array([0.0, 0.0, HEIGHT / 2 + INITIAL_AIR])))]
-    if rng.random() >= config.empty_share:
-        sku, layers = _choose_cartons(headroom - HEIGHT - _HEADROOM_LEFT, config, rng)
-        T_load_deck = make_transform(translation=np.array([0.0, 0.0, HEIGHT + INITIAL_AIR]))
-        poses = stack_cartons(catalog_object(sku).size, layers, (LENGTH, WIDTH), config.stacking, rng)
-        pieces += [(sku, T_load_deck @ T_deck_carton) for T_deck_carton in poses]
+    pallet = _draw_pallet(config, footprint, rng)
+    height = float(pallet.size[2])
+    pieces: Goods = [(pallet, make_transform(translation=np.array([0.0, 0.0, height / 2 + INITIAL_AIR])))]
+    if rng.random() < config.empty_share:
+        return UnitLoad(tuple(pieces))
+    floor = height + INITIAL_AIR
+    sheet = _slip_sheet(pallet) if _happens(config.slip_sheet_share, rng) else None
+    if sheet is not None:
+        model, turn = sheet
+        centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
+        pieces.append((model, make_transform(rotation_z(turn), centre)))
+        floor += INITIAL_AIR + float(model.size[2])
+    overhang = 2 * config.overhang_mm.draw(rng) / 1000
+    room = Room(
+        area=(float(pallet.size[0]) + overhang, float(pallet.size[1]) + overhang),
+        height=headroom - floor + INITIAL_AIR - _HEADROOM_LEFT,
+        payload=safe_working_load(pallet) - _SECURING_MASS,
+    )
+    T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
+    goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in draw_goods(room, config, rng)]
+    pieces += goods + _securing(goods, pallet, floor, config, rng)
     return UnitLoad(tuple(pieces))
 
 
-def _choose_cartons(free: float, config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, int]:
-    """Draw the SKU and the number of layers for a load with ``free`` metres above the pallet."""
-    low_enough = [name for name in config.cartons if catalog_object(name).size[2] <= free]
-    if not low_enough:
+def _draw_pallet(
+    config: UnitLoadConfig, footprint: tuple[float, float] | None, rng: np.random.Generator
+) -> ObjectModel:
+    """Draw a pallet that fits ``footprint`` and what use has done to it."""
+    names = config.pallets
+    if footprint is not None:
+        names = tuple(name for name in names if np.all(catalog_object(name).size[:2] <= np.array(footprint) + 1e-6))
+    if not names:
         raise PlacementError(
-            f"no carton of the recipe fits the {free:.2f} m above a pallet; raise beam_levels or list lower cartons"
+            f"none of the pallets {', '.join(config.pallets)} fits {footprint}; list a smaller one in loads.pallets"
         )
-    sku = str(rng.choice(low_enough))
-    size = catalog_object(sku).size
-    wanted = min(config.height.draw(rng), free)
-    per_layer = len(column_cells(size, (LENGTH, WIDTH), 0.0)[0])
-    return sku, max(1, min(int(wanted / size[2]), config.max_cartons // per_layer))
+    pallet = catalog_object(str(rng.choice(names)))
+    return worn(pallet, config.wear.drawn(rng), rng) if _happens(config.worn_share, rng) else pallet
+
+
+def _slip_sheet(pallet: ObjectModel) -> tuple[ObjectModel, float] | None:
+    """Return the sheet of the pallet's size and its yaw (rad), None when there is none of that size."""
+    for name, (_, length, width) in SLIP_SHEETS.items():
+        for turn, edges in ((0.0, (length, width)), (np.pi / 2, (width, length))):
+            if np.allclose(pallet.size[:2], edges, atol=0.002):
+                return catalog_object(name), turn
+    return None
+
+
+def _securing(
+    goods: Goods, pallet: ObjectModel, floor: float, config: UnitLoadConfig, rng: np.random.Generator
+) -> Goods:
+    """Draw posts and film for ``goods``, which stand on ``floor`` (m)."""
+    posts, film = _happens(config.corner_post_share, rng), _happens(config.wrap_share, rng)
+    extras: Goods = []
+    # Posts need corners: goods of one size with a full block of layers.
+    if posts and len({model.name for model, _ in goods}) == 1 and goods[0][0].class_name == "carton":
+        extras += corner_posts(goods, floor)
+    if film:
+        extras.append(film_around([*goods, *extras], pallet.size.tolist(), float(pallet.size[2])))
+    return extras
+
+
+def _happens(share: float, rng: np.random.Generator) -> bool:
+    """Draw whether something with this share happens; what never happens uses up nothing of the stream."""
+    return share > 0.0 and bool(rng.random() < share)

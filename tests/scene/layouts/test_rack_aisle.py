@@ -4,12 +4,15 @@ import pytest
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig, Slot, build_rack_aisle
+from warehouse_sim.scene.layouts.hall import HallConfig
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import Slot, build_site
 
 
 def build(**settings: object) -> tuple[SceneDraft, list[Slot]]:
     draft = SceneDraft()
-    return draft, build_rack_aisle(draft, RackAisleConfig(**settings))  # type: ignore[arg-type]
+    site = build_site(draft, RackAisleConfig(**settings), HallConfig(), np.random.default_rng(0))  # type: ignore[arg-type]
+    return draft, list(site.slots)
 
 
 @pytest.mark.parametrize("sides", ["one", "both"])
@@ -82,3 +85,32 @@ def test_the_hall_is_closed_on_four_sides() -> None:
     assert corners[:, 0].min() < -20 < 20 < corners[:, 0].max()
     assert corners[:, 1].min() < -20
     assert corners[:, 1].max() == pytest.approx(1.1 + 0.4 + 0.1)
+
+
+def test_tolerances_move_frames_and_beams_within_en_15620_and_slots_follow_the_beams() -> None:
+    exact, _ = build(bays=4, beams="step", mesh_decks=True)
+    draft, slots = build(bays=4, beams="step", mesh_decks=True, tolerances=True)
+    assert [item.model for item in draft.instances] == [item.model for item in exact.instances]
+    moved = 0
+    for drawn, built in zip(exact.instances, draft.instances, strict=True):
+        way = np.abs(built.T_world_object - drawn.T_world_object)
+        if drawn.model.startswith(("rack_frame", "step_beam")):
+            moved += bool(way.max() > 1e-6)
+            assert way[:3, 3].max() < 0.02
+            assert way[:3, :3].max() < 0.05
+        else:
+            assert way.max() == 0.0
+    assert moved == 5 + 2 * 2 * 4
+    for slot in slots:
+        z = float(slot.T_world_slot[2, 3])
+        nominal = min((0.0, 1.45, 2.9), key=lambda level: abs(level - z))
+        assert -1e-9 <= z - nominal < 0.008
+
+
+def test_guards_stand_before_each_upright_and_at_both_ends() -> None:
+    draft, _ = build(bays=3, guards=True, sides="both")
+    names = [item.model for item in draft.instances]
+    assert names.count("upright_guard") == 2 * 4
+    assert names.count("rack_end_guard") == 2 * 2
+    lowest = [i.T_world_object[2, 3] - draft.models[i.model].size[2] / 2 for i in draft.instances if "guard" in i.model]
+    np.testing.assert_allclose(lowest, 0.0, atol=1e-9)

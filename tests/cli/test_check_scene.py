@@ -1,0 +1,34 @@
+from pathlib import Path
+
+import yaml
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.resources import data_folder
+
+
+def test_a_scene_that_stands_shows_its_numbers_beside_the_limits(capsys) -> None:
+    assert main(["check-scene", "smoke", "--scene", "1", "--seed", "2"]) == 0
+    out = capsys.readouterr().out
+    for word in ("speed", "overlap", "floating", "lowest point", "drift", "tilt", "limit 0.002"):
+        assert word in out
+    assert "scene 1 of smoke with seed 2 stands in attempt 0" in out
+
+
+def test_a_breach_exits_with_1_and_names_the_objects(capsys, tmp_path: Path) -> None:
+    plain = yaml.safe_load((data_folder("scenes") / "smoke.yaml").read_text())
+    plain["settle"] |= {"max_drift_mm": 0.01}
+    path = tmp_path / "strict.yaml"
+    path.write_text(yaml.safe_dump(plain))
+    assert main(["check-scene", str(path)]) == 1
+    out = capsys.readouterr().out
+    assert "attempt 0: FAIL  object" in out
+    assert "breaks a limit in all of 5 attempts" in out
+
+
+def test_what_does_not_fit_is_a_breach_too(capsys, tmp_path: Path) -> None:
+    plain = yaml.safe_load((data_folder("scenes") / "smoke.yaml").read_text())
+    plain["scene"]["staging"] = {"count": 40}
+    path = tmp_path / "crowded.yaml"
+    path.write_text(yaml.safe_dump(plain))
+    assert main(["check-scene", str(path)]) == 1
+    assert "attempt 4: rejected: scene 0 of seed 0" in capsys.readouterr().out

@@ -1,0 +1,99 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.scene.packing.pallets import DECKS, least_distance, reach
+from warehouse_sim.catalog.loads import DRUMS, SACKS, SKUS, TOTES
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
+from warehouse_sim.scene.packing.load_config import UnitLoadConfig
+from warehouse_sim.scene.packing.patterns import PATTERNS
+from warehouse_sim.scene.packing.stacking import StackingConfig
+
+ROOM = Room((1.2, 0.8), 1.6, 1500.0)
+CONFIG = UnitLoadConfig(
+    patterns=PATTERNS,
+    height=Distribution.uniform(0.3, 1.5),
+    max_cartons=60,
+    stacking=StackingConfig(gap_mm=4.0, shift_mm=Distribution.normal(0, 0.7, -1.5, 1.5), half_turn_share=0.5),
+)
+KINDS = {
+    "cartons": CONFIG,
+    "mixed": replace(CONFIG, mixed_share=1.0),
+    "totes": replace(CONFIG, tote_share=1.0),
+    "drums": replace(CONFIG, drum_share=1.0, drums=("drum_plastic_60_blue", "drum_plastic_60_white")),
+    "sacks": replace(CONFIG, sack_share=1.0),
+}
+
+
+def outlines(goods: Goods) -> list[OrientedBox]:
+    """Return the pieces' boxes; a round piece has the box that does not turn with it."""
+    boxes = []
+    for model, T in goods:
+        upright = T.copy()
+        if model.class_name == "drum":
+            upright[:3, :3] = np.eye(3)
+        boxes.append(OrientedBox(upright, model.size))
+    return boxes
+
+
+@pytest.mark.parametrize("deck", DECKS)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(8))
+def test_goods_never_overlap_on_any_pallet(kind: str, deck: tuple[float, float], seed: int) -> None:
+    room = replace(ROOM, area=deck)
+    goods = draw_goods(room, KINDS[kind], np.random.default_rng(seed))
+    boxes = outlines(goods)
+    assert least_distance(boxes) >= 0.0005 - 1e-9
+    assert np.all(reach(boxes) <= np.array(deck) / 2 + 0.004 * np.array(deck) / 0.2 + 0.01)
+    corners = np.concatenate([box.corners() for box in boxes])
+    assert corners[:, 2].min() > 0.0
+    assert corners[:, 2].max() <= room.height + 0.01
+    assert sum(model.mass for model, _ in goods) <= room.payload
+
+
+@pytest.mark.parametrize(("kind", "names"), [("totes", TOTES), ("drums", DRUMS), ("sacks", SACKS), ("mixed", SKUS)])
+def test_goods_come_from_the_list_of_their_kind(kind: str, names: dict) -> None:
+    for seed in range(10):
+        assert {model.name for model, _ in draw_goods(ROOM, KINDS[kind], np.random.default_rng(seed))} <= set(names)
+
+
+def test_a_mixed_load_holds_several_skus_and_others_one() -> None:
+    mixed = [len({m.name for m, _ in draw_goods(ROOM, KINDS["mixed"], np.random.default_rng(s))}) for s in range(20)]
+    equal = [len({m.name for m, _ in draw_goods(ROOM, CONFIG, np.random.default_rng(s))}) for s in range(20)]
+    assert max(mixed) >= 3
+    assert set(equal) == {1}
+
+
+def test_shares_are_kept() -> None:
+    config = replace(CONFIG, tote_share=0.3, sack_share=0.2)
+    rng = np.random.default_rng(0)
+    kinds = [draw_goods(ROOM, replace(config, max_cartons=1), rng)[0][0].class_name for _ in range(200)]
+    assert 0.17 < kinds.count("tote") / 200 < 0.43  # four standard deviations
+    assert 0.09 < kinds.count("sack") / 200 < 0.31
+    assert kinds.count("drum") == 0
+
+
+def test_weight_limits_the_layers() -> None:
+    config = replace(KINDS["sacks"], height=Distribution.constant(1.5))
+    heavy = draw_goods(replace(ROOM, payload=410.0), config, np.random.default_rng(0))
+    assert 200.0 < sum(model.mass for model, _ in heavy) <= 410.0
+
+
+def test_what_fits_nowhere_is_an_error_that_says_what_to_do() -> None:
+    with pytest.raises(PlacementError, match="list smaller, lower or lighter goods"):
+        draw_goods(replace(ROOM, height=0.1), CONFIG, np.random.default_rng(0))
+    with pytest.raises(PlacementError, match="at most 100 kg"):
+        draw_goods(replace(ROOM, payload=100.0), replace(CONFIG, drum_share=1.0), np.random.default_rng(0))
+
+
+def test_modular_cartons_of_a_picked_order_stand_side_by_side_in_spite_of_gaps() -> None:
+    config = replace(
+        KINDS["mixed"], cartons=("carton_600x400x400", "carton_600x400x300"), stacking=StackingConfig(), max_cartons=8
+    )
+    for seed in range(5):
+        goods = draw_goods(replace(ROOM, height=0.45), config, np.random.default_rng(seed))
+        assert len(goods) == 4

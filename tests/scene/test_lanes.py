@@ -1,0 +1,97 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.lanes import STACKING_LOAD, LanesConfig, fill_lanes
+from warehouse_sim.scene.layouts.block_storage import floor_lanes
+from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.schema import ObjectInstance
+
+X = [-1.2, 0.0, 1.2]
+
+
+def filled(seed: int, clear_height: float = 5.0, depth: int = 3, loads: UnitLoadConfig | None = None, **settings):
+    lanes = floor_lanes(np.eye(4), X, depth, (1.4, 1.2), clear_height)
+    draft = SceneDraft()
+    fill_lanes(draft, lanes, LanesConfig(**settings), loads or UnitLoadConfig(), np.random.default_rng(seed))
+    return draft
+
+
+def pallets(draft: SceneDraft) -> list[ObjectInstance]:
+    return [item for item in draft.instances if draft.models[item.model].class_name == "pallet"]
+
+
+def stacks(draft: SceneDraft) -> dict[tuple[int, int], list[ObjectInstance]]:
+    """Return the pallets of each stack from the floor up, by lane and place."""
+    found: dict[tuple[int, int], list[ObjectInstance]] = {}
+    for item in sorted(pallets(draft), key=lambda item: float(item.T_world_object[2, 3])):
+        x, y = item.T_world_object[:2, 3]
+        found.setdefault((round(x / 1.2), int(y / 1.4)), []).append(item)
+    return found
+
+
+def test_lanes_are_filled_from_the_far_end() -> None:
+    config = {"fill": Distribution.constant(0.67), "stack": Distribution.constant(1), "empties_share": 0.0}
+    assert set(stacks(filled(0, **config))) == {(lane, place) for lane in (-1, 0, 1) for place in (1, 2)}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_stacks_do_not_touch_and_each_load_begins_just_above_the_one_below(seed: int) -> None:
+    draft = filled(seed, fill=Distribution.constant(1.0), stack=Distribution.choice(2, 3), empties_share=0.3)
+    solids = draft.solids()
+    group = {item.instance_id: item.group for item in draft.instances}
+    groups = np.array([group[owner] for owner, _ in solids])
+    boxes = BoxStack.of([box for _, box in solids])
+    pairs = boxes.pairs(boxes, 0.05)
+    pairs = pairs[groups[pairs[:, 0]] < groups[pairs[:, 1]]]
+    assert boxes.separation(boxes, pairs).distance.min() >= -1e-9
+    low, high = boxes.extents()
+    for stack in stacks(draft).values():
+        for below, above in pairwise(stack):
+            top = high[groups == below.group, 2].max()
+            assert 0.0 <= low[groups == above.group, 2].min() - top < 0.012
+
+
+def test_a_stack_stays_under_the_roof_and_within_what_its_lowest_pallet_bears() -> None:
+    for seed in range(3):
+        draft = filled(seed, clear_height=2.5, fill=Distribution.constant(1.0), stack=Distribution.constant(4))
+        _, high = BoxStack.of([box for _, box in draft.solids()]).extents()
+        assert 1.2 < high[:, 2].max() < 2.5
+        for stack in stacks(draft).values():
+            upper = {item.group for item in stack[1:]}
+            mass = sum(draft.models[item.model].mass for item in draft.instances if item.group in upper)
+            assert mass <= STACKING_LOAD
+
+
+def test_empty_pallets_are_stacked_alone_and_of_one_kind() -> None:
+    loads = UnitLoadConfig(pallets=("epal1", "plastic_runners"))
+    draft = filled(1, loads=loads, empties_share=1.0, empties=Distribution.constant(6), fill=Distribution.constant(1.0))
+    assert len(draft.instances) == len(pallets(draft)) == 6 * 9
+    for stack in stacks(draft).values():
+        assert len({item.model for item in stack}) == 1
+
+
+def test_a_lane_of_one_kind_holds_one_article() -> None:
+    draft = filled(2, one_kind_share=1.0, empties_share=0.0, fill=Distribution.constant(1.0))
+    for lane, x in enumerate(X):
+        near = [item for item in draft.instances if abs(item.T_world_object[0, 3] - x) < 0.6]
+        goods = {item.model for item in near if draft.models[item.model].class_name == "carton"}
+        assert len(goods) == 1, lane
+
+
+def test_a_lane_too_narrow_for_every_pallet_is_an_error() -> None:
+    lanes = floor_lanes(np.eye(4), [0.0], 1, (1.3, 0.8), 4.0)
+    with pytest.raises(PlacementError, match="none of the recipe's pallets fits"):
+        fill_lanes(SceneDraft(), lanes, LanesConfig(), UnitLoadConfig(), np.random.default_rng(1))
+
+
+def test_settings_out_of_range_are_refused() -> None:
+    with pytest.raises(ValueError, match="stack must stay within 1 to 4"):
+        LanesConfig(stack=Distribution.constant(5))
+    with pytest.raises(ValueError, match="one_kind_share must be 0-1"):
+        LanesConfig(one_kind_share=1.5)

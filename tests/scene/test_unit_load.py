@@ -1,0 +1,163 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.scene.packing.pallets import least_distance
+from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog.pallets import PALLETS
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
+from warehouse_sim.physics import SettleConfig, settle_scene
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.packing.patterns import PATTERNS
+from warehouse_sim.scene.packing.stacking import StackingConfig
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, safe_working_load
+from warehouse_sim.schema import SceneSpec
+
+PLAIN = UnitLoadConfig(empty_share=0.0)
+RICH = UnitLoadConfig(
+    empty_share=0.0,
+    pallets=tuple(PALLETS),
+    worn_share=0.5,
+    tote_share=0.15,
+    drum_share=0.15,
+    sack_share=0.15,
+    mixed_share=0.3,
+    drums=("drum_plastic_60_blue",),
+    patterns=PATTERNS,
+    height=Distribution.uniform(0.3, 1.4),
+    max_cartons=60,
+    overhang_mm=Distribution.uniform(-20.0, 10.0),
+    wrap_share=0.5,
+    slip_sheet_share=0.5,
+    corner_post_share=0.5,
+    stacking=StackingConfig(
+        gap_mm=4.0,
+        shift_mm=Distribution.normal(0.0, 0.7, -1.5, 1.5),
+        layer_shift_mm=Distribution.normal(0.0, 2.0, -6.0, 6.0),
+        half_turn_share=0.5,
+    ),
+)
+
+
+def rich(seed: int) -> UnitLoad:
+    return build_unit_load(1.7, RICH, np.random.default_rng(seed))
+
+
+def placed(load: UnitLoad, scene_index: int = 0) -> SceneSpec:
+    draft = SceneDraft()
+    draft.add("floor_slab", make_transform(translation=np.array([0.0, 0.0, -0.1])))
+    load.add_to(draft, make_transform(rotation_z(0.3)))
+    return SceneSpec(scene_index, 0, draft.models, materials(), tuple(draft.instances), (), ())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_loads_of_every_kind_on_every_pallet_are_sound(seed: int) -> None:
+    load = rich(seed)
+    assert load.pallet.class_name == "pallet"
+    assert load.payload <= safe_working_load(load.pallet)
+    assert load.height <= 1.7
+    solid = []
+    for model, T in load.pieces:
+        if model.collision:
+            upright = T if model.class_name != "drum" else make_transform(translation=T[:3, 3])
+            solid.append(OrientedBox(upright, model.size))
+    assert least_distance(solid) >= 0.0004
+    deck = load.pallet.size[:2] / 2
+    corners = np.concatenate([box.corners() for box in solid])
+    assert np.all(np.abs(corners[:, :2]).max(axis=0) <= deck + 0.010 + 0.03 + 5 * 0.006)
+    envelope = load.envelope()
+    half = envelope.size / 2
+    assert np.all(np.abs(corners - envelope.T_parent_box[:3, 3])[:, :2] <= half[:2] + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(0, 60, 4))
+def test_loads_stand_when_let_go(seed: int) -> None:
+    _, report = settle_scene(placed(rich(seed), seed), SettleConfig())
+    assert report.problems == ()
+    assert report.max_tilt < np.deg2rad(1.0)
+    assert report.max_drift < 0.01
+
+
+def test_the_same_stream_gives_the_same_load() -> None:
+    one, two = rich(5), rich(5)
+    assert [model.name for model, _ in one.pieces] == [model.name for model, _ in two.pieces]
+    np.testing.assert_array_equal([T for _, T in one.pieces], [T for _, T in two.pieces])
+
+
+def test_shares_of_zero_use_up_nothing_of_the_stream() -> None:
+    names = ("carton_600x400x400", "carton_400x300x300")
+    plain = build_unit_load(1.3, replace(PLAIN, cartons=names), np.random.default_rng(3))
+    patterns = build_unit_load(1.3, replace(PLAIN, cartons=names, patterns=("column",)), np.random.default_rng(3))
+    assert [T.tolist() for _, T in plain.pieces] == [T.tolist() for _, T in patterns.pieces]
+
+
+def test_an_empty_pallet_is_a_load_of_one_piece() -> None:
+    load = build_unit_load(0.2, replace(PLAIN, empty_share=1.0), np.random.default_rng(0))
+    assert len(load.pieces) == 1
+    assert load.payload == 0.0
+    assert load.mass == 25.0
+    assert load.height == pytest.approx(0.1445)
+
+
+def test_film_and_posts_go_with_the_group_but_physics_leaves_them_alone() -> None:
+    config = replace(
+        PLAIN,
+        cartons=("carton_600x400x300",),
+        wrap_share=1.0,
+        corner_post_share=1.0,
+        slip_sheet_share=1.0,
+        height=Distribution.constant(0.95),
+        stacking=StackingConfig(top_layer_share=Distribution.constant(1.0)),
+    )
+    load = build_unit_load(1.5, config, np.random.default_rng(0))
+    classes = [model.class_name for model, _ in load.pieces]
+    assert classes == ["pallet", "slip_sheet", *["carton"] * 12, *["corner_post"] * 4, "wrap"]
+    scene = placed(load)
+    loose = {scene.model_of(item).class_name: item.dynamic for item in scene.instances if item.group}
+    assert loose == {"pallet": True, "slip_sheet": True, "carton": True, "corner_post": False, "wrap": False}
+    assert {item.group for item in scene.instances[1:]} == {1}
+    film, T_load_film = load.pieces[-1]
+    vertices = transform_points(T_load_film, film.mesh().vertices)
+    goods = np.concatenate([OrientedBox(T, m.size).corners() for m, T in load.pieces[2:-1]])
+    assert np.all(vertices.max(axis=0)[:2] >= goods.max(axis=0)[:2])
+    assert vertices[:, 2].min() == pytest.approx(0.144 - 0.07, abs=0.001)
+
+
+def test_worn_pallets_keep_their_meaning() -> None:
+    load = build_unit_load(1.5, replace(PLAIN, worn_share=1.0), np.random.default_rng(0))
+    fresh = catalog_object(load.pallet.name.split("~")[0])
+    assert load.pallet.name != fresh.name
+    assert load.pallet.obj_id == fresh.obj_id
+    assert load.pallet.pockets is fresh.pockets
+    assert len(load.pieces) > 1
+
+
+@pytest.mark.parametrize("name", PALLETS)
+def test_any_pallet_of_the_catalog_can_be_asked_for(name: str) -> None:
+    load = build_unit_load(1.5, replace(PLAIN, pallets=(name,), slip_sheet_share=1.0), np.random.default_rng(1))
+    assert load.pallet is catalog_object(name)
+    assert len(load.pieces) > 2
+
+
+def test_a_slot_may_limit_the_footprint() -> None:
+    names = {
+        build_unit_load(1.5, RICH, np.random.default_rng(seed), footprint=(1.2, 0.8)).pallet.name.split("~")[0]
+        for seed in range(40)
+    }
+    assert {"epal1", "epal6"} <= names
+    assert all(np.all(catalog_object(name).size[:2] <= [1.2001, 0.8001]) for name in names)
+    with pytest.raises(PlacementError, match="list a smaller one"):
+        build_unit_load(1.5, PLAIN, np.random.default_rng(0), footprint=(1.0, 0.6))
+
+
+def test_sacks_are_stacked_up_to_the_safe_working_load_and_not_above() -> None:
+    tall = replace(PLAIN, sack_share=1.0, height=Distribution.constant(2.4), max_cartons=300)
+    loads = [build_unit_load(3.0, replace(tall, pallets=("epal6",)), np.random.default_rng(seed)) for seed in range(10)]
+    assert max(load.payload for load in loads) > 0.85 * safe_working_load(loads[0].pallet)
+    assert all(load.payload <= safe_working_load(load.pallet) for load in loads)
+    assert safe_working_load(catalog_object("epal1")) == 1500.0
+    assert safe_working_load(catalog_object("epal2")) == 1250.0

@@ -1,0 +1,165 @@
+"""Loads that something ran into: the one source of leaning and fallen goods.
+
+A knock is a horizontal blow against the uppermost pieces of a load that rests; the simulation decides what comes of it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.pose import Transform, matrix_from_quat_wxyz
+from warehouse_sim.physics.rest import Blow, Rest, RestLimits, bring_to_rest
+from warehouse_sim.physics.stacks import Stack
+from warehouse_sim.physics.surroundings import Surroundings
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.streams import scene_rng
+from warehouse_sim.schema import ObjectInstance, SceneSpec
+
+_GOODS = ("carton", "tote", "drum", "sack")
+"""Classes that a knock moves."""
+_BONDS = ("wrap", "corner_post")
+"""Classes that hold a load together: such a load is left alone."""
+_REACH = (1.6, 1.6, 0.2)
+"""How far around a load (m, along each axis) things stay where they are while its pieces fall; all below counts."""
+_TRIES = 4
+
+
+@dataclass(frozen=True)
+class KnockConfig:
+    """How often and how hard loads are knocked."""
+
+    share: float = 0.0
+    """Share of the loads with goods on them, and nothing on top, that get a knock, 0-1."""
+    speed: Distribution = field(default=Distribution.uniform(0.5, 2.4))
+    """Speed that the blow gives to the uppermost piece (m/s), 0-5; pieces further down get less by their height."""
+    height: Distribution = field(default=Distribution.uniform(0.0, 0.45))
+    """Where the blow lands: share of a piece's height above its centre, 0-0.5; the higher, the more it tips."""
+    pieces: Distribution = field(default=Distribution.uniform(1, 8))
+    """Pieces that are hit, from the top down, a whole number >= 1."""
+    max_time: float = 6.0
+    """Longest simulated time until all lie still (s), 0.1-60; a knock that takes longer is drawn again."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.share <= 1.0:
+            raise ValueError(f"share must be 0-1, found {self.share}")
+        if self.speed.low < 0.0 or self.speed.high > 5.0:
+            raise ValueError("speed must stay within 0-5 m/s")
+        if self.height.low < 0.0 or self.height.high > 0.5:
+            raise ValueError("height must stay within 0-0.5")
+        if self.pieces.low < 1:
+            raise ValueError(f"pieces must be >= 1, found {self.pieces.low}")
+        if not 0.1 <= self.max_time <= 60.0:
+            raise ValueError(f"max_time must be 0.1-60 s, found {self.max_time}")
+
+
+@dataclass(frozen=True, eq=False)
+class Knocks:
+    """What the knocks of a scene did."""
+
+    poses: dict[int, Transform]
+    """New T_world_object of the pieces of knocked loads by instance id."""
+    rests: tuple[Rest, ...]
+    """How each knocked load came to rest."""
+    groups: tuple[int, ...]
+    """Their groups."""
+
+
+def knock_loads(
+    scene: SceneSpec,
+    stacks: Sequence[Stack],
+    surroundings: Surroundings,
+    limits: RestLimits,
+    config: KnockConfig,
+) -> Knocks:
+    """Knock a share of the loads of a scene at rest; ``surroundings`` follow.
+
+    A load whose pieces do not come to rest in any of a few knocks stays as it was.
+    """
+    poses: dict[int, Transform] = {}
+    rests, groups = [], []
+    if config.share > 0.0:
+        rng = scene_rng(scene.seed, scene.scene_index, "knocks")
+        limits = RestLimits(limits.speed, limits.turn, config.max_time)
+        bound = {item.group for item in scene.instances if scene.model_of(item).class_name in _BONDS}
+        where = {item.instance_id: item for item in scene.instances}
+        loads = [_top_load([where[item.instance_id] for item in stack]) for stack in stacks]
+        for load in loads:
+            goods = [item for item in load if scene.model_of(item).class_name in _GOODS]
+            if len(goods) == len(load) or not goods or load[0].group in bound or rng.random() >= config.share:
+                continue
+            rest = _knock(scene, load, goods, surroundings, limits, config, rng)
+            if rest is not None:
+                surroundings.move(rest.poses)
+                poses |= rest.poses
+                rests.append(rest)
+                groups.append(load[0].group)
+    return Knocks(poses, tuple(rests), tuple(groups))
+
+
+def _top_load(stack: Sequence[ObjectInstance]) -> list[ObjectInstance]:
+    """Return the pieces of the uppermost load of a stack: the one that carries no other."""
+    highest = max(stack, key=lambda item: item.T_world_object[2, 3])
+    return [item for item in stack if item.group == highest.group]
+
+
+def _knock(
+    scene: SceneSpec,
+    load: list[ObjectInstance],
+    goods: list[ObjectInstance],
+    surroundings: Surroundings,
+    limits: RestLimits,
+    config: KnockConfig,
+    rng: np.random.Generator,
+) -> Rest | None:
+    """Draw knocks until the load comes to rest after one; None when it never does."""
+    low, _ = surroundings.extent_of([item.instance_id for item in load])
+    solids = surroundings.around([item.instance_id for item in load], (_REACH[0], _REACH[1], low[2] + _REACH[2]))
+    for _ in range(_TRIES):
+        rest = bring_to_rest(scene, load, solids, limits, _draw_blow(scene, goods, config, rng))
+        if rest.within(limits) and _inside(rest, low, surroundings):
+            return rest
+    return None
+
+
+def _draw_blow(scene: SceneSpec, goods: list[ObjectInstance], config: KnockConfig, rng: np.random.Generator) -> Blow:
+    """Return a blow from any side against the uppermost pieces."""
+    order = rng.permutation(len(goods))
+    uppermost = sorted((goods[index] for index in order), key=lambda item: -round(item.T_world_object[2, 3], 2))
+    hit = uppermost[: max(1, config.pieces.draw_count(rng))]
+    bearing = rng.uniform(-np.pi, np.pi)
+    velocity = config.speed.draw(rng) * np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    height = config.height.draw(rng)
+    foot = min(item.T_world_object[2, 3] for item in goods) - 0.5 * float(scene.model_of(goods[0]).size[2])
+    top = hit[0].T_world_object[2, 3] - foot
+
+    def blow(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        for item in hit:
+            share = (item.T_world_object[2, 3] - foot) / top
+            _strike(model, data, item, share * velocity, height * float(scene.model_of(item).size[2]))
+
+    return blow
+
+
+def _strike(
+    model: mujoco.MjModel, data: mujoco.MjData, item: ObjectInstance, velocity: Float[np.ndarray, " 3"], arm: float
+) -> None:
+    """Give a body ``velocity`` (m/s) by one blow that lands ``arm`` (m) above its centre: it also begins to turn."""
+    body = model.body(str(item.instance_id))
+    impulse = model.body_mass[body.id] * velocity
+    moment = np.cross([0.0, 0.0, arm], impulse)
+    R_body_inertia = matrix_from_quat_wxyz(model.body_iquat[body.id])
+    R_inertia_world = (item.T_world_object[:3, :3] @ R_body_inertia).T
+    turn = R_body_inertia @ (R_inertia_world @ moment / model.body_inertia[body.id])
+    start = model.jnt_dofadr[model.body_jntadr[body.id]]
+    data.qvel[start : start + 3] = velocity
+    data.qvel[start + 3 : start + 6] = turn
+
+
+def _inside(rest: Rest, low: Float[np.ndarray, " 3"], surroundings: Surroundings) -> bool:
+    """Return whether no piece went further than the surroundings that were built, or through the floor."""
+    places = np.array([T[:3, 3] for T in rest.poses.values()])
+    near = np.abs(places[:, :2] - low[:2]).max() < _REACH[0] + 1.0
+    return bool(near and places[:, 2].min() > 0.0)

@@ -1,0 +1,86 @@
+"""Loose objects under gravity until they rest, in a MuJoCo model of their own."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.physics.build import to_mjspec
+from warehouse_sim.schema import ObjectInstance, SceneSpec
+
+_CHECK_EVERY = 10
+"""Steps between two looks at the speeds; two quiet looks in a row are rest, as a turning point has no speed either."""
+
+Blow = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""Changes the velocities of a model that is about to be simulated."""
+
+
+@dataclass(frozen=True)
+class RestLimits:
+    """When objects count as resting."""
+
+    speed: float
+    """Every body is slower than this (m/s)."""
+    turn: float
+    """Every body turns slower than this (rad/s)."""
+    time: float
+    """Longest simulated time (s)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Where objects came to rest, and whether they did."""
+
+    poses: dict[int, Transform]
+    """T_world_object by instance id."""
+    duration: float
+    """Simulated time (s)."""
+    speed: float
+    """Largest speed at the end (m/s)."""
+    turn: float
+    """Largest angular speed at the end (rad/s)."""
+
+    def within(self, limits: RestLimits) -> bool:
+        """Return whether everything rests."""
+        return self.speed < limits.speed and self.turn < limits.turn
+
+
+def bring_to_rest(
+    scene: SceneSpec,
+    members: Sequence[ObjectInstance],
+    solids: Sequence[OrientedBox],
+    limits: RestLimits,
+    blow: Blow | None = None,
+) -> Rest:
+    """Simulate ``members`` of ``scene`` among fixed ``solids`` until they rest or time is up.
+
+    Args:
+        scene: Where the models come from.
+        members: Loose objects at their starting poses.
+        solids: Fixed boxes in the world that they may touch.
+        limits: What counts as rest.
+        blow: Applied at the start.
+    """
+    model = to_mjspec(scene, members, solids).compile()
+    data = mujoco.MjData(model)
+    if blow is not None:
+        blow(model, data)
+    quiet = 0
+    while quiet < 2 and data.time < limits.time:
+        mujoco.mj_step(model, data, nstep=_CHECK_EVERY)
+        speed, turn = _speeds(data)
+        quiet = quiet + 1 if speed < limits.speed and turn < limits.turn else 0
+    poses = {}
+    for item in members:
+        qpos = data.joint(model.body(str(item.instance_id)).jntadr[0]).qpos
+        poses[item.instance_id] = make_transform(matrix_from_quat_wxyz(qpos[3:]), qpos[:3].copy())
+    return Rest(poses, float(data.time), *_speeds(data))
+
+
+def _speeds(data: mujoco.MjData) -> tuple[float, float]:
+    """Return the largest linear (m/s) and angular (rad/s) speed of the free bodies."""
+    speed, turn = np.linalg.norm(data.qvel.reshape(-1, 2, 3), axis=2).max(axis=0, initial=0.0)
+    return float(speed), float(turn)

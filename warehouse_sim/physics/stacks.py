@@ -1,0 +1,63 @@
+"""Which loose objects settle together: the pieces of a unit load, and loads that stand on each other."""
+
+from collections import defaultdict
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.broad_phase import overlapping_pairs
+from warehouse_sim.physics.surroundings import Surroundings
+from warehouse_sim.schema import ObjectInstance, SceneSpec
+
+_SEAM = 0.03
+"""A load stands on another when its bottom is within this of the other's top (m)."""
+
+Stack = tuple[ObjectInstance, ...]
+"""Loose objects that settle together."""
+
+
+def find_stacks(scene: SceneSpec, surroundings: Surroundings) -> list[Stack]:
+    """Return the loose objects of ``scene`` stack by stack, the lowest stack first, then by instance id."""
+    loads = _loads(scene)
+    if not loads:
+        return []
+    extents = [surroundings.extent_of([item.instance_id for item in load]) for load in loads]
+    low, high = np.array([low for low, _ in extents]), np.array([high for _, high in extents])
+    root = list(range(len(loads)))
+    for upper, lower in _standing_on(low, high):
+        a, b = sorted((_find(root, int(upper)), _find(root, int(lower))))
+        root[b] = a
+    stacks: dict[int, list[ObjectInstance]] = defaultdict(list)
+    bottom: dict[int, float] = {}
+    for index, load in enumerate(loads):
+        key = _find(root, index)
+        stacks[key] += load
+        bottom[key] = min(bottom.get(key, np.inf), float(low[index, 2]))
+    ordered = sorted(stacks, key=lambda key: (round(bottom[key], 3), stacks[key][0].instance_id))
+    return [tuple(sorted(stacks[key], key=lambda item: item.instance_id)) for key in ordered]
+
+
+def _loads(scene: SceneSpec) -> list[list[ObjectInstance]]:
+    """Return the loose objects by group; one without a group is a load of its own."""
+    loads: dict[tuple[int, int], list[ObjectInstance]] = defaultdict(list)
+    for item in scene.instances:
+        if item.dynamic:
+            loads[(item.group, 0 if item.group else item.instance_id)].append(item)
+    return list(loads.values())
+
+
+def _standing_on(low: Float[np.ndarray, "n 3"], high: Float[np.ndarray, "n 3"]) -> list[tuple[int, int]]:
+    """Return (upper, lower) of loads that stand on each other."""
+    foot = high.copy()
+    foot[:, 2], sole = low[:, 2] + _SEAM, low - [0.0, 0.0, _SEAM]
+    head = low.copy()
+    head[:, 2] = high[:, 2]
+    pairs = overlapping_pairs(sole, foot, head, high)
+    return [(int(upper), int(lower)) for upper, lower in pairs if upper != lower]
+
+
+def _find(root: list[int], index: int) -> int:
+    while root[index] != index:
+        root[index] = root[root[index]]
+        index = root[index]
+    return index

@@ -1,0 +1,181 @@
+"""Stacks of unit loads in the floor lanes of a layout, filled from the far end as a truck fills them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.site import Lane
+from warehouse_sim.scene.placing import care_after, envelope_of, placed
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
+
+STACKING_LOAD = 4000.0
+"""What may stand on the lowest pallet of a stack (kg); EPAL's product sheet of the EPAL 1."""
+_CLEARANCE = 0.01
+"""Least distance between two stacks (m)."""
+_TRIES, _STACK_TRIES = 50, 4
+_REACH = 4.0
+"""Stacks further than this (m) from a place are in nobody's way there."""
+_LEAST_HEADROOM = 0.6
+"""A stack grows only while this much height is left for the next load (m)."""
+
+
+@dataclass(frozen=True)
+class LanesConfig:
+    """How full lanes are and how carefully stacks stand in them."""
+
+    fill: Distribution = field(default=Distribution.uniform(0.3, 1.0))
+    """Share of a lane's places that are taken, from its far end, 0-1."""
+    stack: Distribution = field(default=Distribution.uniform(1, 3))
+    """Loads on each other, a whole number 1-4; the safe loads of the pallets and the clear height limit it too."""
+    one_kind_share: float = 0.7
+    """Share of the lanes that hold one article, 0-1; the others hold what comes."""
+    empties_share: float = 0.1
+    """Share of the lanes that hold stacks of empty pallets, 0-1."""
+    empties: Distribution = field(default=Distribution.uniform(4, 10))
+    """Pallets in a stack of empty ones, a whole number 1-15."""
+    lateral_mm: Distribution = field(default=Distribution.normal(0.0, 15.0, -45.0, 45.0))
+    """Shift of a stack across its lane (mm), within +-200."""
+    depth_mm: Distribution = field(default=Distribution.normal(0.0, 20.0, -60.0, 60.0))
+    """Shift of a stack along its lane (mm), within +-200."""
+    yaw_deg: Distribution = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
+    """Turn of a stack about the vertical against its lane (deg), within +-20."""
+    offset_mm: Distribution = field(default=Distribution.normal(0.0, 12.0, -35.0, 35.0))
+    """Shift of a load against the one under it, along each axis (mm), within +-60."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("fill", 0.0, 1.0),
+            ("stack", 1, 4),
+            ("empties", 1, 15),
+            ("lateral_mm", -200.0, 200.0),
+            ("depth_mm", -200.0, 200.0),
+            ("yaw_deg", -20.0, 20.0),
+            ("offset_mm", -60.0, 60.0),
+        ):
+            limits = getattr(self, name)
+            if limits.low < low or limits.high > high:
+                raise ValueError(f"{name} must stay within {low:g} to {high:g}; give it min and max")
+        for name in ("one_kind_share", "empties_share"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} must be 0-1, found {getattr(self, name)}")
+
+
+Stack = list[tuple[UnitLoad, Transform]]
+"""Loads on each other with T_stack_load, the lowest first."""
+
+
+def fill_lanes(
+    draft: SceneDraft, lanes: Sequence[Lane], config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator
+) -> None:
+    """Put stacks into the lanes.
+
+    Raises:
+        PlacementError: A stack fits in no try.
+    """
+    standing: list[OrientedBox] = []
+    for number, lane in enumerate(lanes):
+        count = round(config.fill.draw(rng) * len(lane.T_world_places))
+        empty = rng.random() < config.empties_share
+        kind = _of_one_kind(loads, rng) if rng.random() < config.one_kind_share else loads
+        draw = _empty_stack if empty else _draw_stack
+        for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
+            near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
+            for _ in range(_STACK_TRIES):
+                stack = draw(lane, config, kind, rng)
+                T_world_stack = _place(T_world_place, stack, near, config, rng)
+                if T_world_stack is not None:
+                    break
+            else:
+                raise PlacementError(
+                    f"no room for a stack in lane {number} after {_STACK_TRIES} x {_TRIES} tries; lower lanes.yaw_deg, "
+                    "lanes.offset_mm or lanes.lateral_mm, or widen the lanes"
+                )
+            for load, T_stack_load in stack:
+                standing.append(placed(T_world_stack @ T_stack_load, envelope_of(load)))
+                load.add_to(draft, T_world_stack @ T_stack_load)
+
+
+def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
+    """Draw loads on equal pallets; all but the uppermost have a full and level top layer to stand on."""
+    wanted = max(1, config.stack.draw_count(rng))
+    top = replace(loads, pallets=(_choose_pallet(lane, loads, rng),))
+    level = replace(top.stacking, top_layer_share=Distribution.constant(1.0))
+    full = replace(top, empty_share=0.0, mixed_share=0.0, stacking=level)
+    stack: Stack = []
+    height, carried = 0.0, 0.0
+    for number in range(wanted):
+        try:
+            load = build_unit_load(lane.clear_height - height, top if number == wanted - 1 else full, rng)
+        except PlacementError:
+            if stack:
+                break  # the stack ends where its goods are too high for the rest of the room
+            raise
+        if stack and carried + load.mass > STACKING_LOAD:
+            break
+        stack.append((load, _on_top(height, config, rng, stacked=bool(stack))))
+        carried += load.mass if number else 0.0
+        height += load.height
+        if lane.clear_height - height < _LEAST_HEADROOM:
+            break
+    return stack
+
+
+def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
+    """Draw a stack of empty pallets of one kind."""
+    bare = replace(loads, pallets=(_choose_pallet(lane, loads, rng),), empty_share=1.0)
+    stack: Stack = []
+    height = 0.0
+    for _ in range(max(1, config.empties.draw_count(rng))):
+        load = build_unit_load(np.inf, bare, rng)
+        stack.append((load, _on_top(height, config, rng, stacked=bool(stack))))
+        height += load.height
+    return stack
+
+
+def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> str:
+    """Draw a pallet that the lane is wide and its places are deep enough for."""
+    names = [name for name in loads.pallets if np.all(catalog_object(name).size[:2] <= np.array(lane.footprint))]
+    if not names:
+        raise PlacementError(f"none of the recipe's pallets fits a lane's {lane.footprint} m; widen the lanes")
+    return str(rng.choice(names))
+
+
+def _of_one_kind(loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
+    """Return ``loads`` with one stock-keeping unit of each kind of goods, as a lane holds it."""
+    cartons, totes, drums, sacks = (
+        (str(rng.choice(names)),) for names in (loads.cartons, loads.totes, loads.drums, loads.sacks)
+    )
+    return replace(loads, mixed_share=0.0, cartons=cartons, totes=totes, drums=drums, sacks=sacks)
+
+
+def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:
+    """Return T_stack_load of a load at ``height`` (m): a little off and either end first."""
+    shift = [config.offset_mm.draw(rng) / 1000, config.offset_mm.draw(rng) / 1000] if stacked else [0.0, 0.0]
+    return make_transform(rotation_z(np.pi * rng.integers(2)), np.array([*shift, height]))
+
+
+def _place(
+    T_world_place: Transform, stack: Stack, others: BoxStack, config: LanesConfig, rng: np.random.Generator
+) -> Transform | None:
+    for number in range(_TRIES):
+        # The place's x points into the lane, its y across it. Where it is tight, stacks stand straighter.
+        care = care_after(number, _TRIES)
+        shift = care * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
+        turn = care * np.deg2rad(config.yaw_deg.draw(rng))
+        T_world_stack = T_world_place @ make_transform(rotation_z(turn), shift)
+        boxes = [placed(T_world_stack @ T_stack_load, envelope_of(load)) for load, T_stack_load in stack]
+        if all(others.clear_of(box, _CLEARANCE) for box in boxes):
+            return T_world_stack
+    return None
+
+
+def _flat_distance(box: OrientedBox, T_world_place: Transform) -> float:
+    return float(np.linalg.norm(box.T_parent_box[:2, 3] - T_world_place[:2, 3]))

@@ -1,0 +1,96 @@
+"""Block storage: pallets stacked on the floor in lanes that end at the aisle, without any rack."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.hall import mark_line
+from warehouse_sim.scene.layouts.site import Lane, Layout, Side
+
+_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+PLAY = 0.06
+"""Free space that a place keeps around the largest pallet it is made for (m)."""
+
+
+@dataclass(frozen=True)
+class BlockStorageConfig(Layout):
+    """Lanes of floor storage along the aisle."""
+
+    kind: ClassVar[str] = "block_storage"
+
+    lanes: int = 10
+    """Lanes side by side on a side, 1-32."""
+    lane_depth: int = 4
+    """Stacks one behind the other in a lane, 1-8."""
+    lane_width: float = 1.1
+    """Distance from the middle of a lane to the next (m), 0.7-2."""
+    stack_pitch: float = 1.3
+    """Distance from stack to stack in a lane (m), 0.7-2."""
+    clear_height: float = 5.0
+    """Height that stacks may take (m), 1-7."""
+    sides: Literal["one", "both"] = "one"
+    """Lanes on one side of the aisle or on both."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, low, high in (
+            ("lanes", 1, 32),
+            ("lane_depth", 1, 8),
+            ("lane_width", 0.7, 2.0),
+            ("stack_pitch", 0.7, 2.0),
+            ("clear_height", 1.0, 7.0),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
+
+    @property
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+        return self.lanes * self.lane_width
+
+    @property
+    def depth(self) -> float:
+        """Depth of the lanes (m)."""
+        return self.lane_depth * self.stack_pitch
+
+    @property
+    def opposite(self) -> "BlockStorageConfig | None":
+        """The same lanes again, when there are two blocks."""
+        return self if self.sides == "both" else None
+
+    def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
+        """Mark the lanes on the floor; nothing else stands in a block."""
+        middles = self.lane_middles()
+        for x in [middles[0] - self.lane_width / 2, *(middle + self.lane_width / 2 for middle in middles)]:
+            mark_line(draft, T_world_side, (x, 0.0), self.depth, "y", "white")
+        return Side(
+            lanes=floor_lanes(
+                T_world_side, middles, self.lane_depth, (self.stack_pitch, self.lane_width), self.clear_height
+            )
+        )
+
+    def lane_middles(self) -> list[float]:
+        """Return x of each lane's middle (m)."""
+        return [(index - (self.lanes - 1) / 2) * self.lane_width for index in range(self.lanes)]
+
+
+def floor_lanes(
+    T_world_side: Transform, middles: Sequence[float], count: int, size: tuple[float, float], clear_height: float
+) -> list[Lane]:
+    """Return lanes with middles at x = ``middles`` (m) and ``count`` places each, ``size`` along and across (m)."""
+    pitch, width = size
+    return [
+        Lane(
+            tuple(
+                T_world_side @ make_transform(_QUARTER_TURN, np.array([x, (index + 0.5) * pitch, 0.0]))
+                for index in range(count)
+            ),
+            clear_height,
+            (pitch - PLAY, width - PLAY),
+        )
+        for x in middles
+    ]

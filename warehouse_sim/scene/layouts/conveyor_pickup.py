@@ -1,0 +1,70 @@
+"""A pallet conveyor along the aisle, from which a truck takes loads, with one for cartons above and behind it."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from warehouse_sim.catalog.building import CONVEYORS
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.hall import mark_line
+from warehouse_sim.scene.layouts.site import Layout, Side, Slot
+
+_PALLETS, _CARTONS = "pallet_conveyor", "roller_conveyor"
+_BACK = 1.6
+"""Distance between the middles of the two conveyors (m)."""
+_LINE = 0.35
+"""Distance of the line that keeps people off from the conveyor (m)."""
+
+
+@dataclass(frozen=True)
+class ConveyorPickupConfig(Layout):
+    """Length of the conveyors and how loads follow each other."""
+
+    kind: ClassVar[str] = "conveyor_pickup"
+
+    segments: int = 6
+    """Segments of 2.4 m, 1-12."""
+    pitch: float = 1.6
+    """Distance from load to load (m), 1.3-4."""
+    headroom: float = 2.0
+    """Height that a load may take, pallet included (m), 0.6-2.5."""
+    carton_line: bool = True
+    """Whether a conveyor for cartons runs behind."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, low, high in (("segments", 1, 12), ("pitch", 1.3, 4.0), ("headroom", 0.6, 2.5)):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
+
+    @property
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+        return self.segments * CONVEYORS[_PALLETS].length
+
+    @property
+    def depth(self) -> float:
+        """Extent away from the aisle (m)."""
+        return _BACK + CONVEYORS[_PALLETS].width if self.carton_line else CONVEYORS[_PALLETS].width
+
+    def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
+        """Add the conveyors; their places lie lengthwise on the pallets' one, its whole length one bay."""
+        y = CONVEYORS[_PALLETS].width / 2
+        self._add_line(draft, T_world_side, _PALLETS, y)
+        if self.carton_line:
+            self._add_line(draft, T_world_side, _CARTONS, y + _BACK)
+        mark_line(draft, T_world_side, (-self.length / 2, -_LINE), self.length, "x", "yellow")
+        count = int((self.length - 1.3) / self.pitch) + 1
+        height = CONVEYORS[_PALLETS].height
+        places = [np.array([(index - (count - 1) / 2) * self.pitch, y, height]) for index in range(count)]
+        slots = [Slot(T_world_side @ make_transform(translation=at), self.headroom, first_bay) for at in places]
+        return Side(slots=slots)
+
+    def _add_line(self, draft: SceneDraft, T_world_side: Transform, name: str, y: float) -> None:
+        kind = CONVEYORS[name]
+        count = int(self.length / kind.length + 1e-6)
+        for index in range(count):
+            at = np.array([(index - (count - 1) / 2) * kind.length, y, kind.height / 2])
+            draft.add(name, T_world_side @ make_transform(translation=at))

@@ -1,0 +1,116 @@
+"""A row of dock doors, and before each of them lanes where loads wait for their truck."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.building import MODULE_LENGTH, WALL_SIZE
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.block_storage import floor_lanes
+from warehouse_sim.scene.layouts.hall import mark_line, module_x
+from warehouse_sim.scene.layouts.site import Layout, Side
+
+_TRAILER_RISE = 0.005
+"""How far a trailer's floor lies above the hall's (m), so that they do not share a plane."""
+
+
+@dataclass(frozen=True)
+class DockStagingConfig(Layout):
+    """Doors in the wall of the front side, and the staging area before them."""
+
+    kind: ClassVar[str] = "dock_staging"
+
+    doors: int = 4
+    """Doors side by side, 6 m apart, 1-6."""
+    open_share: float = 0.5
+    """Share of the doors that are open, with a trailer behind them, 0-1."""
+    lanes_per_door: int = 3
+    """Staging lanes before each door, 1-4."""
+    lane_depth: int = 4
+    """Loads one behind the other in a lane, 1-8."""
+    lane_width: float = 1.25
+    """Distance from the middle of a lane to the next (m), 0.9-2."""
+    pitch: float = 1.45
+    """Distance from load to load in a lane (m), 0.9-2."""
+    apron: float = 4.0
+    """Free floor between the lanes and the doors (m), 3.2-8: the levellers, and room to turn."""
+    clear_height: float = 2.6
+    """Height that a stack may take (m), 1-5."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, low, high in (
+            ("doors", 1, 6),
+            ("open_share", 0.0, 1.0),
+            ("lanes_per_door", 1, 4),
+            ("lane_depth", 1, 8),
+            ("lane_width", 0.9, 2.0),
+            ("pitch", 0.9, 2.0),
+            ("apron", 3.2, 8.0),
+            ("clear_height", 1.0, 5.0),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
+        if self.lanes_per_door * self.lane_width > MODULE_LENGTH:
+            raise ValueError(
+                f"{self.lanes_per_door} lanes of {self.lane_width} m do not fit the {MODULE_LENGTH} m of a door; "
+                "lower lanes_per_door or lane_width"
+            )
+
+    @property
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+        return self.doors * MODULE_LENGTH
+
+    @property
+    def depth(self) -> float:
+        """Distance from the aisle to the wall with the doors (m)."""
+        return self.lane_depth * self.pitch + self.apron
+
+    @property
+    def gap(self) -> float:
+        """None: the wall belongs to the layout."""
+        return 0.0
+
+    @property
+    def door_modules(self) -> tuple[int, ...]:
+        """The modules in the middle of the wall."""
+        first = round(WALL_SIZE[0] / MODULE_LENGTH) // 2 - (self.doors + 1) // 2
+        return tuple(range(first, first + self.doors))
+
+    def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
+        """Add doors, levellers, trailers and lines; the places are the lanes."""
+        is_open = rng.permutation(self.doors) < round(self.open_share * self.doors)
+        lanes = []
+        for module, opened in zip(self.door_modules, is_open, strict=True):
+            x = module_x(module)
+            self._add_door(draft, T_world_side, x, bool(opened))
+            middles = [x + (i - (self.lanes_per_door - 1) / 2) * self.lane_width for i in range(self.lanes_per_door)]
+            for edge in [middles[0] - self.lane_width / 2, *(middle + self.lane_width / 2 for middle in middles)]:
+                mark_line(draft, T_world_side, (edge, 0.0), self.lane_depth * self.pitch, "y", "yellow")
+            lanes += floor_lanes(
+                T_world_side, middles, self.lane_depth, (self.pitch, self.lane_width), self.clear_height
+            )
+        return Side(lanes=lanes)
+
+    def _add_door(self, draft: SceneDraft, T_world_side: Transform, x: float, is_open: bool) -> None:
+        """Add a door to the opening at ``x``, with its leveller, and a trailer when it is open."""
+        places = [("dock_door_open" if is_open else "dock_door_closed", -0.5, 0.0), ("dock_leveller", -0.5, 0.0)]
+        if is_open:
+            floor = _trailer_floor()
+            places.append(("trailer", 0.5, _TRAILER_RISE - floor))
+        for name, side, z in places:
+            size = catalog_object(name).size
+            # Inside things end at the wall's inner face, the trailer begins at its outer one.
+            y = self.depth + side * size[1] + (WALL_SIZE[1] if side > 0 else 0.0)
+            draft.add(name, T_world_side @ make_transform(translation=np.array([x, y, z + size[2] / 2])))
+
+
+def _trailer_floor() -> float:
+    """Return the height of a trailer's floor above its underside (m): its lowest collision box."""
+    model = catalog_object("trailer")
+    floor = min(model.collision, key=lambda box: box.T_parent_box[2, 3])
+    return float(floor.T_parent_box[2, 3] + floor.size[2] / 2 + model.size[2] / 2)

@@ -1,0 +1,121 @@
+"""The hall around an aisle: slab, four walls, roof and columns, and what years of traffic leave on the floor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.scene.draft import Area, SceneDraft
+
+_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+_FLOORS = {"concrete": "floor_slab", "jointed": "floor_slab_jointed", "epoxy": "floor_slab_epoxy"}
+_WALLS = {"panels": "wall", "cladding": "wall_clad"}
+_LINE_LENGTHS = (6.0, 3.0, 1.0)
+_COLUMN_PITCH = 12.0
+"""Distance between columns and between trusses (m); 10-24 m are usual in halls."""
+
+
+@dataclass(frozen=True)
+class HallConfig:
+    """What the hall is made of."""
+
+    floor: Literal["concrete", "jointed", "epoxy"] = "concrete"
+    """Plain slab, slab with sawn joints, or joints under a coat of epoxy."""
+    walls: Literal["panels", "cladding"] = "panels"
+    """Painted panels or trapezoidal sheet."""
+    roof: bool = False
+    """Whether there is a roof on trusses; without one the hall is open above."""
+    columns: Literal["none", "steel", "concrete"] = "none"
+    """Columns in rows of 12 m along both sides, behind what stands there and, with guards, beside the aisle's ends."""
+    tyre_marks: int = 0
+    """Tyre marks on the floor of the aisle, 0-20."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.tyre_marks <= 20:
+            raise ValueError(f"tyre_marks must be 0-20, found {self.tyre_marks}")
+
+
+def build_hall(
+    draft: SceneDraft, config: HallConfig, y_front: float, y_back: float | None, doors: Sequence[int]
+) -> None:
+    """Add the shell.
+
+    Args:
+        draft: Where to add it.
+        config: What it is made of.
+        y_front: Where the inner face of the wall behind the front side is (m).
+        y_back: Where the inner face of the wall opposite is (m); None for the slab's end.
+        doors: Modules of the front wall that have a dock's opening, 0-7 from its left end.
+    """
+    draft.add(_FLOORS[config.floor], make_transform(translation=np.array([0.0, 0.0, -FLOOR_SIZE[2] / 2])))
+    thick, middle = WALL_SIZE[1] / 2, WALL_SIZE[2] / 2
+    end = (FLOOR_SIZE[1] - WALL_SIZE[1]) / 2
+    back = -end if y_back is None else max(-end, y_back - thick)
+    side = (FLOOR_SIZE[0] - WALL_SIZE[1]) / 2
+    walls = [(0.0, back, None), (-side, 0.0, _QUARTER_TURN), (side, 0.0, _QUARTER_TURN)]
+    if doors:
+        for index in range(round(WALL_SIZE[0] / MODULE_LENGTH)):
+            name = "wall_module_dock" if index in doors else "wall_module"
+            draft.add(name, make_transform(translation=np.array([module_x(index), y_front + thick, middle])))
+    else:
+        walls.insert(0, (0.0, y_front + thick, None))
+    for x, y, rotation in walls:
+        draft.add(_WALLS[config.walls], make_transform(rotation, np.array([x, y, middle])))
+    if config.roof:
+        _add_roof(draft)
+    if config.columns != "none":
+        _add_columns(draft, f"column_{config.columns}", y_front, None if y_back is None else back + thick)
+
+
+def module_x(index: int) -> float:
+    """Return x of the middle of a wall module (m)."""
+    return (index + 0.5) * MODULE_LENGTH - WALL_SIZE[0] / 2
+
+
+def add_tyre_marks(draft: SceneDraft, count: int, area: Area, rng: np.random.Generator) -> None:
+    """Leave tyre marks on the floor of ``area``."""
+    for _ in range(count):
+        name = str(rng.choice(["tyre_mark_straight", "tyre_mark_curve"]))
+        x, y = rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max)
+        yaw = rng.uniform(-np.pi, np.pi) if name.endswith("curve") else rng.normal(0.0, 0.15)
+        # Each a little higher than the one before, so that crossing marks do not share a plane.
+        z = catalog_object(name).size[2] / 2 + 0.0001 * (1 + rng.random())
+        draft.add(name, make_transform(rotation_z(yaw), np.array([x, y, z])))
+
+
+def mark_line(
+    draft: SceneDraft, T_world_side: Transform, start: Sequence[float], length: float, along: str, colour: str
+) -> None:
+    """Paint a line from ``start`` (x, y in a side's frame, m) in the direction of its "x" or "y" axis.
+
+    Lines come in lengths of 6, 3 and 1 m; what is left at the end stays bare.
+    """
+    direction = np.array([1.0, 0.0, 0.0]) if along == "x" else np.array([0.0, 1.0, 0.0])
+    rotation = None if along == "x" else _QUARTER_TURN
+    at, rest = np.array([start[0], start[1], PAINT / 2]), length
+    for piece in _LINE_LENGTHS:
+        while rest >= piece - 1e-6:
+            T_side_line = make_transform(rotation, at + direction * piece / 2)
+            draft.add(f"lane_line_{colour}_{round(1000 * piece)}", T_world_side @ T_side_line)
+            at, rest = at + direction * piece, rest - piece
+
+
+def _add_roof(draft: SceneDraft) -> None:
+    under = WALL_SIZE[2]
+    draft.add("ceiling", make_transform(translation=np.array([0.0, 0.0, under + CEILING_SIZE[2] / 2])))
+    for x in np.arange(-1.5, 2.0) * _COLUMN_PITCH:
+        at = np.array([x, 0.0, under - TRUSS_SIZE[2] / 2])
+        draft.add("roof_truss", make_transform(_QUARTER_TURN, at))
+
+
+def _add_columns(draft: SceneDraft, name: str, y_front: float, y_back: float | None) -> None:
+    """Add a row of columns along the inner face of the front wall, and one along the wall opposite."""
+    size = catalog_object(name).size
+    rows = [y_front - size[1] / 2] + ([] if y_back is None else [y_back + size[1] / 2])
+    for y in rows:
+        for x in np.arange(-1.5, 2.0) * _COLUMN_PITCH:
+            draft.add(name, make_transform(translation=np.array([x, y, size[2] / 2])))

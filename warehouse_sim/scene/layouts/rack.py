@@ -1,0 +1,171 @@
+"""One selective rack: frames, beams, decks and guards, and the places for pallets that they make.
+
+Frame of a rack: x along the aisle, y into the rack, z up; its front is the plane y = 0, its middle x = 0.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.pallets import HEIGHT as PALLET_HEIGHT
+from warehouse_sim.catalog.racks import (
+    BEAM_DEPTH,
+    BEAM_HEIGHT,
+    CONNECTOR_HEIGHT,
+    DECK_WIDTH,
+    FRAME_DEPTH,
+    FRAME_HEIGHTS,
+    STEP_BEAM_DEPTH,
+    STEP_HEIGHT,
+    UPRIGHT_WIDTH,
+)
+from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, frame_pose
+from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.site import Slot
+
+LOAD_CLEARANCE = 0.1
+"""Free height between a load and the beam above it (m)."""
+_HEADROOM_ABOVE_TOP = 1.3
+"""Height that a load on the top level may take, pallet included (m)."""
+_FRAME_OVER_TOP_BEAM = 0.5
+"""End frames rise at least this far above the top beam (m)."""
+_GUARD_GAP = 0.05
+"""Free space between a guard and the rack (m)."""
+_REACH = 0.5
+"""How far to both sides of its middle a pallet may lie on a beam (m)."""
+_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+_HALF_TURN = _QUARTER_TURN @ _QUARTER_TURN
+
+
+@dataclass(frozen=True)
+class Rack:
+    """Drawing of a rack."""
+
+    bays: int
+    levels: tuple[float, ...]
+    """Heights of the beams' tops (m), rising."""
+    ground_level: bool
+    """Whether pallets also stand on the floor."""
+    bay_width: float
+    """Clear width between frames (m)."""
+    places: Sequence[float]
+    """x of each pallet from the middle of its bay (m)."""
+    beams: str
+    """"box" or "step"."""
+    mesh_decks: bool
+    guards: bool
+    limits: RackTolerances = field(default_factory=RackTolerances)
+
+    @property
+    def pitch(self) -> float:
+        """Distance between the axes of neighbouring frames (m)."""
+        return self.bay_width + UPRIGHT_WIDTH
+
+
+def build_rack(
+    draft: SceneDraft, rack: Rack, T_world_rack: Transform, first_bay: int, rng: np.random.Generator | None
+) -> list[Slot]:
+    """Add one rack and return its slots, bay by bay.
+
+    Args:
+        draft: Where to add it.
+        rack: Its drawing.
+        T_world_rack: Its frame.
+        first_bay: Number of its first bay.
+        rng: Where deviations from the drawing come from; None builds exactly what is drawn.
+    """
+    _add_frames(draft, rack, T_world_rack, rng)
+    levels = ([0.0] if rack.ground_level else []) + list(rack.levels)
+    slots: list[Slot] = []
+    for bay in range(rack.bays):
+        x = (bay - (rack.bays - 1) / 2) * rack.pitch
+        for number, level in enumerate(levels):
+            tops = _add_level(draft, rack, T_world_rack, x, level, rng) if level > 0.0 else []
+            above = [other for other in rack.levels if other > level]
+            free = above[0] - BEAM_HEIGHT - LOAD_CLEARANCE - level if above else _HEADROOM_ABOVE_TOP
+            if free >= PALLET_HEIGHT:
+                slots += _slots(T_world_rack, rack, x, level, free, tops, first_bay + bay * len(levels) + number)
+    if rack.guards:
+        _add_guards(draft, rack, T_world_rack)
+    return slots
+
+
+def _add_frames(draft: SceneDraft, rack: Rack, T_world_rack: Transform, rng: np.random.Generator | None) -> None:
+    top = max(rack.levels, default=1.0)
+    name, height = next(
+        (name, height) for name, height in FRAME_HEIGHTS.items() if height >= top + _FRAME_OVER_TOP_BEAM
+    )
+    for index in range(rack.bays + 1):
+        at = np.array([(index - rack.bays / 2) * rack.pitch, FRAME_DEPTH / 2, height / 2])
+        T_nominal_frame = np.eye(4) if rng is None else frame_pose(height, rack.limits, rng)
+        draft.add(name, T_world_rack @ make_transform(translation=at) @ T_nominal_frame)
+
+
+def _add_level(
+    draft: SceneDraft, rack: Rack, T_world_rack: Transform, x: float, top: float, rng: np.random.Generator | None
+) -> list[Transform]:
+    """Add the two beams of a bay's level and what lies on them; return T_rack_top of their upper faces."""
+    step = rack.beams == "step"
+    name = f"{rack.beams.replace('box', 'rack')}_beam_{round(1000 * rack.bay_width)}"
+    depth = STEP_BEAM_DEPTH if step else BEAM_DEPTH
+    # A step beam's connectors reach around the front of the uprights.
+    y_front = depth / 2 - (STEP_BEAM_DEPTH - BEAM_DEPTH) * step
+    tops = []
+    for y, rotation in ((y_front, None), (FRAME_DEPTH - y_front, _HALF_TURN if step else None)):
+        at = np.array([x, y, top - CONNECTOR_HEIGHT / 2])
+        T_rack_beam = make_transform(rotation, at)
+        if rng is not None:
+            T_rack_beam = T_rack_beam @ beam_pose(rack.bay_width, rack.limits, rng)
+        draft.add(name, T_world_rack @ T_rack_beam)
+        tops.append(T_rack_beam @ make_transform(translation=np.array([0.0, 0.0, CONNECTOR_HEIGHT / 2])))
+    if rack.mesh_decks:
+        count = int(rack.bay_width / DECK_WIDTH)
+        for index in range(count):
+            at = np.array([x + (index - (count - 1) / 2) * rack.bay_width / count, FRAME_DEPTH / 2, top])
+            at[2] -= STEP_HEIGHT / 2
+            draft.add("mesh_deck", T_world_rack @ make_transform(translation=at))
+    return tops
+
+
+def _slots(
+    T_world_rack: Transform, rack: Rack, x: float, z: float, headroom: float, tops: list[Transform], bay: int
+) -> list[Slot]:
+    return [
+        Slot(
+            T_world_rack
+            @ make_transform(_QUARTER_TURN, np.array([x + dx, FRAME_DEPTH / 2, _support_height(z, tops, x + dx)])),
+            headroom,
+            bay,
+        )
+        for dx in rack.places
+    ]
+
+
+def _support_height(nominal: float, tops: list[Transform], x: float) -> float:
+    """Return the highest point (m) of the beams under a pallet at ``x``: beams are neither level nor straight."""
+    ends: Float[np.ndarray, "4 3"] = np.array(
+        [[dx, dy, 0.0] for dx in (-_REACH, _REACH) for dy in (-BEAM_DEPTH / 2, BEAM_DEPTH / 2)]
+    )
+    heights = [nominal]
+    for T_rack_top in tops:
+        along = T_rack_top[0, 0] * (x - T_rack_top[0, 3])
+        heights.append(float(transform_points(T_rack_top, ends + np.array([along, 0.0, 0.0]))[:, 2].max()))
+    return max(heights)
+
+
+def _add_guards(draft: SceneDraft, rack: Rack, T_world_rack: Transform) -> None:
+    """Add a barrier across each end of the rack and a guard before each front upright."""
+    barrier, guard = catalog_object("rack_end_guard"), catalog_object("upright_guard")
+    half = rack.bays * rack.pitch / 2
+    for side in (-1.0, 1.0):
+        x = side * (half + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
+        T_rack_barrier = make_transform(None if side > 0 else _HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
+        T_rack_barrier[2, 3] = barrier.size[2] / 2
+        draft.add("rack_end_guard", T_world_rack @ T_rack_barrier)
+    for index in range(rack.bays + 1):
+        at = np.array([(index - rack.bays / 2) * rack.pitch, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2])
+        draft.add("upright_guard", T_world_rack @ make_transform(translation=at))

@@ -1,0 +1,178 @@
+"""What a layout leaves for others to fill: places in racks and on conveyors, floor lanes, and the aisle.
+
+World: the aisle runs along x, centred on x = 0; what stands on its front side begins at the plane y = 0 and extends to
+positive y; the aisle is the strip from y = -width to 0. The floor is z = 0.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_hall
+
+_COLUMN_GAP = 0.65
+"""Free space behind a side with columns (m)."""
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Slot:
+    """A place for one pallet, short side out."""
+
+    T_world_slot: Transform
+    """On the supporting surface under the pallet's centre; x into the rack, z up."""
+    headroom: float
+    """Height from the supporting surface that the load may take, pallet included (m)."""
+    bay: int
+    """Number of the bay and level; slots of one bay are neighbours."""
+    footprint: tuple[float, float] | None = None
+    """Greatest edges of a pallet along x and y (m); None leaves it to the recipe."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """A strip of floor with places for stacks, one behind the other."""
+
+    T_world_places: tuple[Transform, ...]
+    """On the floor under each stack's centre, the aisle's end first; x away from the aisle, z up."""
+    clear_height: float
+    """Height that a stack may take (m)."""
+    footprint: tuple[float, float]
+    """Greatest edges of a pallet along the lane and across it (m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What was built along one side of the aisle."""
+
+    slots: Sequence[Slot] = ()
+    lanes: Sequence[Lane] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """What was built."""
+
+    aisle: Area
+    """Free floor: the rig drives and traffic moves on it, luminaires hang over it."""
+    slots: tuple[Slot, ...]
+    lanes: tuple[Lane, ...]
+
+
+@dataclass(frozen=True)
+class Layout(ABC):
+    """Where things stand: an aisle with something along its front, and a wall or more of it on the other side.
+
+    In YAML: a mapping with ``kind`` and that kind's settings; without ``kind`` it is a rack aisle.
+    """
+
+    kind: ClassVar[str]
+    aisle_width: float = 9.5
+    """Free floor in front (m), 3-15; an observation needs its distance and about 1 m more."""
+
+    def __post_init__(self) -> None:
+        if not 3.0 <= self.aisle_width <= 15.0:
+            raise ValueError(f"aisle_width must be 3-15 m, found {self.aisle_width}")
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+
+    @property
+    @abstractmethod
+    def depth(self) -> float:
+        """Extent away from the aisle (m)."""
+
+    @property
+    def gap(self) -> float:
+        """Free space between what stands along the front and the wall behind it (m)."""
+        return 0.4
+
+    @property
+    def door_modules(self) -> tuple[int, ...]:
+        """Modules of the wall behind the front, 0-7 from its left end, that have a dock's opening."""
+        return ()
+
+    @property
+    def opposite(self) -> "Layout | None":
+        """What stands on the other side of the aisle; None for a wall at the hall's end."""
+        return None
+
+    @abstractmethod
+    def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
+        """Add to ``draft`` what stands along the plane y = 0 of a side's own frame; the aisle is at negative y.
+
+        Args:
+            draft: Where to add it.
+            T_world_side: The side's frame.
+            first_bay: Number of the first bay.
+            rng: Where tolerances come from.
+        """
+
+    @staticmethod
+    def type_of(data: Any, where: str) -> "type[Layout]":
+        """Return the class that a mapping's ``kind`` names.
+
+        Raises:
+            ConfigError: No layout has this kind.
+        """
+        from warehouse_sim.scene.layouts.kinds import LAYOUTS
+
+        kind = data.get("kind", "rack_aisle") if isinstance(data, dict) else "rack_aisle"
+        if kind not in LAYOUTS:
+            raise ConfigError(f"{where}: kind must be one of {', '.join(map(repr, LAYOUTS))}, found {kind!r}")
+        return LAYOUTS[kind]
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> Self:
+        """Read a mapping with ``kind``.
+
+        Raises:
+            ConfigError: Unknown kind or wrong settings.
+        """
+        chosen = cls.type_of(data, where)
+        settings = {key: value for key, value in data.items() if key != "kind"} if isinstance(data, dict) else data
+        found = from_mapping(chosen, settings, where)
+        if not isinstance(found, cls):
+            raise ConfigError(f"{where}: kind must be {cls.kind!r}, found {chosen.kind!r}")
+        return found
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what ``from_plain`` reads back."""
+        settings = {field.name: to_mapping(getattr(self, field.name)) for field in fields(self)}
+        return {"kind": self.kind, **settings}
+
+
+def aisle_area(layout: Layout) -> Area:
+    """Return the free floor between both sides (m)."""
+    half = max(layout.length, layout.opposite.length if layout.opposite else 0.0) / 2
+    return Area(-half, half, -layout.aisle_width, 0.0)
+
+
+def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.random.Generator) -> Site:
+    """Add the hall and both sides of the aisle to ``draft``."""
+    other = layout.opposite
+    y_front = layout.depth + _wall_gap(layout, hall)
+    y_back = -layout.aisle_width - other.depth - _wall_gap(other, hall) if other else None
+    build_hall(draft, hall, y_front, y_back, layout.door_modules)
+    sides = [layout.build_side(draft, np.eye(4), 0, rng)]
+    if other is not None:
+        T_world_side = make_transform(_HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
+        sides.append(other.build_side(draft, T_world_side, len(sides[0].slots), rng))
+    slots = tuple(slot for side in sides for slot in side.slots)
+    lanes = tuple(lane for side in sides for lane in side.lanes)
+    add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
+    return Site(aisle_area(layout), slots, lanes)
+
+
+def _wall_gap(layout: Layout, hall: HallConfig) -> float:
+    """Return the free space behind a side (m), enough for columns where there are any."""
+    return max(layout.gap, _COLUMN_GAP) if hall.columns != "none" and not layout.door_modules else layout.gap

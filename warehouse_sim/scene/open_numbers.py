@@ -1,0 +1,134 @@
+"""Settings that a recipe leaves open: where a number is expected, a distribution may stand, and a choice for a name.
+
+``Distribution`` settings are drawn anew for every object. All other settings are drawn once a scene; this module finds
+those that are open, and closes them with one value each.
+"""
+
+import dataclasses
+import types
+import typing
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.scene.distribution import Distribution
+
+End = Literal["low", "high"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How to draw one name or switch; in YAML ``{choices[, weights]}``."""
+
+    values: tuple[Any, ...]
+    """What it is made from."""
+    weights: tuple[float, ...] = ()
+    """Relative weights; equal when empty."""
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "Choice":
+        """Read ``{choices[, weights]}``.
+
+        Raises:
+            ConfigError: There is nothing to choose from, or the weights do not fit.
+        """
+        values = data.get("choices")
+        if set(data) - {"choices", "weights"} or not isinstance(values, list) or not values:
+            raise ConfigError(f"{where} must be a value or {{choices, weights}}, found {data!r}")
+        numbers = Distribution.from_plain(data | {"choices": list(range(len(values)))}, where)
+        return cls(tuple(values), numbers.weights)
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what ``from_plain`` reads back."""
+        return {"choices": list(self.values), **({"weights": list(self.weights)} if self.weights else {})}
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        """Return one of the values."""
+        shares = np.array(self.weights) / sum(self.weights) if self.weights else None
+        return self.values[int(rng.choice(len(self.values), p=shares))]
+
+
+@dataclass(frozen=True)
+class OpenSetting:
+    """One open setting of a recipe."""
+
+    path: tuple[str | int, ...]
+    """Keys and list positions that lead to it."""
+    kind: Literal["float", "int", "name"]
+    """What a draw of it must be."""
+    source: Distribution | Choice
+    """Where draws come from."""
+
+    @property
+    def name(self) -> str:
+        """The path in one word, "layout.bays"."""
+        return ".".join(map(str, self.path))
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        """Return one value."""
+        if isinstance(self.source, Distribution) and self.kind == "int":
+            return self.source.draw_count(rng)
+        return self.source.draw(rng)
+
+    def end(self, end: End) -> Any:
+        """Return the smallest or the largest value; the mean where there is none."""
+        if isinstance(self.source, Choice):
+            return self.source.values[0 if end == "low" else -1]
+        value = getattr(self.source, end)
+        value = value if np.isfinite(value) else self.source.mean
+        return round(value) if self.kind == "int" else value
+
+
+def find_open(cls: type, data: Any, where: str) -> tuple[OpenSetting, ...]:
+    """Return the open settings in plain ``data`` of the dataclass ``cls``, in order of their names.
+
+    Raises:
+        ConfigError: A distribution or choice cannot be read.
+    """
+    return tuple(sorted(_walk_fields(cls, data, (), where), key=lambda setting: setting.name))
+
+
+def close(data: Any, values: list[tuple[tuple[str | int, ...], Any]]) -> Any:
+    """Return a copy of plain ``data`` with the value of each path replaced."""
+    closed = deepcopy(data)
+    for path, value in values:
+        parent = closed
+        for key in path[:-1]:
+            parent = parent[key]
+        parent[path[-1]] = value
+    return closed
+
+
+def _walk(hint: Any, data: Any, path: tuple[str | int, ...], where: str) -> Iterator[OpenSetting]:
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        hint = next(option for option in args if option is not type(None))
+        yield from _walk(hint, data, path, where)
+    elif origin is tuple and isinstance(data, list):
+        for index, item in enumerate(data):
+            inner = args[0] if args[-1] is Ellipsis else args[min(index, len(args) - 1)]
+            yield from _walk(inner, item, (*path, index), f"{where}[{index}]")
+    elif not isinstance(data, dict):
+        return
+    elif hasattr(hint, "type_of"):
+        yield from _walk_fields(hint.type_of(data, where), data, path, where)
+    elif hasattr(hint, "from_plain"):
+        return
+    elif dataclasses.is_dataclass(hint):
+        yield from _walk_fields(hint, data, path, where)
+    elif hint in (int, float):
+        yield OpenSetting(path, "int" if hint is int else "float", Distribution.from_plain(data, where))
+    elif hint in (str, bool) or origin is Literal:
+        yield OpenSetting(path, "name", Choice.from_plain(data, where))
+
+
+def _walk_fields(cls: Any, data: dict[str, Any], path: tuple[str | int, ...], where: str) -> Iterator[OpenSetting]:
+    hints = typing.get_type_hints(cls)
+    names = {field.name for field in dataclasses.fields(cls)}
+    for key, value in data.items():
+        if key in names:
+            yield from _walk(hints[key], value, (*path, key), f"{where}: {key}")

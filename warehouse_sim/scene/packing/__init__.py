@@ -1,0 +1,1 @@
+"""How pieces stand on a pallet: patterns of one layer, layers above each other, and mixed orders; never overlapping."""

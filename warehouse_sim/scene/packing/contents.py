@@ -1,0 +1,119 @@
+"""What a pallet carries: which goods, how many layers, in which pattern."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene.packing.layer import how_many
+from warehouse_sim.scene.packing.load_config import UnitLoadConfig
+from warehouse_sim.scene.packing.mixed import pack_mixed
+from warehouse_sim.scene.packing.patterns import Cycle, Pattern, pattern_layers, possible_patterns
+from warehouse_sim.scene.packing.stacking import Tier, stack_tiers
+from warehouse_sim.schema import ObjectModel
+
+Goods = list[tuple[ObjectModel, Transform]]
+"""Models and their poses over the surface that carries them, whose middle is the origin."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a load may take."""
+
+    area: tuple[float, float]
+    """Edges of the surface along x and y, overhang included (m)."""
+    height: float
+    """Free height over it (m)."""
+    payload: float
+    """Greatest mass (kg)."""
+
+
+def draw_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+    """Draw the goods of a loaded pallet.
+
+    Raises:
+        PlacementError: Nothing that the recipe lists fits ``room``, or pieces cannot be jittered as asked.
+    """
+    names = _kind(config, rng)
+    if names is config.cartons and config.mixed_share > 0.0 and rng.random() < config.mixed_share:
+        return _mixed(room, config, rng)
+    return _equal(names, room, config, rng)
+
+
+def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
+    """Draw which list of the recipe the goods come from."""
+    kinds = ((config.tote_share, config.totes), (config.drum_share, config.drums), (config.sack_share, config.sacks))
+    if not any(share for share, _ in kinds):
+        return config.cartons
+    left = rng.random()
+    for share, names in kinds:
+        if left < share:
+            return names
+        left -= share
+    return config.cartons
+
+
+def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+    """Draw layers of one kind of piece."""
+    model = catalog_object(str(rng.choice(_that_fit(names, room))))
+    cycle = _cycle(model, room, config, rng)
+    wanted = min(config.height.draw(rng), room.height)
+    per_layer = max(map(len, cycle))
+    limit = int(room.payload / (model.mass * per_layer))
+    layers = max(1, min(int(wanted / model.size[2]), config.max_cartons // per_layer, limit))
+    is_round = model.class_name == "drum"
+    tiers = [Tier(model.size, cycle[level % len(cycle)], is_round) for level in range(layers)]
+    return [(model, T) for poses in stack_tiers(tiers, config.stacking, rng) for T in poses]
+
+
+def _that_fit(names: Sequence[str], room: Room) -> list[str]:
+    """Return those of ``names`` of which a layer fits ``room``.
+
+    Raises:
+        PlacementError: There are none.
+    """
+    fitting = []
+    for name in names:
+        model = catalog_object(name)
+        layer = pattern_layers("column", model.size, room.area, 0.0)
+        if layer and model.size[2] <= room.height and model.mass * len(layer[0]) <= room.payload:
+            fitting.append(name)
+    if not fitting:
+        shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+        raise PlacementError(
+            f"none of {shown} fits {room.area[0]:.2f} x {room.area[1]:.2f} m, {room.height:.2f} m high, with at most "
+            f"{room.payload:.0f} kg, above a pallet; raise beam_levels or list smaller, lower or lighter goods"
+        )
+    return fitting
+
+
+def _cycle(model: ObjectModel, room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Cycle:
+    """Draw the pattern among those of the recipe that the piece's size allows; columns when it allows none."""
+    gap = config.stacking.gap_mm / 1000
+    possible = possible_patterns(model.size, room.area, gap)
+    listed: list[Pattern] = [pattern for pattern in config.patterns if pattern in possible] or ["column"]
+    # Pieces without corners stand in columns: nothing about them interlocks.
+    chosen = listed[int(rng.integers(len(listed)))] if len(listed) > 1 and model.class_name != "drum" else listed[0]
+    return pattern_layers(chosen, model.size, room.area, gap)
+
+
+def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+    """Draw a picked order: up to ``max_cartons`` cartons of several SKUs, those that press hardest first."""
+    names = _that_fit(config.cartons, room)
+    names = list(rng.permutation(names)[: int(rng.integers(2, 6))])
+    height = min(config.height.draw(rng), room.height)
+    count = int(rng.integers(max(1, config.max_cartons // 2), config.max_cartons + 1))
+    order = [catalog_object(str(name)) for name in rng.choice(names, count)]
+    order.sort(key=lambda model: (-float(model.size[0] * model.size[1]), -model.mass))
+    masses = np.cumsum([model.mass for model in order])
+    order = [model for model, total in zip(order, masses, strict=True) if total <= room.payload]
+    sizes = [model.size for model in order]
+    # As in the patterns, gaps come on top: as many of the broadest piece fit side by side as would without gaps.
+    broadest = max(float(min(size[:2])) for size in sizes)
+    area = tuple(edge + max(1, how_many(edge, broadest)) * config.stacking.gap_mm / 1000 for edge in room.area)
+    tallest = max(float(size[2]) for size in sizes)
+    placed = pack_mixed(sizes, (area[0], area[1]), max(height, tallest + 0.001), config.stacking, rng)
+    return [(order[number], T) for number, T in placed]

@@ -1,0 +1,98 @@
+"""What secures a load: posts at its corners, film around it. Both follow the goods; physics does not move them."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads import CORNER_POSTS
+from warehouse_sim.catalog.loads.board import POST_BOARD, POST_LEG
+from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.convex import area, convex_hull, grown
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.scene.packing.contents import Goods
+from warehouse_sim.schema import ObjectModel
+
+_SLACK = 0.003
+"""Distance of film and posts from the goods (m), which slip a little when they settle."""
+_SKIRT, _SEAM = 0.07, 0.04
+"""How far the film reaches down the pallet and how far that turn reaches up the goods (m)."""
+_LEVEL = 0.01
+"""Tops that differ by less than this (m) are level."""
+_STEP_SHARE = 0.08
+"""A level whose outline is smaller than the one below by more than this share has its own turns of film."""
+
+
+def corner_posts(goods: Goods, floor: float) -> Goods:
+    """Return four posts at the corners of a block of goods, from ``floor`` (m) up.
+
+    There are none where the block is too low for the shortest post or its uppermost layer has no corners to hold.
+    """
+    boxes = [_corners(item) for item in goods]
+    if len(_levels(boxes, floor)) > 1:
+        return []
+    corners = np.concatenate(boxes)
+    low, high = corners.min(axis=0) - _SLACK - POST_BOARD, corners.max(axis=0) + _SLACK + POST_BOARD
+    heights = [(height, name) for name, (_, height) in CORNER_POSTS.items() if height <= high[2] - floor]
+    if not heights:
+        return []
+    height, name = max(heights)
+    half = POST_LEG / 2
+    left, right, front, back = low[0] + half, high[0] - half, low[1] + half, high[1] - half
+    places = ((left, front), (right, front), (right, back), (left, back))
+    # The angle of a post's own frame is at -x -y; a quarter turn brings it to the next corner.
+    return [
+        (catalog_object(name), make_transform(rotation_z(turn * np.pi / 2), np.array([*place, floor + height / 2])))
+        for turn, place in enumerate(places)
+    ]
+
+
+def film_around(goods: Goods, deck: Sequence[float], floor: float) -> tuple[ObjectModel, Transform]:
+    """Return film around ``goods`` and the upper edge of their pallet, with its pose in the load's frame.
+
+    Args:
+        goods: Pieces and posts in the load's frame.
+        deck: Edges of the pallet along x and y (m).
+        floor: Height of the pallet's top (m).
+    """
+    corners = [_corners(item) for item in goods]
+    levels = _levels(corners, floor)
+    sides = np.array([[sx * deck[0], sy * deck[1]] for sx in (-0.5, 0.5) for sy in (-0.5, 0.5)])
+    foot = convex_hull(np.concatenate([levels[0].outline, sides]))
+    # Around a load that stands far from the pallet's edge the film starts on the pallet.
+    flush = area(foot) <= 1.1 * area(levels[0].outline)
+    slices = [Slice(grown(foot, _SLACK), floor - _SKIRT, floor + _SEAM)] if flush else []
+    slices += [Slice(grown(level.outline, _SLACK), level.low, level.high) for level in levels]
+    model, centre = stretch_wrap(slices)
+    return model, make_transform(translation=centre)
+
+
+def _levels(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[Slice]:
+    """Cut the load where its outline gets clearly smaller; pieces are given by their corners (m)."""
+    lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
+    bounds = [floor]
+    outline = _outline(corners, tops > floor)
+    for top in np.unique(tops[tops < tops.max() - _LEVEL]):
+        above = _outline(corners, tops > top + _LEVEL)
+        if area(above) < (1.0 - _STEP_SHARE) * area(outline) and top - bounds[-1] > 0.05:
+            bounds.append(float(top))
+            outline = above
+    bounds.append(float(tops.max()))
+    return [
+        Slice(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
+        for low, high in pairwise(bounds)
+    ]
+
+
+def _outline(corners: Sequence[Float[np.ndarray, "8 3"]], chosen: np.ndarray) -> Float[np.ndarray, "n 2"]:
+    return convex_hull(
+        np.concatenate([box[:, :2] for box, is_chosen in zip(corners, chosen, strict=True) if is_chosen])
+    )
+
+
+def _corners(item: tuple[ObjectModel, Transform]) -> Float[np.ndarray, "8 3"]:
+    model, T_load_piece = item
+    return OrientedBox(T_load_piece, model.size).corners()

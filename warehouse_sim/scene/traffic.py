@@ -1,0 +1,129 @@
+"""What moves and lies about on the floor of the aisle: people, trucks, cones, cartons that fell off a truck."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import Area, SceneDraft
+
+_KINDS = (
+    ("forklifts", "forklift"),
+    ("pallet_jacks", "pallet_jack"),
+    ("people", "person"),
+    ("cones", "cone"),
+    ("cartons", "carton"),
+    ("own", "own"),
+)
+"""Setting -> class, the largest first: they find a place while there is one; "own" are the user's objects."""
+_ALONG_AISLE = ("forklift", "pallet_jack")
+"""Classes that mostly head along the aisle or across it."""
+_HEADING_SPREAD = 0.25
+"""Standard deviation of their heading (rad)."""
+_AIR = 0.0005
+"""Gap under a loose thing before settling (m)."""
+_UNDERFOOT, _OVERHEAD = 0.05, 3.0
+"""What ends below the first or begins above the second height is in nobody's way (m)."""
+_TRIES = 200
+
+
+@dataclass(frozen=True)
+class TrafficConfig:
+    """How much of it there is; whole numbers, 0-20 each."""
+
+    forklifts: Distribution = field(default=Distribution.constant(0))
+    """Counterbalance and reach trucks."""
+    pallet_jacks: Distribution = field(default=Distribution.constant(0))
+    """Hand pallet trucks."""
+    people: Distribution = field(default=Distribution.constant(0))
+    """People on foot."""
+    cones: Distribution = field(default=Distribution.constant(0))
+    """Traffic cones."""
+    cartons: Distribution = field(default=Distribution.constant(0))
+    """Single cartons on the floor."""
+    own: Distribution = field(default=Distribution.constant(0))
+    """Things of the user's own, drawn from ``objects``."""
+    objects: tuple[str, ...] = ()
+    """Files that describe them (.yaml, see docs/custom_objects.md), relative to the working directory."""
+    clearance: float = 0.3
+    """Least distance between any two of these and to everything else (m), 0.05-2."""
+
+    def __post_init__(self) -> None:
+        for name, _ in _KINDS:
+            limits = getattr(self, name)
+            if limits.low < 0 or limits.high > 20:
+                raise ValueError(f"{name} must stay within 0-20")
+        if self.own.high > 0 and not self.objects:
+            raise ValueError("own needs the files of the objects; list them under objects")
+        own = [catalog_object(name) for name in self.objects]
+        if len({model.obj_id for model in own}) < len(own) or len({model.name for model in own}) < len(own):
+            raise ValueError("objects must differ in name and obj_id; number them from 1000 on")
+        if not 0.05 <= self.clearance <= 2.0:
+            raise ValueError(f"clearance must be 0.05-2 m, found {self.clearance}")
+
+
+def add_traffic(
+    draft: SceneDraft, config: TrafficConfig, cartons: Sequence[str], area: Area, rng: np.random.Generator
+) -> None:
+    """Put traffic on the floor of ``area``, clear of everything there.
+
+    Args:
+        draft: Where to add it.
+        config: How much of it.
+        cartons: Catalog names of the cartons that may lie about.
+        area: Floor of the aisle.
+        rng: Where, which and which way.
+
+    Raises:
+        PlacementError: The floor is too full.
+    """
+    solids = BoxStack.of([box for _, box in draft.solids()])
+    low, high = solids.extents()
+    in_the_way = solids.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
+    placed: list[OrientedBox] = []
+    for setting, class_name in _KINDS:
+        count = getattr(config, setting).draw_count(rng)
+        names = {"carton": cartons, "own": config.objects}.get(class_name) or _names_of(class_name)
+        for number in range(count):
+            name = str(rng.choice(list(names)))
+            T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), config.clearance, area, rng)
+            if T_world_object is None:
+                raise PlacementError(
+                    f"no room for {class_name} {number + 1} of {count} after {_TRIES} tries; lower traffic.{setting} "
+                    "or traffic.clearance"
+                )
+            draft.add(catalog_object(name), T_world_object, draft.new_group() if class_name == "carton" else 0)
+            placed.append(_envelope(name, T_world_object))
+
+
+@cache
+def _names_of(class_name: str) -> tuple[str, ...]:
+    """Return the catalog objects of a class, sorted by name."""
+    return tuple(name for name in catalog_names() if catalog_object(name).class_name == class_name)
+
+
+def _find_place(
+    name: str, others: Sequence[BoxStack], clearance: float, area: Area, rng: np.random.Generator
+) -> Transform | None:
+    model = catalog_object(name)
+    z = model.size[2] / 2 + (_AIR if model.class_name == "carton" else 0.0)
+    for _ in range(_TRIES):
+        at = np.array([rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max), z])
+        yaw = rng.uniform(-np.pi, np.pi)
+        if model.class_name in _ALONG_AISLE:
+            yaw = rng.integers(4) * np.pi / 2 + rng.normal(0.0, _HEADING_SPREAD)
+        T_world_object = make_transform(rotation_z(yaw), at)
+        if all(stack.clear_of(_envelope(name, T_world_object), clearance) for stack in others):
+            return T_world_object
+    return None
+
+
+def _envelope(name: str, T_world_object: Transform) -> OrientedBox:
+    return OrientedBox(T_world_object, catalog_object(name).size)
