@@ -27,6 +27,14 @@ class RecordedObject:
     group: int
     T_world_object: Transform
 
+    @property
+    def is_worn(self) -> bool:
+        """Whether its boards differ from the CAD model of its obj_id, whose frame and pockets it keeps.
+
+        The catalog names a worn object after its type: ``epal1~1f00ba44``.
+        """
+        return "~" in self.model
+
 
 @dataclass(frozen=True, eq=False)
 class SceneRecord:

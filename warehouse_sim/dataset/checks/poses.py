@@ -63,7 +63,7 @@ def projection(subject: Subject) -> Findings:
 
 def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
     if not comparisons:
-        findings.examined = "no target is large enough to compare"
+        findings.examined = "no unworn target is large enough to compare"
         return
     shift = float(np.linalg.norm(np.mean([item.shift_px for item in comparisons], axis=0)))
     weights = np.array([1.0 / max(item.uncertainty, 1e-4) ** 2 for item in comparisons])
@@ -79,12 +79,17 @@ def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
 
 
 def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
-    pairs = [
-        (image, target)
-        for image in subject.images()
-        for target in image.targets
-        if target.pixels_visible >= _FEWEST_PIXELS and target.obj_id in subject.objects
-    ]
+    """Return large enough targets, spread over the dataset; worn ones have other boards than their CAD model."""
+    pairs = []
+    for image in subject.images():
+        worn = {item.instance_id for item in subject.record(image.scene_id).objects if item.is_worn}
+        pairs += [
+            (image, target)
+            for target in image.targets
+            if target.pixels_visible >= _FEWEST_PIXELS
+            and target.obj_id in subject.objects
+            and target.instance_id not in worn
+        ]
     step = max(len(pairs) / _SAMPLE, 1.0)
     return [pairs[int(i * step)] for i in range(min(_SAMPLE, len(pairs)))]
 

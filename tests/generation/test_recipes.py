@@ -1,0 +1,25 @@
+"""Every shipped recipe becomes a dataset that holds its own checks."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.dataset.validate import validate
+from warehouse_sim.generation.generate import GenerateConfig, generate
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.resources import recipe_names
+
+pytestmark = pytest.mark.gl
+
+QUICK = ("demo", "mixed_pallets", "smoke")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in recipe_names()]
+)
+def test_a_small_dataset_of_each_recipe_is_valid(name, tmp_path: Path) -> None:
+    recipe = load_recipe(name)
+    small = replace(recipe, scene=replace(recipe.scene, observations_per_scene=2))
+    generate(small, tmp_path / "data", GenerateConfig(scenes=3, seed=1))
+    assert [check for check in validate(tmp_path / "data") if not check.ok] == []
