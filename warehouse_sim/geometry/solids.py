@@ -23,30 +23,9 @@ def unit_cylinder(segments: int = 24) -> TriangleMesh:
 
 
 @cache
-def unit_cone(segments: int = 24, top: float = 0.0) -> TriangleMesh:
-    """Return the cone of base diameter and height 1 m, cut off where its diameter is ``top`` (m), 0-1."""
-    return lathe(((0.0, -0.5), (0.5, -0.5), (top / 2, 0.5), (0.0, 0.5)), segments)
-
-
-@cache
-def unit_sphere(segments: int = 24, rings: int = 12) -> TriangleMesh:
-    """Return the sphere of diameter 1 m with ``rings`` bands (even) from pole to pole."""
-    return lathe(tuple((0.5 * np.cos(a), 0.5 * np.sin(a)) for a in _right_angles(-1.0, 1.0, rings)), segments)
-
-
-@cache
 def unit_tube(inner: float, segments: int = 24) -> TriangleMesh:
     """Return the open pipe of outer diameter and height 1 m; ``inner`` is its inner diameter (m), 0-1."""
     return lathe(((inner / 2, -0.5), (0.5, -0.5), (0.5, 0.5), (inner / 2, 0.5)), segments)
-
-
-@cache
-def capsule(diameter: float, height: float, segments: int = 24, rings: int = 6) -> TriangleMesh:
-    """Return a rod with half balls at its ends; ``height`` (m) over all is at least ``diameter`` (m)."""
-    radius, straight = diameter / 2, (height - diameter) / 2
-    lower = [(radius * np.cos(a), radius * np.sin(a) - straight) for a in _right_angles(-1.0, 0.0, rings)]
-    upper = [(radius * np.cos(a), radius * np.sin(a) + straight) for a in _right_angles(0.0, 1.0, rings)]
-    return lathe(tuple(lower + upper), segments)
 
 
 @cache

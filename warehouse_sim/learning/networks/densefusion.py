@@ -1,7 +1,6 @@
 """DenseFusion (Wang et al., CVPR 2019) as one composition: image branch, point branch, heads, refiner."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import torch
 from jaxtyping import Float, Int, UInt8
@@ -26,11 +25,6 @@ class DenseFusionConfig:
     """The refiner."""
     image: ImageConfig | None = None
     """The image branch; none for networks that read the cloud alone."""
-
-    @property
-    def modality(self) -> Literal["rgbd", "pointcloud"]:
-        """What the network reads."""
-        return "rgbd" if self.image else "pointcloud"
 
 
 class DenseFusion(nn.Module):
