@@ -129,6 +129,8 @@ class Light:
     cone_outer: float = 1.2
     """Half angle (rad) beyond which a spot gives nothing."""
     casts_shadow: bool = True
+    radius: float = 0.15
+    """Radius of the disk or ball that emits (m), >= 0; the larger, the softer are its shadows."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
-from warehouse_sim.sensors.raycaster import RayCaster
 
 
 @dataclass(frozen=True, eq=False)

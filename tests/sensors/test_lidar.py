@@ -3,8 +3,8 @@ import pytest
 
 from tests.render.scenes import at, box_model, make_scene, rack_wall
 from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.lidar import LidarConfig, beam_directions, scan
-from warehouse_sim.sensors.raycaster import RayCaster
 from warehouse_sim.sensors.rig import RigConfig
 
 QUIET = LidarConfig(range_noise=0.0)

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import Observation, SceneSpec
 from warehouse_sim.sensors.lidar import scan
-from warehouse_sim.sensors.raycaster import RayCaster
 from warehouse_sim.sensors.rgbd import read_rgbd
 from warehouse_sim.sensors.rig import RigConfig
 

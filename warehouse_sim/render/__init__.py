@@ -1,4 +1,4 @@
-"""Scene and camera -> clean pixels: colour, depth, ids, normals, silhouettes; the only room that knows OpenGL."""
+"""Scene and camera -> clean pixels: colour, depth, ids, normals, silhouettes; and exact rays. Only this room knows OpenGL."""
 
 from typing import Any
 

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan
-from warehouse_sim.sensors.raycaster import RayCaster
 
 # Velodyne HDL-64E: two blocks of 32 lasers, the upper one a third of a degree apart, the lower one half a degree;
 # the span +2.0 to -24.9 deg is that of the S3 data sheet.

@@ -15,8 +15,8 @@ from warehouse_sim.catalog.racks.upright import (
     upright_mesh,
 )
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
-from warehouse_sim.sensors.raycaster import RayCaster
 
 HEIGHTS = (2.0, 4.5, 8.0)
 

@@ -1,8 +1,8 @@
 import numpy as np
 
 from tests.render.scenes import MATERIALS, at, box_model, make_scene
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
-from warehouse_sim.sensors.raycaster import RayCaster
 
 
 def test_rays_meet_the_nearest_surface_and_say_what_it_is() -> None:
