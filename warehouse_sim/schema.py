@@ -3,7 +3,7 @@
 Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -135,10 +135,29 @@ class Light:
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """Where the sensor rig stands for one observation."""
+    """Where the sensor rig stands for one observation, when, and what it was chosen for."""
 
     T_world_camera: Transform
     kind: str = "forklift"
+    """Vehicle and mounting: "forklift_mast", "amr", "free", ..."""
+    T_world_vehicle: Transform | None = None
+    """Ego pose: origin on the floor, x forward, z up; None for a camera that nothing carries."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the vehicle's origin in the world (m/s)."""
+    yaw_rate: float = 0.0
+    """Of the vehicle, counter-clockwise seen from above (rad/s)."""
+    time: float = 0.0
+    """Since the sequence began (s)."""
+    sequence: int | None = None
+    """Number of the drive within the scene; None for a single observation."""
+    target: int | None = None
+    """Instance id of the object that it was chosen for."""
+    visible_request: tuple[float, float] | None = None
+    """Least and largest visible fraction asked for of that object, 0-1."""
+    lights: tuple[Light, ...] = ()
+    """Lamps that the vehicle carries, in the world; they shine for this viewpoint only."""
+    exposure: float | None = None
+    """As ``SceneSpec.exposure``, for this viewpoint; None = the scene's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +178,15 @@ class SceneSpec:
     exposure: float = 0.01
     """Factor from scene luminance (cd/m^2) to linear image values before tone mapping."""
     settled: bool = False
+    lighting: str = "nominal"
+    """Name of the light preset."""
+
+    def seen_from(self, viewpoint: Viewpoint) -> "SceneSpec":
+        """Return the scene under the light and exposure of one of its viewpoints; geometry is shared."""
+        exposure = self.exposure if viewpoint.exposure is None else viewpoint.exposure
+        if not viewpoint.lights and exposure == self.exposure:
+            return self
+        return replace(self, lights=(*self.lights, *viewpoint.lights), exposure=exposure)
 
     def model_of(self, instance: ObjectInstance) -> ObjectModel:
         """Return the geometry of ``instance``."""
@@ -235,6 +263,10 @@ class ObjectAnnotation:
     pixels_visible: int
     pixels_valid: int
     """Visible pixels at which the depth sensor gives a reading."""
+    hidden_by: dict[str, float] = field(default_factory=dict)
+    """Share of the silhouette that each kind of occluder hides: load, rack, traffic, pallet, building, border, ..."""
+    illuminance: float | None = None
+    """Mean illuminance of its visible surface (lx); None = not measured."""
 
     @property
     def visible_fraction(self) -> float:
@@ -253,6 +285,24 @@ class ObjectAnnotation:
         return 0 if share >= 0.9 else 1 if share >= 0.5 else 2
 
 
+@dataclass(frozen=True)
+class Conditions:
+    """Under which circumstances an observation was made: what was measured, and which twin it is."""
+
+    lighting: str = "nominal"
+    """Name of the light preset."""
+    floor_lux: float | None = None
+    """Mean illuminance of the aisle's floor (lx); None = not measured."""
+    exposure_ev: float | None = None
+    """Exposure value at ISO 100 that the camera was set to."""
+    variant: str = "base"
+    """What was changed against the first twin, in a word."""
+    twin_group: int | None = None
+    """Observations of a scene with the same number differ in the variant only; None = no twins."""
+    absent: tuple[int, ...] = ()
+    """Instance ids of the scene's objects that are taken away in this variant."""
+
+
 @dataclass(frozen=True, eq=False)
 class Observation:
     """One captured sensor set with its labels."""
@@ -268,6 +318,10 @@ class Observation:
     lidar: LidarScan | None
     annotations: tuple[ObjectAnnotation, ...]
     """Targets whose silhouette touches the image, in order of instance id."""
+    viewpoint: Viewpoint | None = None
+    """Where it was taken from."""
+    conditions: Conditions = Conditions()
+    """Under which circumstances."""
 
 
 @dataclass(frozen=True, eq=False)
