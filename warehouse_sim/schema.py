@@ -180,6 +180,8 @@ class SceneSpec:
     settled: bool = False
     lighting: str = "nominal"
     """Name of the light preset."""
+    attempt: int = 0
+    """Which of the draws of this scene index stands, 0 = the first."""
 
     def seen_from(self, viewpoint: Viewpoint) -> "SceneSpec":
         """Return the scene under the light and exposure of one of its viewpoints; geometry is shared."""

@@ -27,6 +27,8 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "recipe",
         "packages",
         "renderers",
+        "twins",
+        "split_table",
         "format_version",
     }
 

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from warehouse_sim.dataset.split import SPLITS, SplitConfig, split_scenes
@@ -37,3 +38,28 @@ def test_no_scene_is_an_error() -> None:
 def test_shares_must_sum_to_one(shares: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="sum to 1"):
         SplitConfig(*shares)
+
+
+def test_stratified_splits_are_alike_where_contiguous_ones_are_not() -> None:
+    rng = np.random.default_rng(5)
+    # The first scenes are near and dark, the last ones far and bright: the worst case for contiguous splits.
+    rising = np.linspace(0.0, 1.0, 60)
+    features = np.stack([rising, rng.permutation(rising), rising[::-1] ** 2], axis=1)
+    contiguous, stratified = split_scenes(60, SplitConfig()), split_scenes(60, SplitConfig(), features)
+    assert {name: len(found) for name, found in stratified.items()} == {
+        name: len(found) for name, found in contiguous.items()
+    }
+    assert sorted(index for found in stratified.values() for index in found) == list(range(60))
+    worst = {
+        kind: max(
+            abs(features[list(splits[a])].mean(axis=0) - features[list(splits["train"])].mean(axis=0)).max()
+            for a in ("val", "test")
+        )
+        for kind, splits in (("contiguous", contiguous), ("stratified", stratified))
+    }
+    assert worst["stratified"] < 0.15 < 0.4 < worst["contiguous"]
+
+
+def test_a_stratified_split_of_few_scenes_still_gives_every_split_one() -> None:
+    splits = split_scenes(3, SplitConfig(), np.array([[0.1], [0.9], [0.5]]))
+    assert sorted(len(found) for found in splits.values()) == [1, 1, 1]

@@ -130,8 +130,10 @@ def test_manifest_comes_last(tmp_path: Path) -> None:
         store.finish()
     assert not (store.root / "manifest.json").exists()
     write_scene(store, 2)
-    assert store.finish() == replace(make_manifest(), renderers=(RENDERER,))
-    assert read_manifest(store.root) == replace(make_manifest(), renderers=(RENDERER,))
+    finished = store.finish()
+    assert finished == replace(make_manifest(), renderers=(RENDERER,), split_table=finished.split_table)
+    assert finished.split_table["train"]["observations"] == 2
+    assert read_manifest(store.root) == finished
     assert not (store.root / "manifest.unfinished.json").exists()
 
 

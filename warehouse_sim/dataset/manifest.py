@@ -14,7 +14,27 @@ from warehouse_sim.errors import ConfigError, DatasetError
 
 FORMAT_VERSION = 1
 # What can change a byte of a dataset.
-_PACKAGES = ("warehouse-sim", "numpy", "scipy", "opencv-python-headless", "mujoco", "trimesh", "moderngl", "embreex")
+_PACKAGES = (
+    "warehouse-sim",
+    "numpy",
+    "scipy",
+    "opencv-python-headless",
+    "isal",
+    "mujoco",
+    "trimesh",
+    "moderngl",
+    "embreex",
+)
+
+
+@dataclass(frozen=True)
+class Twin:
+    """Which twin an observation is: those of one group see the same from the same place, with one thing changed."""
+
+    group: int
+    """Number of the group within the scene."""
+    variant: str
+    """What was changed, in a word; "base" for the first."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +46,7 @@ class Manifest:
     scenes: int
     """Number of scenes."""
     observations_per_scene: int
-    """Number of observations of every scene."""
+    """Number of observations of every scene, twins included."""
     splits: dict[str, tuple[int, ...]]
     """Scene indices of "train", "val" and "test"."""
     formats: tuple[str, ...]
@@ -40,6 +60,11 @@ class Manifest:
     renderers: tuple[str, ...] = ()
     """Descriptions of the renderers that drew the scenes; filled in at the end, more than one after a resume on
     another machine."""
+    twins: tuple[Twin, ...] = ()
+    """For each observation of a scene, which twin it is; empty when there are no twins."""
+    split_table: dict[str, Any] = field(default_factory=dict)
+    """Scenes, observations and targets of each split, targets also by visible fraction, distance and lux; filled in at
+    the end."""
     format_version: int = FORMAT_VERSION
     """Version of the folder's layout."""
 
@@ -51,6 +76,8 @@ class Manifest:
                 "seed must be >= 0 and scenes and observations_per_scene >= 1, "
                 f"found {self.seed}, {self.scenes} and {self.observations_per_scene}"
             )
+        if self.twins and len(self.twins) != self.observations_per_scene:
+            raise ValueError(f"twins must list {self.observations_per_scene} observations, found {len(self.twins)}")
         listed = sorted(index for indices in self.splits.values() for index in indices)
         if sorted(self.splits) != sorted(SPLITS) or listed != list(range(self.scenes)):
             raise ValueError("splits must hold every scene exactly once, under train, val or test")

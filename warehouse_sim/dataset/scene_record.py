@@ -3,13 +3,14 @@
 The record is the last file of its scene: where it exists, the scene is complete.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
 from warehouse_sim.dataset.plain import plain, read_transform, take
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.pose import Transform
@@ -47,10 +48,15 @@ class SceneRecord:
     """Description of the renderer that drew it."""
     objects: tuple[RecordedObject, ...]
     """In order of instance id."""
-    T_world_camera: tuple[Transform, ...]
-    """Camera of each observation."""
+    observations: tuple[RecordedObservation, ...]
+    """In order of index."""
     settle: dict[str, Any] = field(default_factory=dict)
     """How the scene came to rest."""
+
+    @property
+    def T_world_camera(self) -> tuple[Transform, ...]:
+        """Camera of each observation."""
+        return tuple(item.T_world_camera for item in self.observations)
 
     def object(self, instance_id: int) -> RecordedObject | None:
         """Return the object with an instance id, or None."""
@@ -61,7 +67,7 @@ def write_scene_record(
     path: Path,
     scene: SceneSpec,
     split: Split,
-    T_world_camera: list[Transform],
+    observations: Sequence[Mapping[str, Any]],
     settle: Mapping[str, Any],
     renderer: str,
 ) -> None:
@@ -71,7 +77,7 @@ def write_scene_record(
         path: The record's file.
         scene: The scene as it was drawn.
         split: The split it belongs to.
-        T_world_camera: Camera of each observation that was written, in order.
+        observations: Row of each observation that was written, in order; see ``observation_row``.
         settle: Plain data on how the scene came to rest.
         renderer: Description of the renderer.
     """
@@ -92,11 +98,13 @@ def write_scene_record(
         "split": split,
         "renderer": renderer,
         "targets": scene.targets,
+        "attempt": scene.attempt,
+        "lighting": scene.lighting,
         "ambient": scene.ambient,
         "exposure": scene.exposure,
         "lights": [vars(light) for light in scene.lights],
         "settle": dict(settle),
-        "observations": [{"T_world_camera": T} for T in T_world_camera],
+        "observations": list(observations),
         "objects": objects,
     }
     write_json(path, plain(data), depth=2)
@@ -118,9 +126,8 @@ def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
         split=take(data, "split", str, where),
         renderer=take(data, "renderer", str, where),
         objects=tuple(_read_object(item, f"{where}: objects[{i}]") for i, item in enumerate(objects)),
-        T_world_camera=tuple(
-            read_transform(take(item, "T_world_camera", list, where), f"{where}: observations[{i}]")
-            for i, item in enumerate(observations)
+        observations=tuple(
+            read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
         ),
         settle=take(data, "settle", dict, where),
     )

@@ -1,9 +1,10 @@
-"""Train, validation and test are split by scene, never by image."""
+"""Train, validation and test are split by scene, never by image; on request so that they are alike."""
 
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from warehouse_sim.errors import DatasetError
 
@@ -23,6 +24,8 @@ class SplitConfig:
     """Share of the scenes to choose checkpoints and settings on, 0 to 1."""
     test: float = 0.2
     """Share of the scenes to score on, 0 to 1."""
+    stratify: tuple[Literal["visible_fraction", "distance", "lux"], ...] = ()
+    """Measured means of a scene's targets in which the splits shall be alike; none = split by index."""
 
     def __post_init__(self) -> None:
         shares = (self.train, self.val, self.test)
@@ -30,25 +33,59 @@ class SplitConfig:
             raise ValueError(f"train, val and test must be >= 0 and sum to 1, found {shares}")
 
 
-def split_scenes(scene_count: int, config: SplitConfig) -> dict[Split, tuple[int, ...]]:
-    """Return the scene indices of every split: train first, then val, then test, each contiguous.
+def split_scenes(
+    scene_count: int, config: SplitConfig, features: Float[np.ndarray, "n k"] | None = None
+) -> dict[Split, tuple[int, ...]]:
+    """Return the scene indices of every split, ascending.
 
     Every split with a share above zero gets at least one scene; with fewer scenes than such splits, train comes
-    first, then test, then val.
+    first, then test, then val. Without features the splits are contiguous: train first, then val, then test.
+
+    Args:
+        scene_count: Number of scenes.
+        config: Shares.
+        features: What the splits shall be alike in, one row a scene: scenes are put in serpentine order of their
+            features and dealt out along it, each to the split that is furthest below its share (systematic sampling,
+            Chromy 1979).
 
     Raises:
         DatasetError: There is no scene to split.
     """
     if scene_count < 1:
         raise DatasetError(f"a dataset needs at least one scene, found {scene_count}; ask for more with --scenes")
+    counts = _counts(scene_count, config)
+    if features is None:
+        ends = np.cumsum([counts[name] for name in SPLITS])
+        return {name: tuple(range(int(end) - counts[name], int(end))) for name, end in zip(SPLITS, ends, strict=True)}
+    dealt: dict[Split, list[int]] = {name: [] for name in SPLITS}
+    open_splits = [name for name in _PRIORITY if counts[name] > 0]
+    for place, index in enumerate(_serpentine(features), start=1):
+        share = {name: counts[name] * place / scene_count - len(dealt[name]) for name in open_splits}
+        dealt[max(open_splits, key=lambda name: round(share[name], 9))].append(int(index))
+    return {name: tuple(sorted(indices)) for name, indices in dealt.items()}
+
+
+def _counts(scene_count: int, config: SplitConfig) -> dict[Split, int]:
     shares = {name: getattr(config, name) for name in SPLITS}
     wanted = [name for name in _PRIORITY if shares[name] > 0]
-    counts = dict.fromkeys(SPLITS, 0)
+    counts: dict[Split, int] = dict.fromkeys(SPLITS, 0)
     for name in wanted[:scene_count]:
         counts[name] = 1
     while sum(counts.values()) < scene_count:
         # The split that is furthest below its share takes the next scene; ties go by priority.
         neediest = max(wanted, key=lambda name: round(shares[name] * scene_count - counts[name], 9))
         counts[neediest] += 1
-    ends = np.cumsum([counts[name] for name in SPLITS])
-    return {name: tuple(range(int(end) - counts[name], int(end))) for name, end in zip(SPLITS, ends, strict=True)}
+    return counts
+
+
+def _serpentine(features: Float[np.ndarray, "n k"]) -> Int[np.ndarray, " n"]:
+    """Return the order in which the first feature rises block by block, and each next one up and down in turn."""
+    count, width = features.shape
+    if width == 0 or count < 2:
+        return np.arange(count)
+    order = np.argsort(features[:, 0], kind="stable")
+    if width == 1:
+        return order
+    blocks = np.array_split(order, round(count ** (1.0 / width)))
+    inner = [block[_serpentine(features[block, 1:])] for block in blocks]
+    return np.concatenate([block[::-1] if number % 2 else block for number, block in enumerate(inner)])

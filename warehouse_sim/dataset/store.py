@@ -11,11 +11,12 @@ from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
 from warehouse_sim.dataset.objects import write_objects
+from warehouse_sim.dataset.observation_record import observation_row
 from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
+from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.writers import WRITERS, DatasetWriter
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
 
@@ -74,21 +75,21 @@ class DatasetStore:
         index = scene.scene_index
         split = self.manifest.split_of(index)
         scene_writers = [writer.scene(index) for writer in self._writers]
-        cameras: list[Transform] = []
+        rows: list[dict[str, Any]] = []
         for observation in observations:
-            self._require_next(observation, index, len(cameras))
+            self._require_next(observation, index, len(rows))
             files = ObservationFiles(observation)
             for scene_writer in scene_writers:
                 scene_writer.write(files)
-            cameras.append(observation.T_world_camera)
-        if len(cameras) != self.manifest.observations_per_scene:
+            rows.append(observation_row(observation))
+        if len(rows) != self.manifest.observations_per_scene:
             raise DatasetError(
-                f"scene {index}: {len(cameras)} observations, the dataset has {self.manifest.observations_per_scene} "
+                f"scene {index}: {len(rows)} observations, the dataset has {self.manifest.observations_per_scene} "
                 "in every scene; check the recipe's viewpoints"
             )
         for scene_writer in scene_writers:
             scene_writer.finish()
-        write_scene_record(self._layout.scene_record(index), scene, split, cameras, settle, renderer)
+        write_scene_record(self._layout.scene_record(index), scene, split, rows, settle, renderer)
 
     def finish(self) -> Manifest:
         """Store what needs all scenes and, last of all, the manifest.
@@ -101,8 +102,12 @@ class DatasetStore:
             raise DatasetError(f"{self.root}: scenes {pending} are missing; go on with --resume")
         for writer in self._writers:
             writer.finish()
-        renderers = {read_scene_record(self.root, index).renderer for index in range(self.manifest.scenes)}
-        manifest = replace(self.manifest, renderers=tuple(sorted(renderers)))
+        records = [read_scene_record(self.root, index) for index in range(self.manifest.scenes)]
+        table = split_table(
+            {name: [records[index].observations for index in found] for name, found in self.manifest.splits.items()}
+        )
+        renderers = {record.renderer for record in records}
+        manifest = replace(self.manifest, renderers=tuple(sorted(renderers)), split_table=table)
         write_manifest(self._layout.manifest, manifest)
         self._layout.unfinished.unlink()
         return manifest
@@ -123,7 +128,7 @@ class DatasetStore:
             raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)
-            self._require_same(replace(stored, renderers=()), self._layout.manifest)
+            self._require_same(replace(stored, renderers=(), split_table={}), self._layout.manifest)
             # Opened again, it is not complete until it is finished again.
             self._layout.manifest.rename(self._layout.unfinished)
         elif self._layout.unfinished.is_file():

@@ -65,4 +65,5 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         targets=recipe.targets,
         ambient=lighting.ambient,
         exposure=lighting.exposure,
+        attempt=attempt,
     )

@@ -1,0 +1,115 @@
+"""What a scene record says of each observation: from where, in which light, which twin, what each target shows."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.plain import plain, read_transform, take
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation
+
+
+@dataclass(frozen=True)
+class RecordedTarget:
+    """One labelled target of an observation, measured."""
+
+    instance_id: int
+    visible_fraction: float
+    """Visible pixels over the whole silhouette, truncation included."""
+    distance: float
+    """From the camera to the object's origin (m)."""
+    pixels_all: int
+    """Pixels of the whole silhouette, inside the image or not."""
+    hidden_by: dict[str, float]
+    """Share of the silhouette that each kind of occluder hides."""
+    illuminance: float | None
+    """Mean illuminance of its visible surface (lx)."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedObservation:
+    """One observation of a scene."""
+
+    T_world_camera: Transform
+    conditions: Conditions = field(default_factory=Conditions)
+    kind: str = ""
+    """Vehicle and mounting of the camera."""
+    time: float = 0.0
+    """Since the drive began (s)."""
+    sequence: int | None = None
+    """Number of the drive within the scene."""
+    target: int | None = None
+    """Instance id of the object that the viewpoint was chosen for."""
+    visible_request: tuple[float, float] | None = None
+    """Visible fraction that was asked for of it."""
+    targets: tuple[RecordedTarget, ...] = field(default=())
+    """In order of instance id."""
+
+
+def observation_row(observation: Observation) -> dict[str, Any]:
+    """Return plain data of one observation for the scene record."""
+    row: dict[str, Any] = {"T_world_camera": observation.T_world_camera}
+    view = observation.viewpoint
+    if view is not None:
+        row |= {"kind": view.kind, "time": view.time, "sequence": view.sequence, "target": view.target}
+        row |= {"visible_request": view.visible_request, "T_world_vehicle": view.T_world_vehicle}
+        row |= {"velocity": view.velocity, "yaw_rate": view.yaw_rate}
+        row["vehicle_lights"] = [vars(light) for light in view.lights]
+    row["conditions"] = vars(observation.conditions)
+    row["targets"] = [_target_row(item) for item in observation.annotations if item.pixels_visible > 0]
+    plain_row: dict[str, Any] = plain(row)
+    return plain_row
+
+
+def read_observation(data: Any, where: str) -> RecordedObservation:
+    """Read one observation of a scene record; what older datasets do not say is left at its default.
+
+    Raises:
+        DatasetError: An entry is missing or malformed.
+    """
+    T_world_camera = read_transform(take(data, "T_world_camera", list, where), where)
+    if "conditions" not in data:
+        return RecordedObservation(T_world_camera)
+    conditions = take(data, "conditions", dict, where)
+    request = data.get("visible_request")
+    return RecordedObservation(
+        T_world_camera=T_world_camera,
+        conditions=Conditions(
+            lighting=take(conditions, "lighting", str, where),
+            floor_lux=conditions.get("floor_lux"),
+            exposure_ev=conditions.get("exposure_ev"),
+            variant=take(conditions, "variant", str, where),
+            twin_group=conditions.get("twin_group"),
+            absent=tuple(take(conditions, "absent", list, where)),
+        ),
+        kind=data.get("kind", ""),
+        time=data.get("time", 0.0),
+        sequence=data.get("sequence"),
+        target=data.get("target"),
+        visible_request=None if request is None else (float(request[0]), float(request[1])),
+        targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),
+    )
+
+
+def _target_row(item: ObjectAnnotation) -> dict[str, Any]:
+    return {
+        "instance_id": item.instance_id,
+        "visible_fraction": item.visible_fraction,
+        "distance": float(np.linalg.norm(item.T_camera_object[:3, 3])),
+        "pixels_all": item.pixels_all,
+        "hidden_by": item.hidden_by,
+        "illuminance": item.illuminance,
+    }
+
+
+def _read_target(data: Any, where: str) -> RecordedTarget:
+    illuminance = data.get("illuminance") if isinstance(data, dict) else None
+    return RecordedTarget(
+        instance_id=take(data, "instance_id", int, where),
+        visible_fraction=take(data, "visible_fraction", float, where),
+        distance=take(data, "distance", float, where),
+        pixels_all=take(data, "pixels_all", int, where),
+        hidden_by=take(data, "hidden_by", dict, where),
+        illuminance=None if illuminance is None else float(illuminance),
+    )
