@@ -1,0 +1,134 @@
+"""Twins differ in what was changed, and in nothing else: to the last bit."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.scene import settled_scene
+from warehouse_sim.generation.twins import TwinsConfig, make_variants
+from warehouse_sim.render import open_renderer
+from warehouse_sim.schema import Observation, SceneSpec
+
+pytestmark = pytest.mark.gl
+
+PLAIN = {
+    "lights": [{"name": "half", "factor": 0.5}],
+    "materials": [{"name": "other surfaces", "swap": {"kraft": "board_white", "concrete": "epoxy_grey"}}],
+    "noise": [{"name": "again"}, {"name": "coarse", "rgbd": {"sigma_base": 0.2}, "draw": 0}],
+    "without_occluders": True,
+}
+
+
+def dimmed(scene: SceneSpec, settings: dict[str, Any]) -> SceneSpec:
+    lights = tuple(replace(light, intensity=light.intensity * settings["factor"]) for light in scene.lights)
+    return replace(scene, lights=lights, lighting="half")
+
+
+@pytest.fixture(scope="module")
+def made() -> tuple[int, dict[str, list[Observation]]]:
+    """Return the id of the object that counts as the occluder, and the observations of each variant."""
+    recipe = load_recipe("smoke")
+    scene, _ = settled_scene(recipe, 0, 0)
+    occluder = next(item.instance_id for item in scene.instances if scene.model_of(item).class_name == "carton")
+    variants = make_variants(scene, from_mapping(TwinsConfig, PLAIN, "twins"), recipe.sensors.rgbd, [occluder], dimmed)
+    found: dict[str, list[Observation]] = {variant.name: [] for variant in variants}
+    with open_renderer() as renderer:
+        for number, observation in enumerate(observe_scene(scene, recipe.sensors, renderer, variants)):
+            assert observation.observation_index == number
+            found[observation.conditions.variant].append(observation)
+    assert {len(items) for items in found.values()} == {len(scene.viewpoints)}
+    return occluder, found
+
+
+def pairs(found: dict[str, list[Observation]], name: str) -> list[tuple[Observation, Observation]]:
+    return list(zip(found["base"], found[name], strict=True))
+
+
+def test_twins_share_group_place_and_poses(made: tuple[int, dict[str, list[Observation]]]) -> None:
+    _, found = made
+    for name in found:
+        for group, (first, twin) in enumerate(pairs(found, name)):
+            assert first.conditions.twin_group == twin.conditions.twin_group == group
+            assert np.array_equal(first.T_world_camera, twin.T_world_camera)
+            poses = {item.instance_id: item.T_camera_object for item in first.annotations}
+            for label in twin.annotations:
+                if label.instance_id in poses:
+                    assert np.array_equal(label.T_camera_object, poses[label.instance_id])
+
+
+@pytest.mark.parametrize("name", ["half", "other surfaces", "again", "coarse"])
+def test_what_is_there_is_the_same_but_for_the_occluder(
+    made: tuple[int, dict[str, list[Observation]]], name: str
+) -> None:
+    for first, twin in pairs(made[1], name):
+        assert np.array_equal(first.buffers.depth, twin.buffers.depth)
+        assert np.array_equal(first.buffers.instance_ids, twin.buffers.instance_ids)
+        for a, b in zip(first.annotations, twin.annotations, strict=True):
+            assert (a.instance_id, a.pixels_visible, a.pixels_all) == (b.instance_id, b.pixels_visible, b.pixels_all)
+            assert np.array_equal(a.silhouette, b.silhouette)
+        assert first.lidar is not None
+        assert twin.lidar is not None
+        assert np.array_equal(first.lidar.points, twin.lidar.points)
+
+
+def test_another_light_changes_the_colours_only(made: tuple[int, dict[str, list[Observation]]]) -> None:
+    for first, twin in pairs(made[1], "half"):
+        assert np.array_equal(first.rgbd.depth, twin.rgbd.depth)
+        assert first.lidar is not None
+        assert twin.lidar is not None
+        assert np.array_equal(first.lidar.intensity, twin.lidar.intensity)
+        assert twin.buffers.rgb.mean() < 0.9 * first.buffers.rgb.mean()
+        assert twin.conditions.lighting == "half"
+
+
+def test_another_surface_changes_colours_and_remission(made: tuple[int, dict[str, list[Observation]]]) -> None:
+    changed = 0
+    for first, twin in pairs(made[1], "other surfaces"):
+        assert np.array_equal(first.rgbd.depth, twin.rgbd.depth)
+        changed += not np.array_equal(first.buffers.rgb, twin.buffers.rgb)
+    assert changed == len(made[1]["base"])
+
+
+def test_other_noise_changes_the_reading_only(made: tuple[int, dict[str, list[Observation]]]) -> None:
+    for first, twin in pairs(made[1], "again"):
+        assert np.array_equal(first.buffers.rgb, twin.buffers.rgb)
+        assert not np.array_equal(first.rgbd.depth, twin.rgbd.depth)
+    for first, twin in pairs(made[1], "coarse"):
+        read = (first.rgbd.depth > 0) & (twin.rgbd.depth > 0)
+        error, coarse = (np.std((item.rgbd.depth - item.buffers.depth)[read]) for item in (first, twin))
+        assert coarse > 1.5 * error
+
+
+def test_without_the_occluder_its_pixels_show_what_is_behind(made: tuple[int, dict[str, list[Observation]]]) -> None:
+    occluder, found = made
+    uncovered = 0
+    for first, twin in pairs(found, "without occluders"):
+        assert twin.conditions.absent == (occluder,)
+        gone = first.buffers.instance_ids == occluder
+        uncovered += np.count_nonzero(gone)
+        assert not (twin.buffers.instance_ids == occluder).any()
+        assert np.array_equal(first.buffers.instance_ids[~gone], twin.buffers.instance_ids[~gone])
+        assert np.array_equal(first.buffers.depth[~gone], twin.buffers.depth[~gone])
+        assert (twin.buffers.depth[gone] >= first.buffers.depth[gone]).all()
+    assert uncovered > 0
+
+
+def test_the_config_comes_back_from_plain_data_and_refuses_what_makes_no_twin() -> None:
+    config = from_mapping(TwinsConfig, PLAIN, "twins")
+    assert from_mapping(TwinsConfig, to_mapping(config), "twins") == config
+    assert config.names() == ("base", "without occluders", "half", "other surfaces", "again", "coarse")
+    for plain, message in (
+        ({"noise": [{"name": "a"}, {"name": "a"}]}, "a name of its own"),
+        ({"noise": [{"name": "a", "draw": 0}]}, "draw must be >= 1"),
+        ({"lights": [{"preset": "dim"}]}, "expected a name"),
+        ({"materials": [{"name": "x", "swap": {"wood": "kraft"}}]}, "swap names 'wood'"),
+        ({"materials": [{"name": "x", "swap": {"kraft": "stretch_film"}}]}, "is film"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            from_mapping(TwinsConfig, plain, "twins")

@@ -1,0 +1,81 @@
+"""The variants of a finished scene: each is a scene of its own that shares all that its change leaves alone."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from warehouse_sim.catalog import materials
+from warehouse_sim.generation.twins.config import MaterialTwin, TwinsConfig
+from warehouse_sim.schema import Material, SceneSpec
+from warehouse_sim.sensors.rgbd import RgbdConfig
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """One way in which all viewpoints of a scene are observed."""
+
+    name: str
+    """"base" for the scene itself."""
+    scene: SceneSpec
+    """What is drawn."""
+    rgbd: RgbdConfig
+    """Noise of the RGB-D camera."""
+    noise_draw: int = 0
+    """Which draw of that noise; 0 is the base's."""
+    absent: tuple[int, ...] = ()
+    """Instance ids of the base that are taken away."""
+
+    def same_things_as(self, other: "Variant") -> bool:
+        """Return whether depth, ids and labels of the two are equal from every viewpoint."""
+        return self.absent == other.absent
+
+    def same_surfaces_as(self, other: "Variant") -> bool:
+        """Return whether a LiDAR reads the same from both."""
+        return self.same_things_as(other) and self.scene.materials is other.scene.materials
+
+
+Relight = Callable[[SceneSpec, dict[str, Any]], SceneSpec]
+"""Return a scene under settings that replace some of the recipe's ``scene.lights``."""
+
+
+def base_variant(scene: SceneSpec, rgbd: RgbdConfig) -> Variant:
+    """Return the scene itself as its only variant."""
+    return Variant("base", scene, rgbd)
+
+
+def make_variants(
+    scene: SceneSpec, config: TwinsConfig, rgbd: RgbdConfig, occluders: Sequence[int], relight: Relight
+) -> tuple[Variant, ...]:
+    """Return the base and its twins in the order of ``config.names()``.
+
+    Args:
+        scene: Settled, lit, with its final viewpoints.
+        config: What to change.
+        rgbd: The rig's own noise.
+        occluders: Instance ids of the objects that were put before targets on request.
+        relight: Sets another light.
+    """
+    base = base_variant(scene, rgbd)
+    variants = [base]
+    if config.without_occluders:
+        gone = frozenset(occluders)
+        kept = tuple(item for item in scene.instances if item.instance_id not in gone)
+        emptier = replace(scene, instances=kept)
+        variants.append(replace(base, name="without occluders", scene=emptier, absent=tuple(sorted(gone))))
+    variants += [replace(base, name=twin.name, scene=relight(scene, twin.settings)) for twin in config.lights]
+    variants += [replace(base, name=twin.name, scene=_resurfaced(scene, twin)) for twin in config.materials]
+    variants += [
+        replace(base, name=twin.name, rgbd=rgbd if twin.rgbd is None else twin.rgbd, noise_draw=twin.draw)
+        for twin in config.noise
+    ]
+    return tuple(variants)
+
+
+def _resurfaced(scene: SceneSpec, twin: MaterialTwin) -> SceneSpec:
+    """Return the scene with the look of some materials replaced; names stay, since parts refer to them."""
+    looks = materials()
+
+    def look(name: str, material: Material) -> Material:
+        return replace(looks[twin.swap[name]], name=name) if name in twin.swap else material
+
+    return replace(scene, materials={name: look(name, item) for name, item in scene.materials.items()})
