@@ -9,6 +9,7 @@ help:
 	@echo "make test       the test suite (under 15 minutes on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make lint       ruff, mypy, import-linter"
+	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
 	@echo "make setup      install only, into .venv"
 
 demo: .venv/.ready
@@ -25,6 +26,9 @@ lint: .venv/.ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+speed: .venv/.ready
+	$(BIN)/python -m benchmarks.speed
 
 setup: .venv/.ready
 

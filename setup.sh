@@ -28,26 +28,44 @@ system_packages() {
     done
 }
 
+# For the backends that pictures are compared with: what the path tracer compiles with, MuJoCo's software context.
+optional_packages() {
+    for package in libllvm19 libosmesa6; do
+        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' && continue
+        apt-cache show "$package" >/dev/null 2>&1 && printf '%s ' "$package"
+    done
+    return 0
+}
+
 install_system_packages() {
     if ! command -v dpkg-query >/dev/null; then
         say "setup: not Debian or Ubuntu; please see that libEGL, Mesa's software driver, libusb-1.0 and libgomp are there"
         return
     fi
     missing=$(system_packages "$1")
-    [ -n "$missing" ] || return 0
     if [ "$(id -u)" = 0 ]; then
         sudo=""
     elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
         sudo="sudo"
+    elif [ -z "$missing" ]; then
+        return 0
     else
         say "setup: system libraries are missing; run this line, then make again:"
         say "  sudo apt-get update && sudo apt-get install -y $missing"
         exit 1
     fi
-    say "setup: installing $missing"
-    $sudo apt-get update -qq
-    # shellcheck disable=SC2086  # a list of names
-    DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $missing >/dev/null
+    if [ -n "$missing" ]; then
+        say "setup: installing $missing"
+        $sudo apt-get update -qq
+        # shellcheck disable=SC2086  # a list of names
+        DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $missing >/dev/null
+    fi
+    wanted=$(optional_packages)
+    [ -n "$wanted" ] || return 0
+    say "setup: installing $wanted"
+    # shellcheck disable=SC2086
+    DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $wanted >/dev/null ||
+        say "setup: without $wanted the backends pathtrace and mujoco (OSMesa) do not open; all else works"
 }
 
 python=$(find_python)

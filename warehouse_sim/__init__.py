@@ -11,6 +11,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "load_recipe": "warehouse_sim.generation.recipe",
     "generate": "warehouse_sim.generation.generate",
+    "prepare_scene": "warehouse_sim.generation.scene",
     "observe_scene": "warehouse_sim.generation.observe",
     "sample_scene": "warehouse_sim.scene",
     "settle_scene": "warehouse_sim.physics",

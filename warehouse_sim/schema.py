@@ -182,6 +182,8 @@ class SceneSpec:
     """Name of the light preset."""
     attempt: int = 0
     """Which of the draws of this scene index stands, 0 = the first."""
+    aisle: tuple[float, float, float, float] | None = None
+    """Least and greatest x, least and greatest y (m) of the floor that the rig drives on; None = not known."""
 
     def seen_from(self, viewpoint: Viewpoint) -> "SceneSpec":
         """Return the scene under the light and exposure of one of its viewpoints; geometry is shared."""
@@ -236,6 +238,8 @@ class LidarScan:
     instance_ids: Int32[np.ndarray, " n"]
     ring: Int32[np.ndarray, " n"]
     """Beam number, 0 = topmost."""
+    time: Float32[np.ndarray, " n"]
+    """When the point was measured, since the sweep began (s)."""
 
 
 # ---------------------------------------------------------------- what labels say

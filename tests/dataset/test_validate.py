@@ -335,6 +335,16 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         {"kitti points in boxes"},
     ),
     (
+        "one time less",
+        edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams[:-1]),
+        {"kitti points in boxes"},
+    ),
+    (
+        "half a ring",
+        edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams + np.float32(0.5)),
+        {"kitti points in boxes"},
+    ),
+    (
         "8-bit depth",
         edit_image(KITTI / "depth_2/000000.png", lambda image: image.astype(np.uint8)),
         {"kitti images", "kitti and bop images"},

@@ -172,7 +172,8 @@ def sweep(scene: SceneSpec, T_world_lidar: np.ndarray) -> LidarScan:
     hit = distance > 0
     rings = np.broadcast_to(np.arange(24, dtype=np.int32)[:, None], ids.shape)
     points = (rays[hit] * distance[hit][:, None]).astype(np.float32)
-    return LidarScan(points, np.full(len(points), 0.25, dtype=np.float32), ids[hit], rings[hit])
+    times = np.broadcast_to(np.linspace(0.0, 0.1, 360, dtype=np.float32), ids.shape)
+    return LidarScan(points, np.full(len(points), 0.25, dtype=np.float32), ids[hit], rings[hit], times[hit])
 
 
 def make_manifest(scenes: int = 3, formats: tuple[str, ...] = ("kitti", "bop")) -> Manifest:

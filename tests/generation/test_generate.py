@@ -10,7 +10,8 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError, UnknownNameError
 from warehouse_sim.generation import generate as generation
-from warehouse_sim.generation.generate import GenerateConfig, generate, target_models
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig, target_models
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import recipe_names
 from warehouse_sim.scene import sample_scene
@@ -62,10 +63,10 @@ def test_an_interrupted_run_is_refused_then_resumed_to_the_same_bytes(recipe, da
     root, config = tmp_path / "data", GenerateConfig(scenes=3, seed=0)
     write_scene = DatasetStore.write_scene
 
-    def killed_in_scene_1(self, scene, observations, settle, renderer) -> None:
+    def killed_in_scene_1(self, scene, observations, *more, **named) -> None:
         if scene.scene_index == 1:
             observations = iter([next(observations)])  # the second observation never comes
-        write_scene(self, scene, observations, settle, renderer)
+        write_scene(self, scene, observations, *more, **named)
 
     monkeypatch.setattr(DatasetStore, "write_scene", killed_in_scene_1)
     with pytest.raises(DatasetError, match="scene 1"):

@@ -8,7 +8,8 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.generation.generate import GenerateConfig, generate
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
 
 TROLLEY = str(Path(__file__).resolve().parents[2] / "examples" / "custom_object" / "trolley.yaml")

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.generation.generate import GenerateConfig, generate
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import recipe_names
 

@@ -21,3 +21,20 @@ def test_a_sphere_touches_as_soon_as_it_reaches_a_plane() -> None:
     assert pyramid.touches(centre, np.full(3, gap + 1e-9)).tolist() == [True, True, True]
     assert pyramid.touches(centre, np.full(3, gap - 1e-9)).tolist() == [False, True, True]
     assert pyramid.touches(centre, np.full(3, 0.5), near=1.6).tolist() == [False, False, False]
+
+
+def test_boxes_are_kept_where_a_corner_or_more_is_in_the_picture_and_left_out_beside_it() -> None:
+    camera = PinholeCamera.from_focal(320, 200, 200.0)
+    pyramid = ViewPyramid.of(camera)
+    rng = np.random.default_rng(1)
+    rotation = np.linalg.qr(rng.normal(size=(500, 3, 3)))[0]
+    centre = rng.uniform((-8, -5, -4), (8, 5, 8), (500, 3))
+    half_edges = rotation * np.array([2.5, 0.05, 0.05])[:, None]  # long and thin
+    kept = pyramid.touches_boxes(centre, half_edges, 0.05)
+    steps = np.linspace(-1, 1, 41)
+    points = centre[:, None] + steps[:, None] * half_edges[:, :1]
+    inside = ((points @ pyramid.normals.T >= 0).all(axis=2) & (points[..., 2] >= 0.05)).any(axis=1)
+    assert kept[inside].all()
+    assert 0 < inside.sum() <= kept.sum() < 1.3 * inside.sum() + 10
+    spheres = pyramid.touches(centre, np.linalg.norm(half_edges, axis=2).max(axis=1), 0.05)
+    assert kept.sum() < 0.7 * spheres.sum()

@@ -22,7 +22,7 @@ from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 
 def shipped(name: str) -> SceneRecipe:
-    return from_mapping(SceneRecipe, plain(name)["scene"], name)
+    return SceneRecipe.from_plain(plain(name)["scene"], name)
 
 
 def plain(name: str) -> dict[str, dict[str, object]]:

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -28,9 +29,29 @@ def test_a_library_that_is_no_egl_is_an_error_too(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.gl
-def test_a_device_that_does_not_exist_is_named() -> None:
-    with pytest.raises(RenderError, match="EGL device 99"):
-        open_renderer(device=99)
+@pytest.mark.parametrize("device", [99, -1])
+def test_a_device_that_does_not_exist_is_named(device: int) -> None:
+    with pytest.raises(RenderError, match=f"opens no OpenGL 4.5 context on EGL device {device} ") as caught:
+        open_renderer(device=device)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.gl
+def test_a_driver_that_is_too_old_is_one_clear_error() -> None:
+    """Mesa pretends to know OpenGL 3.3 only; in a process of its own, since it reads that once."""
+    script = (
+        "from warehouse_sim.errors import RenderError\n"
+        "from warehouse_sim.render import open_renderer\n"
+        "try: open_renderer()\n"
+        "except RenderError as error: print(error)"
+    )
+    environment = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "MESA_GL_VERSION_OVERRIDE": "3.3"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT, env=environment
+    )
+    assert done.stdout.startswith("libEGL.so.1 opens no OpenGL 4.5 context on EGL device 0 ")
+    assert "install the EGL loader and a driver with OpenGL 4.5" in done.stdout
+    assert done.stdout.count("\n") == 1
 
 
 @pytest.mark.gl

@@ -1,11 +1,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tests.render.scenes import MATERIALS, at, box_model, make_scene, pallet_model
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
-from warehouse_sim.render.raster.mesh_batch import flat_shaded
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
 from warehouse_sim.schema import Material
 
@@ -19,8 +18,7 @@ def test_every_part_is_a_row_and_every_mesh_one_slice() -> None:
     assert len(table) == count
     assert len(table.meshes) == 1  # all are the unit box
     assert table.rows_of_mesh == (slice(0, count),)
-    assert table.rows_of_instance[1].tolist() == [0]
-    assert table.rows_of_instance[2].tolist() == list(range(1, count))
+    assert table.template["identity"][:, 0].tolist() == [1] + [2] * (count - 1)
     assert table.template["identity"][0].tolist() == [1, ROWS["kraft"], 2 + 4 * 1 + 16 * 0, 0]
 
 
@@ -45,16 +43,7 @@ def test_the_record_layout_is_what_the_shader_is_told() -> None:
     assert [INSTANCE.fields[name][1] for name in INSTANCE.names] == offsets.tolist()
 
 
-def test_flat_shading_splits_a_box_into_24_corners_with_its_face_normals() -> None:
-    mesh = box_model("box", (1, 1, 1)).parts[0].mesh
-    vertices, triangles = flat_shaded(mesh)
-    assert vertices.shape == (24, 6)
-    a, b, c = np.moveaxis(vertices[triangles, :3].astype(float), 1, 0)
-    np.testing.assert_allclose(np.cross(b - a, c - a), vertices[triangles[:, 0], 3:], atol=1e-6)
-    assert np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2 == pytest.approx(6.0)
-
-
-def test_film_is_a_row_that_no_instance_counts_as_its_own() -> None:
+def test_film_is_marked_row_by_row() -> None:
     box = box_model("box", (1, 2, 3))
     film = replace(box.parts[0], material="film")
     models = [replace(box, name="mixed", parts=(film, box.parts[0])), replace(box, name="film", parts=(film,))]
@@ -62,7 +51,6 @@ def test_film_is_a_row_that_no_instance_counts_as_its_own() -> None:
     scene = replace(scene, materials={**MATERIALS, "film": Material("film", (0.8, 0.8, 0.8), opacity=0.3)})
     table = build_part_table(scene, {**ROWS, "film": len(ROWS)})
     assert table.film.tolist() == [True, False, True]
-    assert {number: rows.tolist() for number, rows in table.rows_of_instance.items()} == {1: [1], 2: []}
 
 
 def test_edges_that_are_equal_to_the_centimetre_keep_their_order() -> None:
@@ -72,3 +60,17 @@ def test_edges_that_are_equal_to_the_centimetre_keep_their_order() -> None:
         scene = make_scene([box_model("box", edges)], [("box", at(0, 0, 0))])
         orders[edges] = int(build_part_table(scene, ROWS).template["identity"][0, 2])
     assert list(orders.values()) == [0 + 4 * 1 + 16 * 2, 0 + 4 * 1 + 16 * 2, 2 + 4 * 1 + 16 * 0]
+
+
+def test_a_subset_keeps_rows_and_meshes() -> None:
+    box = box_model("box", (1, 2, 3))
+    drum = replace(box, name="drum", parts=(replace(box.parts[0], mesh=unit_cylinder(8)),))
+    scene = make_scene([pallet_model(), drum], [("drum", at(0, 0, 0)), ("pallet", at(1, 2, 3))])
+    table = build_part_table(scene, ROWS)
+    assert table.rows_of_mesh == (slice(0, 1), slice(1, len(table)))
+    part = table.subset(np.array([3, 5]))
+    assert part.meshes == table.meshes
+    assert part.rows_of_mesh == (slice(0, 0), slice(0, 2))
+    assert np.array_equal(part.template, table.template[[3, 5]])
+    assert np.array_equal(part.T_world_part, table.T_world_part[[3, 5]])
+    assert part.tops().tolist() == table.tops()[[3, 5]].tolist()

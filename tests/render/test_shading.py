@@ -99,7 +99,8 @@ def test_the_shadow_falls_where_the_rays_are_blocked(renderer: Renderer) -> None
     dark = picture(renderer, floor_scene([], with_box=True))
     end = -2.0 + 2.3 * 2.6 / 2.0
     for x in np.arange(0.5, end - 0.06, 0.05):  # from beside the box's foot, hidden from above until 0.35, to the end
-        assert np.abs(shaded[pixel_of(x, 0)] - dark[pixel_of(x, 0)]).max() <= 2
+        # What is left is the light that the floor around returns to the box and the box to the floor.
+        assert ((shaded - dark)[pixel_of(x, 0)] < 0.1 * (unshaded - dark)[pixel_of(x, 0)] + 2).all()
         assert (shaded[pixel_of(x, 0)] < unshaded[pixel_of(x, 0)] - 30).all()
     for x, y in ((end + 0.08, 0.0), (0.6, 0.75), (0.6, -0.75), (-0.6, 0.0)):
         assert np.abs(shaded[pixel_of(x, y)] - unshaded[pixel_of(x, y)]).max() <= 1
@@ -113,7 +114,7 @@ def test_shadows_start_at_the_foot_of_what_casts_them(renderer: Renderer) -> Non
     column = picture(renderer, floor_scene([lamp], with_box=True), T)[:, round(float(foot[0]))]
     dark = picture(renderer, floor_scene([], with_box=True), T)[:, round(float(foot[0]))]
     below_edge = slice(round(float(foot[1])) + 2, round(float(foot[1])) + 12)
-    assert np.abs(column[below_edge] - dark[below_edge]).max() <= 3
+    assert np.abs(column[below_edge] - dark[below_edge]).max() <= 12  # light that floor and box return
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.5])

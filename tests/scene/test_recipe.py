@@ -30,7 +30,7 @@ BAD = [
     ("staging: {depth: 0.5}", "staging", "depth must be >= 0.8 m, found 0.5"),
     ("staging: {clearance: -1}", "staging", "clearance must be >= 0"),
     ("lights: {luminaires: 9}", "lights", "luminaires must be 1-8, found 9"),
-    ("lights: {intensity: 0}", "lights", "intensity must be > 0"),
+    ("lights: {lux: 0}", "lights", "lux must stay above 0, found 0.0"),
     ("lights: {temperature: 500}", "lights", "1700-20000 K"),
     ("viewpoints: {distance: {min: 0, max: 4}}", "viewpoints", "distance must stay above 1 m"),
     ("viewpoints: {height: 0}", "viewpoints", "height must stay above 0.1 m"),

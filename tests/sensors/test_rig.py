@@ -35,7 +35,7 @@ def test_what_is_written_is_read_back() -> None:
         ({"camera": "kitty"}, "here: camera: 'kitty' is no camera preset; known: kitti"),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
         ({"camera": {"focal_px": -1}}, "focal lengths must be positive"),
-        ({"rgbd": {"correlation_px": 2}}, "correlation_px must be odd"),
+        ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
     ],
 )
 def test_wrong_settings_are_named_with_their_place(data: dict, message: str) -> None:

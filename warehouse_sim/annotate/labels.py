@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Bool, Float32, Int
 
+from warehouse_sim.annotate.occluders import hidden_by, kinds_by_id
 from warehouse_sim.annotate.visibility import box_in_image, window_in_image
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
@@ -32,6 +33,7 @@ def annotate(
     depth_reading: Float32[np.ndarray, "h w"],
     silhouettes: Sequence[PlacedMask],
     targets: Sequence[ObjectInstance] | None = None,
+    film: Bool[np.ndarray, "h w"] | None = None,
 ) -> tuple[ObjectAnnotation, ...]:
     """Label every target whose silhouette touches the image, in order of instance id.
 
@@ -43,6 +45,7 @@ def annotate(
         depth_reading: Depth as the sensor gives it (m), 0 = no reading.
         silhouettes: One for each of ``targets``, in that order.
         targets: The objects to label, in order of instance id; all targets of the scene when omitted.
+        film: Pixels before whose first surface film lies, as ``film_image`` gives them; None where it is not asked.
 
     Raises:
         ValueError: Not one silhouette for each target, or images of another size than the camera's.
@@ -53,9 +56,9 @@ def annotate(
     for image in (buffers.instance_ids, depth_reading):
         if image.shape != (camera.height, camera.width):
             raise ValueError(f"an image of shape {image.shape} is not {camera.height} rows of {camera.width}")
-    T_camera_world = invert(T_world_camera)
+    T_camera_world, kinds = invert(T_world_camera), kinds_by_id(scene)
     labels = (
-        _label(scene, instance, T_camera_world, buffers, depth_reading, silhouette)
+        _label(scene, instance, T_camera_world, buffers, depth_reading, silhouette, kinds, film)
         for instance, silhouette in zip(targets, silhouettes, strict=True)
     )
     return tuple(label for label in labels if label is not None)
@@ -68,6 +71,8 @@ def _label(
     buffers: RenderBuffers,
     depth_reading: Float32[np.ndarray, "h w"],
     silhouette: PlacedMask,
+    kinds: Int[np.ndarray, " n"],
+    film: Bool[np.ndarray, "h w"] | None,
 ) -> ObjectAnnotation | None:
     """Return the label of one target, or None when its silhouette misses the image."""
     mask = silhouette.mask
@@ -94,4 +99,5 @@ def _label(
         pixels_in_image=int(pixels_in_image),
         pixels_visible=int(np.count_nonzero(visible)),
         pixels_valid=int(np.count_nonzero(visible & (depth_reading[window.image] > 0))),
+        hidden_by=hidden_by(kinds, buffers.instance_ids, mask, window, instance.instance_id, film),
     )

@@ -76,6 +76,7 @@ _ALL = (
     Material("roof_sheet", (0.52, 0.53, 0.53), 0.5, texture="plastic", texture_size=2.0, remission=0.70),
     Material("steel_grey", (0.20, 0.21, 0.21), 0.5, texture="steel", texture_size=0.8, remission=0.40),
     Material("door_white", (0.70, 0.71, 0.71), 0.45, texture="plastic", texture_size=1.5, remission=0.75),
+    Material("gate_leaf", (0.62, 0.63, 0.63), 0.5, texture="plastic", texture_size=1.5, remission=0.75),
     Material("window_pane", (0.30, 0.36, 0.40), 0.1, remission=0.30),
     Material("trailer_inside", (0.50, 0.47, 0.40), 0.7, texture="plastic", texture_size=1.2, remission=0.60),
     Material("rubber", (0.018, 0.018, 0.018), 0.85, texture="rubber", texture_size=0.4, remission=0.02),

@@ -15,6 +15,7 @@ def generate(
     seed: int = 0,
     formats: tuple[str, ...] = ("kitti", "bop"),
     backend: str = "raster",
+    difficulty: float | None = None,
     workers: int | None = None,
     resume: bool = False,
 ) -> None:
@@ -27,11 +28,13 @@ def generate(
         seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
         formats: Dataset formats to write.
         backend: Render backend.
+        difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
     """
-    from warehouse_sim.generation.generate import GenerateConfig
+    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.generate import generate as run
+    from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.generation.recipe import load_recipe
 
     config = GenerateConfig(
@@ -42,6 +45,7 @@ def generate(
         workers=workers or os.cpu_count() or 1,
         resume=resume,
     )
+    chosen = load_recipe(recipe)
     with count_progress("scenes") as progress:
-        run(load_recipe(recipe), out, config, progress)
+        run(chosen if difficulty is None else with_difficulty(chosen, difficulty), out, config, progress)
     finish(out, "validate", out)

@@ -7,18 +7,28 @@ import tyro
 from warehouse_sim.cli.console import finish, say
 
 
-def preview(recipe: tyro.conf.Positional[str], seed: int = 0, scene: int = 0, out: Path = Path("preview.png")) -> None:
+def preview(
+    recipe: tyro.conf.Positional[str],
+    seed: int = 0,
+    scene: int = 0,
+    difficulty: float | None = None,
+    out: Path = Path("preview.png"),
+) -> None:
     """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above.
 
     Args:
         recipe: Name of a shipped recipe or path of a recipe file.
         seed: Seed of the dataset, >= 0.
         scene: Index of the scene, >= 0.
+        difficulty: As in ``generate``.
         out: PNG file to write.
     """
     from warehouse_sim.generation.contact_sheet import draw_contact_sheet
+    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
 
     say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
-    draw_contact_sheet(load_recipe(recipe), seed, scene, out)
-    finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed))
+    chosen = load_recipe(recipe)
+    draw_contact_sheet(chosen if difficulty is None else with_difficulty(chosen, difficulty), seed, scene, out)
+    dial = [] if difficulty is None else ["--difficulty", str(difficulty)]
+    finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed), *dial)

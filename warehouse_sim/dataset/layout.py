@@ -116,8 +116,9 @@ KITTI_KINDS = {
     "depth_2": "png",
     "velodyne": "bin",
     "velodyne_ids": "bin",
+    "velodyne_beams": "bin",
     "calib": "txt",
     "label_2": "txt",
     "planes": "txt",
 }
-"""Folders of a KITTI frame's files and how the files end; velodyne_ids is this package's own addition."""
+"""Folders of a KITTI frame's files and how the files end; velodyne_ids and velodyne_beams are this package's own."""

@@ -68,8 +68,8 @@ def write_scene_record(
     scene: SceneSpec,
     split: Split,
     observations: Sequence[Mapping[str, Any]],
-    settle: Mapping[str, Any],
-    renderer: str,
+    told: Mapping[str, Any],
+    twins: Sequence[tuple[str, SceneSpec]] = (),
 ) -> None:
     """Write the record of a settled scene.
 
@@ -78,8 +78,8 @@ def write_scene_record(
         scene: The scene as it was drawn.
         split: The split it belongs to.
         observations: Row of each observation that was written, in order; see ``observation_row``.
-        settle: Plain data on how the scene came to rest.
-        renderer: Description of the renderer.
+        told: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``.
+        twins: Name and scene of each variant beside the scene itself.
     """
     objects = [
         {
@@ -96,18 +96,30 @@ def write_scene_record(
         "scene_index": scene.scene_index,
         "seed": scene.seed,
         "split": split,
-        "renderer": renderer,
-        "targets": scene.targets,
         "attempt": scene.attempt,
-        "lighting": scene.lighting,
-        "ambient": scene.ambient,
-        "exposure": scene.exposure,
-        "lights": [vars(light) for light in scene.lights],
-        "settle": dict(settle),
+        "targets": scene.targets,
+        **told,
+        **_light_row(scene),
+        "twins": [{"variant": name, **_light_row(twin), **_surface_row(twin, scene)} for name, twin in twins],
         "observations": list(observations),
         "objects": objects,
     }
     write_json(path, plain(data), depth=2)
+
+
+def _light_row(scene: SceneSpec) -> dict[str, Any]:
+    return {
+        "lighting": scene.lighting,
+        "ambient": scene.ambient,
+        "exposure": scene.exposure,
+        "lights": [vars(light) for light in scene.lights],
+    }
+
+
+def _surface_row(twin: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
+    """Return the materials of a twin that differ from those of the first."""
+    changed = {name: item for name, item in twin.materials.items() if item != scene.materials.get(name)}
+    return {"materials": {name: vars(item) for name, item in changed.items()}}
 
 
 def read_scene_record(root: Path, scene_index: int) -> SceneRecord:

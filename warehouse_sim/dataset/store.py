@@ -59,7 +59,13 @@ class DatasetStore:
         return [index for index in range(self.manifest.scenes) if not self._layout.scene_record(index).is_file()]
 
     def write_scene(
-        self, scene: SceneSpec, observations: Iterable[Observation], settle: Mapping[str, Any], renderer: str
+        self,
+        scene: SceneSpec,
+        observations: Iterable[Observation],
+        settle: Mapping[str, Any],
+        renderer: str,
+        occlusion: Mapping[str, Any] | None = None,
+        twins: Sequence[tuple[str, SceneSpec]] = (),
     ) -> None:
         """Store one scene in every format; its record comes last and makes it count as complete.
 
@@ -68,6 +74,8 @@ class DatasetStore:
             observations: Its observations in order of index; they may be made while this runs.
             settle: Plain data on how the scene came to rest.
             renderer: Description of the renderer that draws the observations.
+            occlusion: Plain data on how requests for a visible fraction were met, if there were any.
+            twins: Name and scene of each variant beside the scene itself.
 
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
@@ -89,7 +97,8 @@ class DatasetStore:
             )
         for scene_writer in scene_writers:
             scene_writer.finish()
-        write_scene_record(self._layout.scene_record(index), scene, split, rows, settle, renderer)
+        told = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
+        write_scene_record(self._layout.scene_record(index), scene, split, rows, told, twins)
 
     def finish(self) -> Manifest:
         """Store what needs all scenes and, last of all, the manifest.

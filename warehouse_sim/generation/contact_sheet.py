@@ -10,7 +10,7 @@ from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.scene import settled_scene
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.render import open_renderer
@@ -33,7 +33,7 @@ def draw_contact_sheet(recipe: Recipe, seed: int, scene_index: int, out: Path, b
         out: PNG file.
         backend: Render backend.
     """
-    scene, _ = settled_scene(recipe, seed, scene_index)
+    scene = prepare_scene(recipe, seed, scene_index).scene
     with open_renderer(backend) as renderer:
         observation = next(observe_scene(scene, recipe.sensors, renderer))
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -3,16 +3,25 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from jaxtyping import Bool
+
 from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.annotate.film import FilmCaster
+from warehouse_sim.generation.light_meter import LightMeter
+from warehouse_sim.generation.lighting import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer, Silhouette
+from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.schema import Conditions, LidarScan, ObjectInstance, Observation, SceneSpec, Viewpoint
+from warehouse_sim.schema import LidarScan, ObjectInstance, Observation, RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.lidar import scan
 from warehouse_sim.sensors.rgbd import read_rgbd
 from warehouse_sim.sensors.rig import RigConfig
+from warehouse_sim.sensors.shot import Shot, camera_motion
+from warehouse_sim.sensors.surfaces import see_surfaces
 
 
 def observe_scene(
@@ -45,6 +54,8 @@ class _View:
     """In which it was seen."""
     targets: list[ObjectInstance]
     silhouettes: list[Silhouette]
+    film: Bool[np.ndarray, "h w"] | None
+    """Pixels in which targets are seen through film."""
     lidar: LidarScan | None
 
 
@@ -56,19 +67,25 @@ class _Watch:
         self._camera, self._T_camera_lidar = rig.make_camera(), rig.T_camera_lidar()
         self._views: dict[int, _View] = {}
         self._caster: tuple[Variant, RayCaster] | None = None
+        self._meter: LightMeter | None = None
+        self._film: tuple[Variant, FilmCaster] | None = None
         self._loaded: SceneSpec | None = None
 
     def observe(self, variant: Variant, index: int, viewpoint: Viewpoint) -> Observation:
         """Return the observation of viewpoint number ``index`` of a variant, under that index."""
         scene, T_world_camera = variant.scene, viewpoint.T_world_camera
         self._load(scene.seen_from(viewpoint))
-        buffers = self._renderer.render(self._camera, T_world_camera)
+        buffers = self._renderer.render(self._camera, T_world_camera, normals=variant.rgbd.depth.needs_normals)
         draw = f" draw {variant.noise_draw}" if variant.noise_draw else ""
-        rgbd = read_rgbd(buffers, variant.rgbd, scene_rng(scene.seed, scene.scene_index, f"rgbd {index}{draw}"))
-        view = self._view(variant, index, T_world_camera)
+        rng = scene_rng(scene.seed, scene.scene_index, f"rgbd {index}{draw}")
+        rgbd = read_rgbd(buffers, self._shot(variant, viewpoint), variant.rgbd, rng)
+        view = self._view(variant, index, T_world_camera, buffers)
         labels = annotate(
-            scene, self._camera, T_world_camera, buffers, rgbd.depth, view.silhouettes, targets=view.targets
+            scene, self._camera, T_world_camera, buffers, rgbd.depth, view.silhouettes, view.targets, view.film
         )
+        meter = self._meter_of(variant)
+        seen = [item.instance_id for item in labels if item.pixels_visible > 0]
+        lux = target_illuminance(meter, viewpoint, self._camera, buffers.instance_ids, seen)
         return Observation(
             scene_index=scene.scene_index,
             observation_index=index,
@@ -78,17 +95,29 @@ class _Watch:
             rgbd=rgbd,
             buffers=buffers,
             lidar=view.lidar,
-            annotations=labels,
+            annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
             viewpoint=viewpoint,
-            conditions=self._conditions(variant, index),
+            conditions=replace(
+                measure_conditions(meter, viewpoint),
+                variant=variant.name,
+                twin_group=index if self._with_twins else None,
+                absent=variant.absent,
+            ),
         )
+
+    def _shot(self, variant: Variant, viewpoint: Viewpoint) -> Shot:
+        surfaces, T_world_camera = None, viewpoint.T_world_camera
+        if variant.rgbd.depth.needs_surfaces:
+            surfaces = see_surfaces(variant.scene, self._caster_of(variant), self._camera, T_world_camera)
+        exposure_ev = ev_of_exposure(variant.scene.seen_from(viewpoint).exposure)
+        return Shot(self._camera, exposure_ev, camera_motion(viewpoint), surfaces)
 
     def _load(self, scene: SceneSpec) -> None:
         if self._loaded is not scene:
             self._renderer.load(scene)
             self._loaded = scene
 
-    def _view(self, variant: Variant, index: int, T_world_camera: Transform) -> _View:
+    def _view(self, variant: Variant, index: int, T_world_camera: Transform, buffers: RenderBuffers) -> _View:
         """Return what does not depend on light and noise, as far as it is known from a twin."""
         known = self._views.get(index)
         if known is not None and variant.same_surfaces_as(known.variant):
@@ -98,7 +127,8 @@ class _Watch:
             return replace(known, lidar=lidar)
         targets = targets_in_view(variant.scene, self._camera, T_world_camera)
         silhouettes = self._renderer.silhouettes(self._camera, T_world_camera, targets)
-        view = _View(variant, targets, silhouettes, lidar)
+        film = self._film_of(variant).image(self._camera, T_world_camera, buffers, targets)
+        view = _View(variant, targets, silhouettes, film, lidar)
         if self._with_twins and known is None:
             self._views[index] = view
         return view
@@ -106,15 +136,20 @@ class _Watch:
     def _scan(self, variant: Variant, index: int, T_world_camera: Transform) -> LidarScan | None:
         if self._rig.lidar is None:
             return None
+        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, f"lidar {index}")
+        return scan(self._caster_of(variant), self._rig.lidar, T_world_camera @ self._T_camera_lidar, rng)
+
+    def _caster_of(self, variant: Variant) -> RayCaster:
         if self._caster is None or not variant.same_surfaces_as(self._caster[0]):
             self._caster = variant, RayCaster(variant.scene)
-        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, f"lidar {index}")
-        return scan(self._caster[1], self._rig.lidar, T_world_camera @ self._T_camera_lidar, rng)
+        return self._caster[1]
 
-    def _conditions(self, variant: Variant, index: int) -> Conditions:
-        return Conditions(
-            lighting=variant.scene.lighting,
-            variant=variant.name,
-            twin_group=index if self._with_twins else None,
-            absent=variant.absent,
-        )
+    def _film_of(self, variant: Variant) -> FilmCaster:
+        if self._film is None or not variant.same_things_as(self._film[0]):
+            self._film = variant, FilmCaster(variant.scene)
+        return self._film[1]
+
+    def _meter_of(self, variant: Variant) -> LightMeter:
+        if self._meter is None or self._meter.scene is not variant.scene:
+            self._meter = LightMeter(variant.scene, self._caster_of(variant))
+        return self._meter

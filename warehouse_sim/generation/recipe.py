@@ -4,7 +4,9 @@ from dataclasses import dataclass, field, replace
 
 from warehouse_sim.config import load_yaml
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.errors import RecipeError
+from warehouse_sim.errors import ConfigError, RecipeError
+from warehouse_sim.generation.occlusion.config import OcclusionConfig
+from warehouse_sim.generation.twins.config import TwinsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.recipe import SceneRecipe
@@ -23,6 +25,10 @@ class Recipe:
     """How loads come to rest."""
     sensors: RigConfig = field(default_factory=RigConfig)
     """The sensor rig of every observation."""
+    occlusion: OcclusionConfig | None = None
+    """How much of the target of each observation shall be visible; null = as it comes."""
+    twins: TwinsConfig = field(default_factory=TwinsConfig)
+    """Which observations come again with one thing changed."""
     split: SplitConfig = field(default_factory=SplitConfig)
     """Shares of the scenes for training, validation and test."""
     scenes: int = 10
@@ -42,4 +48,9 @@ def load_recipe(name_or_path: str) -> Recipe:
     recipe = load_yaml(Recipe, path, RecipeError)
     if recipe.scenes < 1:
         raise RecipeError(f"{path}: scenes must be at least 1, found {recipe.scenes}")
+    for twin in recipe.twins.lights:
+        try:
+            overlaid(recipe.scene.lights, twin.settings, f"{path}: twins.lights {twin.name!r}")
+        except ConfigError as problem:
+            raise RecipeError(str(problem)) from problem
     return recipe if recipe.name else replace(recipe, name=path.stem)

@@ -35,3 +35,17 @@ class ViewPyramid:
         """
         inside = (centre @ self.normals.T >= -radius[:, None]).all(axis=1)
         return inside & (centre[:, 2] >= near - radius)
+
+    def touches_boxes(
+        self, centre: Float[np.ndarray, "n 3"], half_edges: Float[np.ndarray, "n 3 3"], near: float = 0.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return which boxes reach into the pyramid beyond ``near``; keeps a few that just miss its edges.
+
+        Args:
+            centre: Centres in the camera frame (m).
+            half_edges: For each box three vectors from its centre to the middles of its sides, camera frame (m).
+            near: Distance of the near plane (m).
+        """
+        reach = np.abs(half_edges @ self.normals.T).sum(axis=1)
+        inside = (centre @ self.normals.T >= -reach).all(axis=1)
+        return inside & (centre[:, 2] + np.abs(half_edges[..., 2]).sum(axis=1) >= near)

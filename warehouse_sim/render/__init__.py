@@ -1,12 +1,15 @@
-"""Scene and camera -> clean pixels: colour, depth, ids, normals, silhouettes; and exact rays. Only this room knows OpenGL."""
+"""Scene and camera -> clean pixels of every kind, and exact rays. Only this room knows OpenGL."""
 
 from typing import Any
 
 from warehouse_sim.registry import Registry
-from warehouse_sim.render.renderer import Renderer, Silhouette
+from warehouse_sim.render.renderer import Capabilities, Renderer, Silhouette
 
 BACKENDS = Registry("render backend")
 BACKENDS.add("raster", "warehouse_sim.render.raster.backend:RasterRenderer")
+BACKENDS.add("mujoco", "warehouse_sim.render.mujoco.backend:MujocoRenderer")
+BACKENDS.add("pyrender", "warehouse_sim.render.pyrender.backend:PyrenderRenderer")
+BACKENDS.add("pathtrace", "warehouse_sim.render.pathtrace.backend:PathtraceRenderer")
 
 
 def open_renderer(name: str = "raster", **options: Any) -> Renderer:
@@ -24,4 +27,4 @@ def open_renderer(name: str = "raster", **options: Any) -> Renderer:
     return renderer
 
 
-__all__ = ["BACKENDS", "Renderer", "Silhouette", "open_renderer"]
+__all__ = ["BACKENDS", "Capabilities", "Renderer", "Silhouette", "open_renderer"]

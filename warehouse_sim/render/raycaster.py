@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 
-from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.optional import require
+from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import SceneSpec
 
 
@@ -23,10 +21,16 @@ class RayHits:
     """Unit outward normals in the world; zero when nothing is hit."""
     remission: Float32[np.ndarray, " n"]
     """Of the surface's material; zero when nothing is hit."""
+    materials: Int32[np.ndarray, " n"]
+    """Number of the surface's material among ``RayCaster.materials``; -1 when nothing is hit."""
+    pieces: Int32[np.ndarray, " n"]
+    """Number of the part of its model that the surface belongs to, over all models; -1 when nothing is hit."""
 
 
 class RayCaster:
-    """All parts of a scene in one acceleration structure.
+    """All solid parts of a scene, each model's triangles held once.
+
+    Film, that is materials with an opacity below 1, lets rays through, as it does the camera's depth and ids.
 
     Args:
         scene: The scene; later changes to it are not seen.
@@ -36,28 +40,29 @@ class RayCaster:
     """
 
     def __init__(self, scene: SceneSpec) -> None:
-        embree = require("embreex.rtcore_scene", "generate", "for LiDAR and ray casting")
-        construction = require("embreex.mesh_construction", "generate", "for LiDAR and ray casting")
-        vertices, faces, owner, remission = [], [], [], []
-        count = 0
-        for instance in scene.instances:
-            for part in scene.model_of(instance).parts:
-                if scene.materials[part.material].opacity < 1.0:
-                    continue  # film lets the beam through, as it does the camera's depth and ids
-                placed = part.placed()
-                vertices.append(transform_points(instance.T_world_object, placed.vertices))
-                faces.append(placed.faces + count)
-                owner.append(np.full(len(placed.faces), instance.instance_id, np.int32))
-                remission.append(np.full(len(placed.faces), scene.materials[part.material].remission, np.float32))
-                count += len(placed.vertices)
-        mesh = TriangleMesh(np.concatenate(vertices), np.concatenate(faces).astype(np.int32))
-        # One extra row answers for rays that hit nothing, whose triangle number is -1.
-        self._owner = np.concatenate([*owner, np.zeros(1, np.int32)])
-        self._remission = np.concatenate([*remission, np.zeros(1, np.float32)])
-        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
-        # Robust: no ray slips through the edge that two triangles share.
-        self._scene = embree.EmbreeScene(robust=True)
-        construction.TriangleMesh(self._scene, mesh.vertices.astype(np.float32), mesh.faces)
+        solid = {
+            name: [part for part in scene.models[name].parts if scene.materials[part.material].opacity >= 1.0]
+            for name in {instance.model: None for instance in scene.instances}
+        }
+        group_of = {name: number for number, name in enumerate(name for name, parts in solid.items() if parts)}
+        placed = [instance for instance in scene.instances if instance.model in group_of]
+        self._meshes = PlacedMeshes(
+            [[part.placed() for part in solid[name]] for name in group_of],
+            [(group_of[instance.model], instance.T_world_object) for instance in placed],
+        )
+        # One more row answers for rays that hit nothing, whose place is -1.
+        self._owner = np.array([*(instance.instance_id for instance in placed), 0], np.int32)
+        rotations = [instance.T_world_object[:3, :3] for instance in placed]
+        self._rotation = np.array([*rotations, np.zeros((3, 3))], np.float32)
+        self._first_piece = np.zeros(len(placed) + 1, np.int64)
+        starts = np.cumsum([0, *(len(solid[name]) for name in group_of)])
+        self._first_piece[:-1] = [starts[group_of[instance.model]] for instance in placed]
+        paints = [part.material for name in group_of for part in solid[name]]
+        self._remission = np.array([*(scene.materials[paint].remission for paint in paints), 0.0], np.float32)
+        self.materials = tuple(dict.fromkeys(paints))
+        """Names of the materials that rays can meet."""
+        number_of = {name: number for number, name in enumerate(self.materials)}
+        self._material = np.array([*(number_of[paint] for paint in paints), -1], np.int32)
 
     def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> RayHits:
         """Return what rays meet first.
@@ -66,13 +71,16 @@ class RayCaster:
             origins: Starting points in the world (m).
             directions: Directions in the world, of any length.
         """
-        hits = self._scene.run(
-            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32), output=1
-        )
-        triangle = hits["primID"]
+        hits = self._meshes.cast(origins, directions)
+        missed = hits.place < 0
+        normals = np.einsum("nij,nj->ni", self._rotation[hits.place], hits.normal)
+        length = np.sqrt(np.einsum("ni,ni->n", normals, normals))[:, None]
+        piece = np.where(missed, -1, self._first_piece[hits.place] + hits.piece)
         return RayHits(
-            distance=np.where(triangle >= 0, hits["tfar"], np.float32(np.inf)),
-            instance_ids=self._owner[triangle],
-            normals=self._normals[triangle],
-            remission=self._remission[triangle],
+            distance=hits.distance,
+            instance_ids=self._owner[hits.place],
+            normals=np.divide(normals, length, out=np.zeros_like(normals), where=length > 0),
+            remission=self._remission[piece],
+            materials=self._material[piece],
+            pieces=piece.astype(np.int32),
         )

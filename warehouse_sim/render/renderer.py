@@ -23,6 +23,26 @@ class Silhouette:
     """Tight around the covered pixels; 0 x 0 when nothing is covered."""
 
 
+@dataclass(frozen=True)
+class Capabilities:
+    """What a backend can draw; what is False or missing is left out of its buffers, never faked."""
+
+    normals: bool = True
+    """Surface normals in ``RenderBuffers.normals``; ``render(normals=True)`` raises otherwise."""
+    silhouettes: bool = True
+    """Unoccluded silhouettes; ``silhouettes`` raises otherwise."""
+    film: bool = True
+    """Parts with an opacity below 1 in the colours; they are left out otherwise."""
+    textures: bool = True
+    """The materials' textures in the colours, by their albedo at least."""
+    shadows: bool = True
+    """Shadows of the lamps."""
+    global_illumination: bool = False
+    """Light that surfaces send each other, followed and not approximated."""
+    max_lights: int | None = None
+    """Lamps that are drawn, the most important ones; None = all."""
+
+
 class Renderer(Protocol):
     """Draw loaded scenes; not to be shared between threads.
 
@@ -34,6 +54,10 @@ class Renderer(Protocol):
     @property
     def description(self) -> str:
         """Name and version of what draws, for logs and manifests."""
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What this backend can draw; asked for more, it raises RenderError and names a backend that can."""
 
     def load(self, scene: SceneSpec) -> None:
         """Make ``scene`` the one that is drawn, replacing the one before.

@@ -43,7 +43,7 @@ class SceneRecipe:
     lights: LightingConfig = field(default_factory=LightingConfig)
     """Lamps, daylight and exposure."""
     viewpoints: ViewpointsConfig = field(default_factory=ViewpointsConfig)
-    """The forklift's camera."""
+    """Where cameras look from, single or on drives."""
     observations_per_scene: int = 8
     """Viewpoints of each scene, 1-1000."""
     targets: tuple[str, ...] = ("pallet",)

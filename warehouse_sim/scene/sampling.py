@@ -8,7 +8,7 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.site import build_site
-from warehouse_sim.scene.lighting import draw_lighting, hang_luminaires
+from warehouse_sim.scene.lighting import add_fixtures, first_light
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
@@ -40,30 +40,29 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle
-        lamps = hang_luminaires(draft, recipe.lights, area)
+        add_fixtures(draft, recipe.lights, site)
         fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
-        lighting = draw_lighting(recipe.lights, lamps, stream("lighting"))
         viewpoints = choose_viewpoints(
             draft, recipe.targets, recipe.observations_per_scene, recipe.viewpoints, area, stream("viewpoints")
         )
     except PlacementError as problem:
         raise PlacementError(f"scene {scene_index} of seed {seed}, attempt {attempt}: {problem}") from problem
     used = {part.material for model in draft.models.values() for part in model.parts}
-    return SceneSpec(
+    scene = SceneSpec(
         scene_index=scene_index,
         seed=seed,
         models=draft.models,
         materials={name: material for name, material in materials().items() if name in used},
         instances=tuple(draft.instances),
-        lights=lighting.lights,
+        lights=(),
         viewpoints=viewpoints,
         targets=recipe.targets,
-        ambient=lighting.ambient,
-        exposure=lighting.exposure,
         attempt=attempt,
+        aisle=(area.x_min, area.x_max, area.y_min, area.y_max),
     )
+    return first_light(scene, recipe.lights, stream("lighting"))

@@ -10,6 +10,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, T_CAMERA_LIDAR, make_manifest, make_scene, observation_of, observe
 from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.writers.kitti import KittiWriter
 from warehouse_sim.dataset.writers.kitti_label import kitti_label, parse_label
 from warehouse_sim.errors import DatasetError
@@ -138,6 +139,9 @@ def test_lidar_points_project_onto_the_object_that_they_hit(toy_root: Path) -> N
     assert np.array_equal(cloud[:, :3], truth.lidar.points)
     assert np.array_equal(cloud[:, 3], truth.lidar.intensity)
     assert np.array_equal(ids, truth.lidar.instance_ids)
+    beams = np.fromfile(frame_file(toy_root, 0, 0, "velodyne_beams", "bin"), dtype="<f4").reshape(-1, 2)
+    assert np.array_equal(beams[:, 0], truth.lidar.ring)
+    assert np.array_equal(beams[:, 1], truth.lidar.time)
     own = np.hstack([cloud[ids == 11, :3], np.ones((np.count_nonzero(ids == 11), 1))])
     camera_points = own @ calib["Tr_velo_to_cam"].T @ calib["R0_rect"].T
     uvw = np.hstack([camera_points, np.ones((len(own), 1))]) @ calib["P2"].T
@@ -275,3 +279,28 @@ def test_more_frames_than_six_digits_are_refused(tmp_path: Path) -> None:
 def test_parser_is_strict(line: str, message: str) -> None:
     with pytest.raises(DatasetError, match=message):
         parse_label(line, "000000.txt:1")
+
+
+@pytest.mark.parametrize(
+    ("views", "named"),
+    [
+        ({"kind": "forklift_mast"}, "forklift_mast"),
+        ({"kind": "free", "level": False}, "free"),
+        ({"kind": {"choices": ["level", "amr"]}, "level": {"choices": [True, False]}}, "amr"),
+    ],
+)
+def test_a_recipe_with_tilted_cameras_is_refused_before_anything_is_written(
+    tmp_path: Path, views: dict, named: str
+) -> None:
+    manifest = replace(make_manifest(), recipe={"scene": {"viewpoints": views}}, formats=("bop", "kitti"))
+    with pytest.raises(DatasetError, match=f"KITTI: viewpoints.kind {named} .* set viewpoints.level: true") as caught:
+        DatasetStore(tmp_path / "data", manifest)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "data").exists()
+    DatasetStore(tmp_path / "data", replace(manifest, formats=("bop",)))
+
+
+@pytest.mark.parametrize("views", [{}, {"kind": "level"}, {"kind": "amr", "level": True}])
+def test_a_recipe_with_level_cameras_is_taken(tmp_path: Path, views: dict) -> None:
+    manifest = replace(make_manifest(), recipe={"scene": {"viewpoints": views}}, formats=("kitti",))
+    assert DatasetStore(tmp_path, manifest).manifest is manifest

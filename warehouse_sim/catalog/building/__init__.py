@@ -5,6 +5,7 @@ Origin at the centre of the bounding box, z up.
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, TRAILER_SIZE
+from warehouse_sim.catalog.building.gate import GATE_SIZE, LEAF_MATERIAL, LEAF_SIZE
 from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
 from warehouse_sim.catalog.building.shell import (
     FLOOR_SIZE,
@@ -41,6 +42,7 @@ BUILDING = {
         "dock_leveller": "dock:leveller",
         "dock_bumper": "dock:bumper",
         "trailer": "dock:trailer",
+        "drive_in_door": "gate:drive_in_door",
         "corner_marking": "markings:corner_marking",
         "keep_clear_marking": "markings:keep_clear_marking",
         "crossing_marking": "markings:crossing_marking",
@@ -58,6 +60,9 @@ __all__ = [
     "CONVEYORS",
     "DOOR_SIZE",
     "FLOOR_SIZE",
+    "GATE_SIZE",
+    "LEAF_MATERIAL",
+    "LEAF_SIZE",
     "LEVELLER_SIZE",
     "LINES",
     "LINE_WIDTH",

@@ -22,6 +22,6 @@ def kraft(rng: np.random.Generator) -> Tile:
     albedo = (
         1.0 + 0.13 * (clouds - 0.5) - 0.07 * (fibres - 0.2) - 0.18 * specks - 0.022 * flutes + 0.07 * softened(scuffs)
     )
-    height = 0.14 * flutes + 4.0 * dents + 0.06 * fibres - 0.2 * scuffs
+    height = 0.14 * flutes + 1.0 * dents + 0.06 * fibres - 0.2 * scuffs
     roughness = 1.0 + 0.10 * (clouds - 0.5) - 0.04 * flutes + 0.06 * scuffs
     return Tile(albedo, height, roughness)

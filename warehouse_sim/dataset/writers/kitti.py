@@ -11,7 +11,7 @@ from warehouse_sim.dataset.image_io import encode_depth
 from warehouse_sim.dataset.layout import KITTI_KINDS, DatasetLayout, KittiLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
-from warehouse_sim.dataset.writers.kitti_calib import calib_text, plane_text, require_level
+from warehouse_sim.dataset.writers.kitti_calib import calib_text, plane_text, require_level, require_level_recipe
 from warehouse_sim.dataset.writers.kitti_label import DONT_CARE, kitti_label
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -30,16 +30,22 @@ _README = """# Dataset in the KITTI object detection format
 - A frame without labels holds one DontCare row, because some readers stop at an empty file.
 - depth_2: 16 bit, metres * 256, 0 = no reading. planes: the floor in the camera frame.
 - velodyne: float32 x, y, z, reflectance. velodyne_ids (our own): int32, the instance id of each point, 0 = none; the
-  ids are those of ../scenes/.
+  ids are those of ../scenes/. velodyne_beams (our own): float32 ring, time of each point; ring 0 is the topmost beam,
+  time counts from the start of the sweep (s).
 - P0 to P3 are the same camera; Tr_imu_to_velo is the identity.
 - Class names are ours: set CLASS_NAMES (and POINT_CLOUD_RANGE, for a warehouse) in your reader's configuration.
 """
 
 
 class KittiWriter:
-    """Write frames as ``kitti/{training,testing}/KIND/%06d.*``."""
+    """Write frames as ``kitti/{training,testing}/KIND/%06d.*``.
+
+    Raises:
+        DatasetError: The recipe asks for tilted cameras.
+    """
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
+        require_level_recipe(manifest.recipe)
         self._layout, self._manifest = KittiLayout(DatasetLayout(root).format_folder("kitti")), manifest
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
@@ -106,6 +112,7 @@ class KittiSceneWriter:
             "depth_2": encode_depth(observation.rgbd.depth, _STEPS_PER_METRE, where),
             "velodyne": point_bytes(observation.lidar),
             "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
+            "velodyne_beams": beam_bytes(observation.lidar),
             "calib": calib_text(observation.camera, observation.T_camera_lidar).encode("ascii"),
             "label_2": ("\n".join(rows or [DONT_CARE]) + "\n").encode("ascii"),
             "planes": plane_text(observation.T_world_camera).encode("ascii"),
@@ -121,4 +128,11 @@ class KittiSceneWriter:
 
 def point_bytes(scan: LidarScan) -> bytes:
     """Return KITTI's velodyne content: little-endian float32 x, y, z (m, LiDAR frame) and reflectance, 0-1."""
-    return np.column_stack([scan.points, scan.intensity]).astype("<f4").tobytes()
+    rows = np.empty((len(scan.points), 4), "<f4")
+    rows[:, :3], rows[:, 3] = scan.points, scan.intensity
+    return rows.tobytes()
+
+
+def beam_bytes(scan: LidarScan) -> bytes:
+    """Return little-endian float32 ring and time (s since the sweep began) of each point."""
+    return np.stack([scan.ring.astype("<f4"), scan.time.astype("<f4")], axis=1).tobytes()

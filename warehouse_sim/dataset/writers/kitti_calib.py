@@ -1,6 +1,7 @@
 """KITTI's calibration and ground plane files, and the demand behind them: camera and LiDAR stand level."""
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +18,25 @@ CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_ve
 """The seven lines in the order by which loaders find them."""
 
 
+def require_level_recipe(recipe: dict[str, Any]) -> None:
+    """Refuse a recipe whose cameras can be tilted, before anything is made of it.
+
+    Args:
+        recipe: The resolved recipe as the manifest holds it; one that says nothing about viewpoints passes.
+
+    Raises:
+        DatasetError: A kind of camera other than ``level`` is asked for, and not to be level.
+    """
+    views = recipe.get("scene", {}).get("viewpoints", {})
+    kinds, level = _choices(views.get("kind", "level")), _choices(views.get("level", False))
+    tilted = [kind for kind in kinds if kind != "level"]
+    if tilted and not all(level):
+        raise DatasetError(
+            f"KITTI: viewpoints.kind {', '.join(tilted)} tilts the camera, but a KITTI label stands upright in the "
+            "camera's frame; set viewpoints.level: true in the recipe, or leave kitti out of --formats"
+        )
+
+
 def require_level(observation: Observation, where: str) -> None:
     """Refuse what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
 
@@ -29,7 +49,7 @@ def require_level(observation: Observation, where: str) -> None:
     if tilt > _LARGEST_CAMERA_TILT:
         raise DatasetError(
             f"{where}: the camera is tilted by {math.degrees(tilt):.2f} deg, KITTI needs a level camera; "
-            "ask the recipe for viewpoints with roll = pitch = 0, or leave kitti out of --formats"
+            "set viewpoints.level: true in the recipe, or leave kitti out of --formats"
         )
     tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
     if tilt > _LARGEST_LIDAR_TILT:
@@ -83,3 +103,8 @@ def plane_text(T_world_camera: Transform) -> str:
 def _angle(a: np.ndarray, b: np.ndarray) -> float:
     # Half the chord between unit vectors: arccos would lose small angles.
     return 2.0 * math.asin(min(float(np.linalg.norm(a - b)) / 2.0, 1.0))
+
+
+def _choices(value: Any) -> list[Any]:
+    """Return the values that a setting of a recipe can take: itself, or those it is drawn from."""
+    return list(value["choices"]) if isinstance(value, dict) else [value]

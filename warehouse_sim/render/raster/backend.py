@@ -9,19 +9,22 @@ import moderngl
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.raster.context import describe, open_context
 from warehouse_sim.render.raster.film_pass import FilmPass
 from warehouse_sim.render.raster.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.image_targets import ImageTargets
 from warehouse_sim.render.raster.lighting import LightBlock
+from warehouse_sim.render.raster.lights import MAX_LIGHTS
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
+from warehouse_sim.render.raster.mesh_batch import MeshLibrary
 from warehouse_sim.render.raster.parts import placed_records
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
 from warehouse_sim.render.raster.shading_pass import ShadingPass
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
 from warehouse_sim.render.raster.textures import TextureLibrary
-from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.render.renderer import Capabilities, Silhouette
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -44,27 +47,39 @@ class RasterRenderer:
             self._shading = ShadingPass(self._context, self._block)
             self._film = FilmPass(self._context, self._block)
             self._textures = TextureLibrary(self._context)
+            self._meshes = MeshLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
             self._silhouettes = SilhouetteAtlas(self._context)
+        self._gatherer = LightGatherer()
         self._scene: LoadedScene | None = None
         self._targets: ImageTargets | None = None
 
+    @property
+    def capabilities(self) -> Capabilities:
+        """All products; the light of other surfaces is approximated."""
+        return Capabilities(max_lights=MAX_LIGHTS)
+
     def load(self, scene: SceneSpec) -> None:
-        """Upload ``scene`` and draw its shadow maps."""
+        """Upload ``scene`` and draw its shadow maps; what the scene before had in common with it is not done again."""
         with self._open_context() as context:
-            loaded = LoadedScene(context, scene, self._shadows, self._textures)
-            if self._scene is not None:
-                self._scene.release()
-            self._scene = loaded
+            before = self._scene
+            self._scene = LoadedScene(
+                context, scene, self._shadows, self._textures, self._gatherer, self._meshes, before
+            )
+            if before is not None:
+                before.release(self._scene)
+            self._meshes.keep(self._scene.geometry.table.meshes)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""
         with self._open_context() as context:
             scene, targets = self._loaded_scene(), self._targets_for(context, camera)
-            records = placed_records(scene.table, T_world_camera)
-            self._geometry.draw(targets.geometry, camera, scene.table, records, scene.batches, scene.materials)
+            in_view = scene.geometry.objects.in_view(camera, T_world_camera)
+            table, batches = scene.geometry.table.subset(in_view), scene.geometry.batches
+            records = placed_records(table, T_world_camera)
+            self._geometry.draw(targets.geometry, camera, table, records, batches, scene.geometry.materials)
             self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, scene.lighting)
-            self._film.draw(targets.film, camera, T_world_camera, scene.table, records, scene.batches, scene.lighting)
+            self._film.draw(targets.film, camera, T_world_camera, table, records, batches, scene.lighting)
             if normals:
                 self._shading.draw_normals(targets.normals, targets.geometry)
             buffers = targets.read(normals)
@@ -80,10 +95,12 @@ class RasterRenderer:
     ) -> list[Silhouette]:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
         with self._open_context():
-            scene = self._loaded_scene()
-            records = placed_records(scene.table, T_world_camera)
-            ids = [instance.instance_id for instance in instances]
-            return self._silhouettes.draw(camera, scene.table, records, scene.batches, ids)
+            geometry = self._loaded_scene().geometry
+            rows, owner = geometry.objects.rows_of([instance.instance_id for instance in instances])
+            solid = ~geometry.table.film[rows]
+            table, owner = geometry.table.subset(rows[solid]), owner[solid]
+            records = placed_records(table, T_world_camera)
+            return self._silhouettes.draw(camera, table, records, geometry.batches, owner, len(instances))
 
     def close(self) -> None:
         """Give back the context and all device memory."""
@@ -100,6 +117,7 @@ class RasterRenderer:
                 self._film,
                 self._block,
                 self._textures,
+                self._meshes,
                 self._shadows,
                 self._silhouettes,
             )

@@ -9,7 +9,7 @@ import moderngl
 from warehouse_sim.errors import RenderError
 
 EGL_LIBRARY = "libEGL.so.1"
-_REMEDY = "install the EGL loader and a driver: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
+_REMEDY = "install the EGL loader and a driver with OpenGL 4.5: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 _VERSION = 450  # the first with glClipControl, which reversed depth needs
 
 _LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F

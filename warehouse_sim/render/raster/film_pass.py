@@ -79,8 +79,8 @@ class FilmPass:
         """Return the program for this many lights and shadows, compiled when first asked for."""
         if lighting.variant not in self._programs:
             program = self._context.program(
-                vertex_shader=source("place.glsl", "box_projection.glsl", "film.vert"),
-                fragment_shader=source("lighting.glsl", "film.frag", **lighting.constants()),
+                vertex_shader=source("place.glsl", "box_projection.glsl", "field.glsl", "film.vert"),
+                fragment_shader=source("lamps.glsl", "lighting.glsl", "film.frag", **lighting.constants()),
             )
             assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), **UNITS)
             self._programs[lighting.variant] = program

@@ -10,6 +10,7 @@ from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
 from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.mesh_levels import choose_levels
 from warehouse_sim.render.raster.parts import PartTable
 from warehouse_sim.render.raster.programs import source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics, window_viewport
@@ -22,12 +23,13 @@ class GeometryBuffer:
         self.size = size
         self.instance_ids = context.texture(size, 1, dtype="i4")
         self.surface = context.texture(size, 2, dtype="u4")
+        self.reach = context.texture(size, 4)
         self.depth = float_depth_texture(context, size)
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth.compare_func = ""
-        for texture in (self.instance_ids, self.surface):
+        for texture in (self.instance_ids, self.surface, self.reach):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.target = context.framebuffer([self.instance_ids, self.surface], self.depth)
+        self.target = context.framebuffer([self.instance_ids, self.surface, self.reach], self.depth)
         self.target.viewport = window_viewport(size)
 
     def begin(self) -> None:
@@ -36,10 +38,11 @@ class GeometryBuffer:
         clear_to_zero(None, "f")
         clear_to_zero(0, "i")
         clear_to_zero(1, "ui")
+        clear_to_zero(2, "f")
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self.target, self.instance_ids, self.surface, self.depth):
+        for item in (self.target, self.instance_ids, self.surface, self.reach, self.depth):
             item.release()
 
 
@@ -83,13 +86,15 @@ class GeometryPass:
         self._program["origin"] = image_origin(target.size)
         materials.values.use(0)
         self._program["materials"] = 0
-        centre, radius = table.centres(records), table.radius
-        seen = ViewPyramid.of(camera).touches(centre, radius, NEAR) & ~table.film
+        centre, half_edges = table.centres(records), records["rotation"] * table.half_size[..., None]
+        seen = ViewPyramid.of(camera).touches_boxes(centre, half_edges, NEAR) & ~table.film
+        levels = choose_levels(table, [batch.errors for batch in batches], records, camera)
         # The far end orders better than the centre: a floor reaches under everything and should come last.
-        far_end = centre[:, 2] + radius
+        far_end = centre[:, 2] + np.abs(half_edges[..., 2]).sum(axis=1)
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
             chosen = np.flatnonzero(seen[rows]) + rows.start
-            batch.draw(self._program, records[chosen[np.argsort(far_end[chosen], kind="stable")]])
+            chosen = chosen[np.argsort(far_end[chosen], kind="stable")]
+            batch.draw_levels(self._program, records[chosen], levels[chosen])
 
     def release(self) -> None:
         """Free the device memory."""

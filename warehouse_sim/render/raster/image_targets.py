@@ -1,9 +1,10 @@
 """The images that a view is drawn into, and their way back to numpy."""
 
+import cv2
 import moderngl
 import numpy as np
 
-from warehouse_sim.render.raster.edge_filter import smooth_edges
+from warehouse_sim.render.raster.antialias import EdgeSmoother
 from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
 from warehouse_sim.render.raster.projection import NEAR, window_viewport
 from warehouse_sim.schema import RenderBuffers
@@ -14,6 +15,7 @@ class ImageTargets:
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
+        self._smoother = EdgeSmoother(size)
         self.geometry = GeometryBuffer(context, size)
         self._color_texture = context.texture(size, 4)
         self._normal_texture = context.texture(size, 4, dtype="f4")
@@ -31,8 +33,11 @@ class ImageTargets:
         self._color_texture.read_into(rgba)
         self.geometry.instance_ids.read_into(ids)
         self.geometry.depth.read_into(stored)
+        reach = np.empty((height, width, 4), np.uint8)
+        self.geometry.reach.read_into(reach)
+        self._smoother.smooth(rgba, reach, stored)
         return RenderBuffers(
-            rgb=smooth_edges(rgba),
+            rgb=cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB),
             depth=np.divide(np.float32(NEAR), stored, out=np.zeros_like(stored), where=stored > 0),
             instance_ids=ids,
             normals=self._read_normals() if normals else None,

@@ -3,14 +3,39 @@
 from dataclasses import dataclass
 
 import moderngl
+import numpy as np
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 from warehouse_sim.render.raster.materials import MaterialTable
-from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR
+from warehouse_sim.render.raster.shadows import ATLAS_PX, BLOCK_TEXELS, SHADOW_NEAR, ShadowAtlas
 from warehouse_sim.render.raster.textures import TEXTURE_EDGE_PX
 
-UNITS = {"depth_map": 0, "surface_map": 1, "materials": 2, "textures": 3, "shadow_atlas": 4}
+UNITS = {
+    "depth_map": 0,
+    "surface_map": 1,
+    "materials": 2,
+    "textures": 3,
+    "shadow_atlas": 4,
+    "field": 5,
+    "shadow_blockers": 14,
+} | {
+    name: 6 + number
+    for number, name in enumerate(
+        (
+            "soft_depth",
+            "raw_near_light",
+            "near_light",
+            "around",
+            "visibility_a",
+            "visibility_b",
+            "raw_visibility_a",
+            "raw_visibility_b",
+        )
+    )
+}
 """Texture units of the samplers in the shaders."""
 
 
@@ -20,8 +45,10 @@ class Lighting:
 
     lights: list[ShadedLight]
     """Those with a shadow map first."""
-    shadow_atlas: moderngl.Texture
+    shadows: ShadowAtlas
     materials: MaterialTable
+    field: FieldTexture
+    """Light from the surroundings."""
     ambient: float
     """Illuminance (lx) of the even light from above."""
     exposure: float
@@ -35,18 +62,23 @@ class Lighting:
     def constants(self) -> dict[str, object]:
         """Return the definitions that ``lighting.glsl`` and what includes it are compiled with."""
         count, shadows = self.variant
-        calls = [f"reflect_lamp({i}, {str(i < shadows).lower()}, s, matt, gloss);" for i in range(count)]
+        seen = [f"seen[{i // 4}][{i % 4}]" for i in range(shadows)]
+        lamps = [f"add_lamp({i}, {seen[i] if i < shadows else 1.0}, s, lamps);" for i in range(count)]
         return {
             "MAX_LIGHTS": MAX_LIGHTS,
             "ATLAS_PX": float(ATLAS_PX),
             "SHADOW_NEAR": SHADOW_NEAR,
+            "BLOCK_TEXELS": float(BLOCK_TEXELS),
             "TEXTURE_PX": TEXTURE_EDGE_PX,
-            "ADD_LIGHTS": " ".join(calls),
+            "ADD_LAMPS": " ".join(lamps),
+            "ADD_SHADOWS": " ".join(f"{name} = visibility({i}, p, n, turn);" for i, name in enumerate(seen)),
         }
 
     def uniforms(self, T_world_camera: Transform) -> dict[str, object]:
-        """Return the uniforms of ``lighting.glsl`` for a view."""
-        return {"up": tuple(T_world_camera[2, :3]), "ambient": self.ambient, "exposure": self.exposure}
+        """Return the uniforms of ``lighting.glsl``, ``field.glsl`` and the sky for a view."""
+        sky = self.ambient / np.pi
+        view = {"up": tuple(T_world_camera[2, :3]), "sky": sky, "ground": GROUND * sky, "exposure": self.exposure}
+        return view | self.field.uniforms(T_world_camera)
 
 
 class LightBlock:
@@ -61,7 +93,9 @@ class LightBlock:
         self._lights.bind_to_uniform_block(0)
         lighting.materials.values.use(UNITS["materials"])
         lighting.materials.library.array.use(UNITS["textures"])
-        lighting.shadow_atlas.use(UNITS["shadow_atlas"])
+        lighting.shadows.depth.use(UNITS["shadow_atlas"])
+        lighting.shadows.blockers.use(UNITS["shadow_blockers"])
+        lighting.field.texture.use(UNITS["field"])
 
     def release(self) -> None:
         """Free the device memory."""

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.render.raster.shadows import ShadowTile
+from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
 from warehouse_sim.schema import Light, Viewpoint
 
 MAX_LIGHTS = 16
 """Lamps that are shaded; of more, those that matter most."""
 _AHEAD = 4.0  # metres before a camera where its picture is taken to be
 
-# std140 layout of one element of the array ``lights`` in shade.frag.
+# std140 layout of one element of the array ``lights`` in lamps.glsl.
 LIGHT = np.dtype(
     [
         ("position", "f4", 3),
@@ -27,6 +27,8 @@ LIGHT = np.dtype(
         ("tile_offset", "f4", 2),
         ("tile_low", "f4", 2),
         ("tile_high", "f4", 2),
+        ("softness", "f4", 2),
+        ("unused", "f4", 2),
     ]
 )
 
@@ -74,4 +76,5 @@ def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> n
             record["tile_scale"], record["tile_offset"] = item.tile.scale, item.tile.offset
             record["tile_low"], record["tile_high"] = item.tile.low, item.tile.high
             record["texel_angle"] = item.tile.texel_angle
+            record["softness"] = light.radius * ATLAS_PX / SHADOW_NEAR * np.array(item.tile.scale)
     return records

@@ -1,47 +1,74 @@
 """A scene on the graphics device."""
 
-import moderngl
+from collections.abc import Sequence
+from dataclasses import fields
 
+import moderngl
+import numpy as np
+
+from warehouse_sim.render.irradiance import LightGatherer
+from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
 from warehouse_sim.render.raster.lights import ShadedLight, order_lights
-from warehouse_sim.render.raster.materials import MaterialTable
-from warehouse_sim.render.raster.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.parts import build_part_table
+from warehouse_sim.render.raster.mesh_batch import MeshLibrary
+from warehouse_sim.render.raster.scene_geometry import SceneGeometry
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.render.raster.textures import TextureLibrary
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema import Light, SceneSpec
 
 
 class LoadedScene:
-    """Parts, meshes, materials and lights of one scene, ready to draw from any view.
+    """The geometry and the lights of one scene, ready to draw from any view.
 
     Args:
         context: Where to upload to.
         spec: The scene.
         shadows: Is drawn for this scene, and serves it until another scene is drawn there.
         textures: Gains the textures that the scene names.
+        gatherer: Supplies the light from the surroundings.
+        meshes: Gains the meshes of the scene.
+        before: The scene that was loaded before; what stands in both, and shadows that did not move, are taken from it.
 
     Raises:
         RenderError: The scene names something that it does not hold, or a texture that is not shipped.
     """
 
     def __init__(
-        self, context: moderngl.Context, spec: SceneSpec, shadows: ShadowAtlas, textures: TextureLibrary
+        self,
+        context: moderngl.Context,
+        spec: SceneSpec,
+        shadows: ShadowAtlas,
+        textures: TextureLibrary,
+        gatherer: LightGatherer,
+        meshes: MeshLibrary,
+        before: "LoadedScene | None" = None,
     ) -> None:
-        materials = MaterialTable(context, spec.materials, textures)
-        self.table = build_part_table(spec, materials.row)
-        self.batches = [
-            MeshBatch(context, mesh, rows.stop - rows.start)
-            for mesh, rows in zip(self.table.meshes, self.table.rows_of_mesh, strict=True)
-        ]
+        kept = before if before is not None and before.geometry.is_of(spec) else None
+        self.geometry: SceneGeometry = (
+            kept.geometry if kept is not None else SceneGeometry(context, spec, textures, meshes)
+        )
+        self._field = FieldTexture(context, gatherer.field_of(spec))
         lights = order_lights(spec.lights, spec.viewpoints)
-        tiles = shadows.draw(lights, self.table, self.batches)
-        shaded = [ShadedLight(light, tile) for light, tile in zip(lights, tiles, strict=True)]
-        self.materials = materials
-        self.lighting = Lighting(shaded, shadows.depth, materials, spec.ambient, spec.exposure)
+        if kept is not None and _same_lamps(lights, [item.light for item in kept.lighting.lights]):
+            shaded = kept.lighting.lights
+        else:
+            tiles = shadows.draw(lights, self.geometry.table, self.geometry.batches)
+            shaded = [ShadedLight(light, tile) for light, tile in zip(lights, tiles, strict=True)]
+        self.lighting: Lighting = Lighting(
+            shaded, shadows, self.geometry.materials, self._field, spec.ambient, spec.exposure
+        )
 
-    def release(self) -> None:
-        """Free the device memory."""
-        self.materials.release()
-        for batch in self.batches:
-            batch.release()
+    def release(self, after: "LoadedScene | None" = None) -> None:
+        """Free the device memory, but for what ``after`` goes on using."""
+        self._field.release()
+        if after is None or after.geometry is not self.geometry:
+            self.geometry.release()
+
+
+def _same_lamps(a: Sequence[Light], b: Sequence[Light]) -> bool:
+    """Return whether lamps have equal settings one by one, so that they cast the same shadows."""
+    pairs = zip(a, b, strict=False)
+    names = [item.name for item in fields(Light)]
+    return len(a) == len(b) and all(
+        np.array_equal(getattr(x, name), getattr(y, name)) for x, y in pairs for name in names
+    )

@@ -1,65 +1,108 @@
-"""One mesh on the graphics device with room for all its instances, drawn in one call."""
+"""One mesh on the graphics device with room for all its instances, drawn in one call a level of detail."""
+
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Int
 
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.render.raster.face_edges import CORNER_FORMAT, FlatMesh
+from warehouse_sim.render.raster.mesh_levels import mesh_levels
 from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT
 
-_ATTRIBUTES = ("in_position", "in_normal")
+_ATTRIBUTES = ("in_position", "in_normal", "in_to_edge")
 _INSTANCE_ATTRIBUTES = ("in_rotation", "in_translation", "in_scale", "in_texture_shift", "in_identity")
 
 
 class MeshBatch:
     """Draws instances of one mesh with any program whose vertex shader includes ``place.glsl``."""
 
-    def __init__(self, context: moderngl.Context, mesh: TriangleMesh, capacity: int) -> None:
+    def __init__(self, context: moderngl.Context, mesh: TriangleMesh) -> None:
         self._context = context
-        vertices, indices = flat_shaded(mesh)
-        self._vertices = context.buffer(vertices.tobytes())
-        self._indices = context.buffer(indices.tobytes())
-        self._instances = context.buffer(reserve=max(capacity, 1) * INSTANCE.itemsize, dynamic=True)
-        self._arrays: dict[int, moderngl.VertexArray] = {}
+        levels = mesh_levels(mesh)
+        self.errors = levels.errors
+        """Largest distance of each level from the true surface, in the mesh's own units (m); the finest first."""
+        self._instances = context.buffer(reserve=INSTANCE.itemsize, dynamic=True)  # grows with what is drawn
+        self._levels = [_Level(context, flat, self._instances) for flat in levels.flat]
 
-    def draw(self, program: moderngl.Program, records: np.ndarray) -> None:
+    def draw(self, program: moderngl.Program, records: np.ndarray, level: int = 0) -> None:
         """Draw one instance for each of ``records`` (dtype ``INSTANCE``) into the bound framebuffer."""
         if len(records) == 0:
             return
         if records.nbytes > self._instances.size:
             self._instances.orphan(records.nbytes)
-        self._instances.write(records.tobytes())
-        self._array(program).render(moderngl.TRIANGLES, instances=len(records))
+        self._instances.write(np.ascontiguousarray(records))
+        self._levels[level].array(program).render(moderngl.TRIANGLES, instances=len(records))
+
+    def draw_levels(self, program: moderngl.Program, records: np.ndarray, levels: Int[np.ndarray, " n"]) -> None:
+        """Draw each of ``records`` at its level of ``levels``."""
+        if len(self._levels) == 1:
+            self.draw(program, records)
+            return
+        for level in range(len(self._levels)):
+            self.draw(program, records[levels == level], level)
 
     def release(self) -> None:
         """Free the device memory."""
-        for array in self._arrays.values():
-            array.release()
-        for buffer in (self._vertices, self._indices, self._instances):
-            buffer.release()
+        for level in self._levels:
+            level.release()
+        self._instances.release()
 
-    def _array(self, program: moderngl.Program) -> moderngl.VertexArray:
+
+class MeshLibrary:
+    """The batches of the meshes in use; scenes from one catalog share most of them."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._batches: dict[TriangleMesh, MeshBatch] = {}
+
+    def require(self, meshes: Sequence[TriangleMesh]) -> list[MeshBatch]:
+        """Return the batch of each of ``meshes``, uploading those that are new."""
+        for mesh in meshes:
+            if mesh not in self._batches:
+                self._batches[mesh] = MeshBatch(self._context, mesh)
+        return [self._batches[mesh] for mesh in meshes]
+
+    def keep(self, meshes: Sequence[TriangleMesh]) -> None:
+        """Free the device memory of all but ``meshes``."""
+        for mesh in self._batches.keys() - set(meshes):
+            self._batches.pop(mesh).release()
+
+    def release(self) -> None:
+        """Free the device memory."""
+        self.keep(())
+
+
+class _Level:
+    """The corners and triangles of one level, and their binding to each program that draws them."""
+
+    def __init__(self, context: moderngl.Context, flat: FlatMesh, instances: moderngl.Buffer) -> None:
+        self._context, self._instances = context, instances
+        self._corners = context.buffer(flat.corners.tobytes())
+        self._triangles = context.buffer(flat.triangles.tobytes())
+        self._arrays: dict[int, moderngl.VertexArray] = {}
+
+    def array(self, program: moderngl.Program) -> moderngl.VertexArray:
         if program.glo not in self._arrays:
             content = [
-                (self._vertices, *_used(program, "3f4 3f4", _ATTRIBUTES)),
+                (self._corners, *_used(program, CORNER_FORMAT, _ATTRIBUTES)),
                 (self._instances, *_used(program, INSTANCE_FORMAT, _INSTANCE_ATTRIBUTES)),
             ]
-            self._arrays[program.glo] = self._context.vertex_array(program, content, self._indices)
+            self._arrays[program.glo] = self._context.vertex_array(program, content, self._triangles)
         return self._arrays[program.glo]
 
-
-def flat_shaded(mesh: TriangleMesh) -> tuple[Float32[np.ndarray, "k 6"], Int32[np.ndarray, "m 3"]]:
-    """Return vertices (position, face normal) that are split where neighbouring faces differ, and triangles of them."""
-    normals = np.round(np.repeat(mesh.face_normals()[:, None], 3, axis=1), 6)
-    corners = np.concatenate([mesh.vertices[mesh.faces], normals], axis=2).reshape(-1, 6).astype(np.float32)
-    vertices, indices = np.unique(corners, axis=0, return_inverse=True)
-    return vertices, indices.reshape(-1, 3).astype(np.int32)
+    def release(self) -> None:
+        for array in self._arrays.values():
+            array.release()
+        for buffer in (self._corners, self._triangles):
+            buffer.release()
 
 
 def _used(program: moderngl.Program, layout: str, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return ``layout`` with padding in place of the attributes that the compiler removed, and the names left."""
     layout, _, per_instance = layout.partition("/")
     fields = [(item, name, name in program) for item, name in zip(layout.split(), names, strict=True)]
-    # Every component has four bytes; moderngl writes padding as "<bytes>x".
-    kept = " ".join(item if used else f"{4 * int(item[0])}x" for item, _, used in fields)
+    # An item is a count, a kind and the bytes of a component; moderngl writes padding as "<bytes>x".
+    kept = " ".join(item if used else f"{int(item[0]) * int(item[2])}x" for item, _, used in fields)
     return (kept + ("/" + per_instance if per_instance else ""), *(name for _, name, used in fields if used))

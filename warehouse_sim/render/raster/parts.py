@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float32, Float64, Int
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.render.raster.shadow_skin import shadow_casters
 from warehouse_sim.schema import ObjectInstance, Part, SceneSpec
 
 # What a vertex shader reads once an instance; the order of fields is that of ``INSTANCE_FORMAT``.
@@ -31,10 +32,10 @@ class PartTable:
     meshes: tuple[TriangleMesh, ...]
     rows_of_mesh: tuple[slice, ...]
     """Rows that draw each of ``meshes``."""
-    rows_of_instance: dict[int, Int[np.ndarray, " k"]]
-    """Solid rows of each instance id; an object that is all film has none."""
     film: Bool[np.ndarray, " n"]
     """Rows whose material lets light through: they tint the picture, and leave depth, ids and shadows alone."""
+    casts: Bool[np.ndarray, " n"]
+    """Rows that cast shadows."""
     T_world_part: Float64[np.ndarray, "n 4 4"]
     local_centre: Float64[np.ndarray, "n 3"]
     """Centre of each part's bounding box in the part's frame (m)."""
@@ -54,6 +55,20 @@ class PartTable:
     def centres(self, records: np.ndarray) -> Float64[np.ndarray, "n 3"]:
         """Return the centres of the parts' boxes in the frame in which ``records`` places them (m)."""
         return np.einsum("nji,nj->ni", records["rotation"], self.local_centre) + records["translation"]
+
+    def subset(self, rows: Int[np.ndarray, " k"]) -> "PartTable":
+        """Return the table of some rows only; ``rows`` rise. Meshes that no row is left of stay, with none."""
+        ends = np.searchsorted(rows, [0, *(group.stop for group in self.rows_of_mesh)])
+        return PartTable(
+            meshes=self.meshes,
+            rows_of_mesh=tuple(slice(int(a), int(b)) for a, b in pairwise(ends)),
+            film=self.film[rows],
+            casts=self.casts[rows],
+            T_world_part=self.T_world_part[rows],
+            local_centre=self.local_centre[rows],
+            half_size=self.half_size[rows],
+            template=self.template[rows],
+        )
 
     def tops(self) -> Float64[np.ndarray, " n"]:
         """Return the world height of the highest point of each part's box (m)."""
@@ -86,12 +101,13 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
     template["identity"][:, 3] = np.arange(len(entries))
     template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
     film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
+    casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
     return PartTable(
         meshes=tuple(groups),
         rows_of_mesh=tuple(slice(a, b) for a, b in pairwise(ends)),
-        rows_of_instance={int(key): np.flatnonzero((ids == key) & ~film) for key in np.unique(ids)},
         film=film,
+        casts=np.array([casts_of[instance.model][number] for instance, number, _ in entries]),
         T_world_part=T_world_object @ np.stack([part.T_object_part for _, _, part in entries]),
         local_centre=(low + high) / 2,
         half_size=(high - low) / 2,

@@ -56,14 +56,34 @@ def projected_bounds(
         centre: Centre of each box in its own frame (m).
         half_size: Half edge lengths of each box (m).
     """
-    local = centre[:, None] + box_corners(np.full(3, 2.0)) * half_size[:, None]
-    corners = np.einsum("nij,nkj->nki", rotation, local) + translation[:, None]
-    a, b = np.moveaxis(corners[:, np.array(box_edges())], 2, 0)
-    crosses = (a[..., 2] < NEAR) != (b[..., 2] < NEAR)
-    a, b = a[crosses], b[crosses]
-    cut = a + (b - a) * ((NEAR - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None]
-    points = np.concatenate([corners[corners[..., 2] >= NEAR], cut])
-    if len(points) == 0:
+    low, high = box_bounds(camera, rotation, translation, centre, half_size)
+    if not np.isfinite(low).any():
         return None
-    pixels = camera.project(points)
-    return (*pixels.min(axis=0), *pixels.max(axis=0))
+    return (*low.min(axis=0), *high.max(axis=0))
+
+
+def box_bounds(
+    camera: PinholeCamera,
+    rotation: Float[np.ndarray, "n 3 3"],
+    translation: Float[np.ndarray, "n 3"],
+    centre: Float[np.ndarray, "n 3"],
+    half_size: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2"]]:
+    """Return for each box alone its least and greatest (u, v) in pixels; infinity and its negative if it lies behind.
+
+    The arguments are those of ``projected_bounds``.
+    """
+    local = centre[:, None] + box_corners(np.full(3, 2.0)) * half_size[:, None]
+    corners = local @ np.swapaxes(rotation, 1, 2) + translation[:, None]
+    ahead = corners[..., 2] >= NEAR
+    pixels = camera.project(np.where(ahead[..., None], corners, 1.0))
+    low = np.where(ahead[..., None], pixels, np.inf).min(axis=1)
+    high = np.where(ahead[..., None], pixels, -np.inf).max(axis=1)
+    cut = np.flatnonzero(ahead.any(axis=1) & ~ahead.all(axis=1))
+    a, b = np.moveaxis(corners[cut][:, np.array(box_edges())], 2, 0)
+    row, edge = np.nonzero((a[..., 2] < NEAR) != (b[..., 2] < NEAR))
+    a, b = a[row, edge], b[row, edge]
+    crossing = camera.project(a + (b - a) * ((NEAR - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None])
+    np.minimum.at(low, cut[row], crossing)
+    np.maximum.at(high, cut[row], crossing)
+    return low, high

@@ -8,13 +8,15 @@ from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
 from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting
 from warehouse_sim.render.raster.programs import FullScreen
 from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
+from warehouse_sim.render.raster.soft_light import SoftLightPass
 
 
 class ShadingPass:
     """Metallic-roughness shading in linear light, tone mapped to sRGB; and the normals, on request."""
 
     def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
-        self._context, self._block = context, block
+        self._context = context
+        self._soft_light = SoftLightPass(context, block)
         self._shaders: dict[tuple[int, int], FullScreen] = {}
         self._normals = FullScreen(context, "surface.glsl", "pack.glsl", "normals.frag")
         self._normals.assign(**UNITS)
@@ -28,8 +30,8 @@ class ShadingPass:
         lighting: Lighting,
     ) -> None:
         """Fill ``target`` with the picture of what ``geometry`` holds."""
+        self._soft_light.draw(geometry, camera, T_world_camera, lighting)
         shader = self._shader_for(lighting)
-        self._block.bind(lighting, T_world_camera)
         shader.assign(intrinsics=window_intrinsics(camera), **lighting.uniforms(T_world_camera))
         self._draw(shader, target, geometry)
 
@@ -39,6 +41,7 @@ class ShadingPass:
 
     def release(self) -> None:
         """Free the device memory."""
+        self._soft_light.release()
         for shader in (*self._shaders.values(), self._normals):
             shader.release()
 
@@ -50,7 +53,7 @@ class ShadingPass:
     def _shader_for(self, lighting: Lighting) -> FullScreen:
         """Return the shader for this many lights and shadows, compiled when first asked for."""
         if lighting.variant not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "lighting.glsl", "shade.frag")
+            files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lamps.glsl", "lighting.glsl", "shade.frag")
             shader = FullScreen(self._context, *files, **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader

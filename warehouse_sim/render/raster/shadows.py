@@ -10,21 +10,22 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.mesh_levels import choose_levels
 from warehouse_sim.render.raster.parts import PartTable, placed_records
-from warehouse_sim.render.raster.programs import source
+from warehouse_sim.render.raster.programs import FullScreen, source
 from warehouse_sim.render.raster.projection import projected_bounds
+from warehouse_sim.render.raster.shadow_cores import thinned_sheets
 from warehouse_sim.schema import Light
 
-MAX_SHADOWS = 4
-"""Lights that cast shadows; of more, the first in their order of importance."""
-TILE_PX = 1536
-"""Edge of one light's map."""
-_SIDE = 2  # tiles along an edge of the atlas
-ATLAS_PX = _SIDE * TILE_PX
-"""Edge of the atlas that holds all maps."""
+MAX_SHADOWS = 8
+"""Spots that cast shadows; of more, the first in their order of importance. Point lights cast none."""
+ATLAS_PX = 4096
+"""Edge of the atlas that holds all maps: 2 x 2 of them, or 3 x 3 where there are more than four."""
+BLOCK_TEXELS = 8
+"""Edge of the blocks of which the nearest blocker is kept beside the maps."""
 SHADOW_NEAR = 0.1
 """Nearest distance along its axis at which something shades a lamp (m)."""
-_MARGIN_PX = 2  # texels that the filter reads around a point
+_MARGIN_PX = 8  # texels that the filter reads around a point
 _WIDEST = np.deg2rad(80.0)  # half angle beyond which a flat map would be all stretch
 _UNIT_CAMERA = PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0)  # projects to tangents
 _FLOOR = 1e-3  # what lies wholly at or below this height (m) can shade nothing
@@ -65,6 +66,12 @@ class ShadowAtlas:
         self.depth.compare_func = ""  # the shader compares: cheaper than a comparing sampler on a CPU
         self.depth.repeat_x = self.depth.repeat_y = False
         self._target = context.framebuffer([], self.depth)
+        edge = ATLAS_PX // BLOCK_TEXELS
+        self.blockers = context.texture((edge, edge), 1, dtype="f4")
+        self.blockers.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.blockers.repeat_x = self.blockers.repeat_y = False
+        self._blocker_target = context.framebuffer([self.blockers])
+        self._find_blockers = FullScreen(context, "blockers.frag", ATLAS_PX=float(ATLAS_PX), BLOCK_TEXELS=BLOCK_TEXELS)
 
     def draw(self, lights: Sequence[Light], table: PartTable, batches: Sequence[MeshBatch]) -> list[ShadowTile | None]:
         """Draw the maps of the first ``MAX_SHADOWS`` spots of ``lights`` that cast shadows; return a tile for each.
@@ -77,40 +84,64 @@ class ShadowAtlas:
         self._context.depth_func = ">"
         self._context.front_face = "cw"
         self._context.cull_face = "front"
-        casters = (table.tops() > _FLOOR) & ~table.film
-        tiles: list[ShadowTile | None] = []
-        for light in lights:
-            number = sum(tile is not None for tile in tiles)
-            wanted = light.kind == "spot" and light.casts_shadow and number < MAX_SHADOWS
-            tiles.append(self._draw_tile(light, number, table, casters, batches) if wanted else None)
+        casters = table.casts & (table.tops() > _FLOOR)
+        spots = [light for light in lights if light.kind == "spot" and light.casts_shadow][:MAX_SHADOWS]
+        side = 2 if len(spots) <= 4 else 3
+        tiles = [
+            self._draw_tile(light, spots.index(light), side, table, casters, batches) if light in spots else None
+            for light in lights
+        ]
         self._target.viewport = (0, 0, *self._target.size)
+        self.depth.use(0)
+        self._find_blockers.assign(shadow_atlas=0)
+        self._find_blockers.draw(self._blocker_target)
         return tiles
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self._target, self.depth, self._program):
+        for item in (
+            self._target,
+            self.depth,
+            self._program,
+            self._blocker_target,
+            self.blockers,
+            self._find_blockers,
+        ):
             item.release()
 
     def _draw_tile(
-        self, light: Light, number: int, table: PartTable, casters: np.ndarray, batches: Sequence[MeshBatch]
+        self,
+        light: Light,
+        number: int,
+        side: int,
+        table: PartTable,
+        casters: np.ndarray,
+        batches: Sequence[MeshBatch],
     ) -> ShadowTile:
+        edge = ATLAS_PX // side
         T_world_light = light_frame(light)
         records = placed_records(table, T_world_light)
         reach = float(np.tan(min(light.cone_outer, _WIDEST)))
         left, top, right, bottom = _window(table, records, casters, reach)
-        fx, fy = TILE_PX / (right - left), TILE_PX / (bottom - top)
-        column, row = (number % _SIDE) * TILE_PX, (number // _SIDE) * TILE_PX
-        self._target.viewport = (column, row, TILE_PX, TILE_PX)
-        self._program["intrinsics"] = (fx, fy, -left * fx, -top * fy)
-        self._program["window"] = (TILE_PX, TILE_PX)
+        inner = edge - 2 * _MARGIN_PX
+        fx, fy = inner / (right - left), inner / (bottom - top)
+        column, row = (number % side) * edge, (number // side) * edge
+        self._target.viewport = (column, row, edge, edge)
+        cx, cy = _MARGIN_PX - left * fx, _MARGIN_PX - top * fy
+        self._program["intrinsics"] = (fx, fy, cx, cy)
+        self._program["window"] = (edge, edge)
+        # The map as a camera: what it cannot show apart need not be drawn apart.
+        as_camera = PinholeCamera(edge, edge, fx, fy, cx, cy)
+        levels = choose_levels(table, [batch.errors for batch in batches], records, as_camera)
+        drawn = thinned_sheets(table, records)
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
-            batch.draw(self._program, records[rows][casters[rows]])
+            batch.draw_levels(self._program, drawn[rows][casters[rows]], levels[rows][casters[rows]])
         return ShadowTile(
             T_world_light=T_world_light,
             scale=(fx / ATLAS_PX, fy / ATLAS_PX),
-            offset=((column - left * fx) / ATLAS_PX, (row - top * fy) / ATLAS_PX),
+            offset=((column + cx) / ATLAS_PX, (row + cy) / ATLAS_PX),
             low=((column + _MARGIN_PX) / ATLAS_PX, (row + _MARGIN_PX) / ATLAS_PX),
-            high=((column + TILE_PX - _MARGIN_PX) / ATLAS_PX, (row + TILE_PX - _MARGIN_PX) / ATLAS_PX),
+            high=((column + edge - _MARGIN_PX) / ATLAS_PX, (row + edge - _MARGIN_PX) / ATLAS_PX),
             texel_angle=max(1.0 / fx, 1.0 / fy),
         )
 

@@ -41,8 +41,8 @@ class HallConfig:
 
 def build_hall(
     draft: SceneDraft, config: HallConfig, y_front: float, y_back: float | None, doors: Sequence[int]
-) -> None:
-    """Add the shell.
+) -> Area:
+    """Add the shell; return the floor between the inner faces of its walls.
 
     Args:
         draft: Where to add it.
@@ -69,6 +69,7 @@ def build_hall(
         _add_roof(draft)
     if config.columns != "none":
         _add_columns(draft, f"column_{config.columns}", y_front, None if y_back is None else back + thick)
+    return Area(thick - side, side - thick, back + thick, y_front)
 
 
 def module_x(index: int) -> float:

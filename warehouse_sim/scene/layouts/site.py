@@ -64,6 +64,8 @@ class Site:
     """Free floor: the rig drives and traffic moves on it, luminaires hang over it."""
     slots: tuple[Slot, ...]
     lanes: tuple[Lane, ...]
+    hall: Area
+    """The floor between the inner faces of the hall's walls."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     other = layout.opposite
     y_front = layout.depth + _wall_gap(layout, hall)
     y_back = -layout.aisle_width - other.depth - _wall_gap(other, hall) if other else None
-    build_hall(draft, hall, y_front, y_back, layout.door_modules)
+    walls = build_hall(draft, hall, y_front, y_back, layout.door_modules)
     sides = [layout.build_side(draft, np.eye(4), 0, rng)]
     if other is not None:
         T_world_side = make_transform(_HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
@@ -170,7 +172,7 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     slots = tuple(slot for side in sides for slot in side.slots)
     lanes = tuple(lane for side in sides for lane in side.lanes)
     add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
-    return Site(aisle_area(layout), slots, lanes)
+    return Site(aisle_area(layout), slots, lanes, walls)
 
 
 def _wall_gap(layout: Layout, hall: HallConfig) -> float:

@@ -1,10 +1,12 @@
 uniform float pixel;              // width of a pixel at z = 1 m
+uniform sampler2D visibility_a, visibility_b;  // of the solid surface behind, see soft.frag
 
 flat in int material;
 flat in vec3 normal;
 flat in vec3 tangent;
 in vec3 point;
 in vec2 texture_coordinate;
+in vec3 around;                   // irradiance from the surroundings
 
 layout(location = 0) out vec4 out_color;  // multiplied by alpha, the share of what lies behind that is covered
 
@@ -21,8 +23,13 @@ void main() {
     float haze = 1.0 - pow(1.0 - opacity, s.factor / max(dot(s.g, s.v), 0.2));
 
     vec3 matt = vec3(0.0), gloss = vec3(0.0);
-    reflect_even_light(s, matt, gloss);
-    ADD_LIGHTS                    // as in shade.frag
+    // What the goods cast no shadow on, the film around them does not either.
+    ivec2 at = ivec2(gl_FragCoord.xy) / 2;
+    vec4 seen[2] = vec4[](texelFetch(visibility_a, at, 0), texelFetch(visibility_b, at, 0));
+    reflect_surroundings(s, vec4(around, dot(around, vec3(0.2126, 0.7152, 0.0722))), 1.0, matt, gloss);
+    LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
+    ADD_LAMPS                     // as in shade.frag
+    reflect_lamps(lamps, s, matt, gloss);
     matt = displayed(matt * exposure + s.base * s.emission);
     // What the gloss adds to a surface of middle brightness, as a share of what is left to white.
     vec3 behind = displayed(vec3(MIDDLE));

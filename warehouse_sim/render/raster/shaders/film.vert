@@ -5,6 +5,7 @@ flat out vec3 normal;
 flat out vec3 tangent;
 out vec3 point;
 out vec2 texture_coordinate;
+out vec3 around;
 
 void main() {
     vec3 n = normalize(in_normal / in_scale);
@@ -14,5 +15,6 @@ void main() {
     tangent = in_rotation * projected.tangent;
     texture_coordinate = projected.tile;
     point = camera_position();
+    around = field_irradiance(field_camera * vec4(point + normal * field_lift, 1.0), world_camera * normal);
     gl_Position = clip_position(point, origin);
 }

@@ -1,11 +1,34 @@
 flat in int instance_id;
 flat in uvec2 surface;
 in vec2 texture_coordinate;
+in vec4 to_edge;              // linear on the face, 0 on an edge of it
 
 layout(location = 0) out int out_instance_id;
 layout(location = 1) out uvec2 out_surface;
+layout(location = 2) out vec4 out_reach;
+
+float most(vec4 v) {
+    return max(max(v.x, v.y), max(v.z, v.w));
+}
+
+// For the left, right, top and bottom of the pixel: where the face ends there within a pixel of its centre, as
+// 4 * (63 - 63 * distance) + 4 * slope of the border, over 255; else 0. An edge counts on the side that it runs across
+// (Persson 2011, "Geometry buffer antialiasing"; there a geometry shader finds the distances).
+vec4 reach() {
+    vec4 on_screen = to_edge * gl_FragCoord.w;  // divided by z it is linear in the picture, too
+    vec4 across = dFdx(on_screen), down = dFdy(on_screen);
+    bvec4 upright = greaterThan(abs(across), abs(down));
+    vec4 steep = mix(down, across, upright), other = mix(across, down, upright);
+    vec4 distance = max(on_screen, 0.0) / abs(steep);  // infinite where there is no edge
+    vec4 code = ceil(63.0 - 63.0 * distance) * 4.0 + min(floor(abs(other / steep) * 4.0), 3.0);
+    code = mix(vec4(0.0), code, lessThan(distance, vec4(1.0)));
+    vec4 before = mix(vec4(0.0), code, greaterThan(steep, vec4(0.0))), after = code - before;
+    vec4 side_before = mix(vec4(0.0), before, upright), side_after = mix(vec4(0.0), after, upright);
+    return vec4(most(side_before), most(side_after), most(before - side_before), most(after - side_after)) / 255.0;
+}
 
 void main() {
     out_instance_id = instance_id;
     out_surface = uvec2(surface.x, surface.y | pack_tile(texture_coordinate));
+    out_reach = reach();
 }

@@ -1,24 +1,9 @@
-// How a surface looks under the lamps of the scene; positions and directions in the camera frame.
-struct Light {
-    vec3 position; float cone_offset;
-    vec3 axis; float cone_scale;
-    vec3 intensity; float texel_angle;
-    vec4 to_light[3];             // rows of T_light_camera
-    vec2 tile_scale; vec2 tile_offset;
-    vec2 tile_low; vec2 tile_high;
-};
-layout(std140) uniform Lights { Light lights[MAX_LIGHTS]; };
-
+// How a surface looks under the lamps of the scene, in the camera frame. Needs lamps.glsl.
 uniform sampler2D materials;
 uniform sampler2DArray textures;
-uniform sampler2D shadow_atlas;   // SHADOW_NEAR / distance along the lamp's axis
-uniform vec3 up;                  // world z in the camera frame
-uniform float ambient;            // lx
 uniform float exposure;
 
 const float PI = 3.14159265;
-const float LIFT_TEXELS = 1.5;    // two are needed in the worst case, but lift shadows off what casts them
-const float GROUND = 0.3;         // share of the ambient light that the surroundings return from below
 
 struct Surface {
     vec3 p, v;                    // position, direction to the camera
@@ -61,56 +46,39 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
     return s;
 }
 
-// Share of 4 x 4 texels around a point that see the lamp, weighted by a box of 3 x 3 texels that moves with the point.
-float filtered_shadow(vec2 at, float reference) {
-    vec2 grid = at * ATLAS_PX - 0.5;
-    vec2 f = fract(grid);
-    vec2 base = floor(grid) / ATLAS_PX;
-    const float two = 2.0 / ATLAS_PX;
-    vec4 limit = vec4(reference);
-    vec4 a = vec4(lessThanEqual(textureGather(shadow_atlas, base), limit));
-    vec4 b = vec4(lessThanEqual(textureGather(shadow_atlas, base + vec2(two, 0.0)), limit));
-    vec4 c = vec4(lessThanEqual(textureGather(shadow_atlas, base + vec2(0.0, two)), limit));
-    vec4 d = vec4(lessThanEqual(textureGather(shadow_atlas, base + two), limit));
-    // A gather returns its four texels in the order (0, 1), (1, 1), (1, 0), (0, 0).
-    vec4 rows = vec4((1.0 - f.x) * a.w + a.z + b.w + f.x * b.z,
-                     (1.0 - f.x) * a.x + a.y + b.x + f.x * b.y,
-                     (1.0 - f.x) * c.w + c.z + d.w + f.x * d.z,
-                     (1.0 - f.x) * c.x + c.y + d.x + f.x * d.y);
-    return dot(rows, vec4(1.0 - f.y, 1.0, 1.0, f.y)) / 9.0;
-}
+// Light of the lamps at a surface, before its colours are known.
+struct LampLight {
+    vec3 matt;                    // irradiance
+    vec3 gloss, rim;              // mirrored by a surface that reflects nothing, and everything, at a grazing angle
+};
 
-float visibility(const int i, Surface s) {
-    vec4 q = vec4(s.p, 1.0);
-    // Along the normal, so that the back of a sheet a few millimetres thick does not shade its front across a texel.
-    q.xyz += s.g * (LIFT_TEXELS * lights[i].texel_angle * dot(lights[i].to_light[2], q));
-    vec3 r = vec3(dot(lights[i].to_light[0], q), dot(lights[i].to_light[1], q), dot(lights[i].to_light[2], q));
-    vec2 at = r.xy / r.z * lights[i].tile_scale + lights[i].tile_offset;
-    bool mapped = r.z > SHADOW_NEAR && at == clamp(at, lights[i].tile_low, lights[i].tile_high);
-    return mapped ? filtered_shadow(at, SHADOW_NEAR / r.z) : 1.0;
-}
-
-// Add what lamp i sends to the camera: scattered below the surface, and mirrored by it.
-void reflect_lamp(const int i, const bool shadowed, Surface s, inout vec3 matt, inout vec3 gloss) {
+// Add lamp i, of which the point sees a share.
+void add_lamp(const int i, float seen, Surface s, inout LampLight sum) {
     vec3 to_lamp = lights[i].position - s.p;
     float inverse_distance = inversesqrt(dot(to_lamp, to_lamp));
     vec3 l = to_lamp * inverse_distance;
-    float nl = dot(s.g, l) > 0.0 ? max(dot(s.n, l), 0.0) : 0.0;
+    float cosine = dot(s.n, l), nl = max(cosine, 0.0), lv = dot(l, s.v);
     float cone = clamp(-dot(l, lights[i].axis) * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
-    float share = nl * cone * cone * inverse_distance * inverse_distance;
-    if (shadowed) share *= visibility(i, s);
-    vec3 h = normalize(l + s.v);
-    float nh = dot(s.n, h), vh = dot(s.v, h);
+    float share = seen * cone * cone * inverse_distance * inverse_distance;
+    share = dot(s.g, l) > 0.0 ? share * nl : 0.0;
+    // With the half vector h = (l + v) / |l + v|.
+    float inverse_length = inversesqrt(2.0 + 2.0 * lv + 1e-4);
+    float nh = (cosine + s.nv) * inverse_length, vh = (1.0 + lv) * inverse_length;
     // GGX (Walter et al. 2007) with Hammon's joint masking-shadowing (GDC 2017) and Schlick's Fresnel.
     float a2 = s.a * s.a;
     float spread = nh * nh * (a2 - 1.0) + 1.0;
-    float lobe = a2 / (PI * spread * spread) * 0.5 / mix(2.0 * nl * s.nv, nl + s.nv, s.a);
-    float grazing = 1.0 - vh;
-    float grazing2 = grazing * grazing;
-    vec3 fresnel = s.f0 + (1.0 - s.f0) * (grazing2 * grazing2 * grazing);
-    vec3 arriving = lights[i].intensity * share;
-    matt += arriving * s.diffuse;
-    gloss += arriving * fresnel * lobe;
+    float lobe = share * a2 / (2.0 * PI * spread * spread * mix(2.0 * nl * s.nv, nl + s.nv, s.a));
+    float grazing = 1.0 - vh, grazing2 = grazing * grazing;
+    float rim = lobe * grazing2 * grazing2 * grazing;
+    sum.matt += lights[i].intensity * share;
+    sum.gloss += lights[i].intensity * (lobe - rim);
+    sum.rim += lights[i].intensity * rim;
+}
+
+// Add what all lamps do to the light that goes to the camera: scattered below the surface, and mirrored.
+void reflect_lamps(LampLight sum, Surface s, inout vec3 matt, inout vec3 gloss) {
+    matt += sum.matt * s.diffuse;
+    gloss += sum.gloss * s.f0 + sum.rim;
 }
 
 // Environment part of the split-sum approximation (Karis 2014, "Physically based shading on mobile").
@@ -121,11 +89,19 @@ vec3 ambient_specular(vec3 f0, float roughness, float nv) {
     return f0 * ab.x + ab.y;
 }
 
-// Add what the even light does.
-void reflect_even_light(Surface s, inout vec3 matt, inout vec3 gloss) {
-    float irradiance = ambient * mix(GROUND, 1.0, 0.5 + 0.5 * dot(s.n, up));
-    matt += irradiance * s.diffuse;
-    gloss += irradiance * ambient_specular(s.f0, s.roughness, s.nv) / PI;
+// Light that near surfaces keep off a pale one comes back from them (Jimenez et al. 2016, "Practical realtime strategies
+// for accurate indirect occlusion"). near_light: the share that would be left between black ones.
+vec3 reflected_back(float near_light, vec3 albedo) {
+    vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
+    return max(vec3(near_light), ((near_light * a + b) * near_light + c) * near_light);
+}
+
+// Add what the surroundings do. around: irradiance, and the grey one of a surface that looks where the mirror image lies.
+// It is not kept as a ratio: between a dark face and a bright one that would be bright by far.
+void reflect_surroundings(Surface s, vec4 around, float near_light, inout vec3 matt, inout vec3 gloss) {
+    matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse;
+    float grey = max(dot(around.rgb, vec3(0.2126, 0.7152, 0.0722)), 1e-3);
+    gloss += around.rgb * (around.a / grey * near_light / PI) * ambient_specular(s.f0, s.roughness, s.nv);
 }
 
 // Fit of the ACES reference tone curve (Narkowicz 2016, "ACES filmic tone mapping curve").

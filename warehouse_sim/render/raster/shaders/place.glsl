@@ -1,6 +1,7 @@
 // Shared by every program that draws parts on the pixel grid, so that all of them cover the same pixels.
 in vec3 in_position;
 in vec3 in_normal;
+in vec4 in_to_edge;           // see face_edges.py
 in mat3 in_rotation;
 in vec3 in_translation;
 in vec3 in_scale;

@@ -1,17 +1,31 @@
+uniform sampler2D near_light, around, visibility_a, visibility_b;  // see soft.frag
+uniform vec3 up;                  // world z in the camera frame
+uniform float sky, ground;        // luminance of the environment above and below the horizon (cd/m^2)
+
 layout(location = 0) out vec4 out_color;  // alpha: hash of the face that the pixel shows
 
 void main() {
     float stored = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).x;
     uvec2 words = texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).xy;
     bool nothing = stored <= 0.0;
-    vec3 p = pixel_ray() * (nothing ? 1.0 : near / stored), n = unpack_normal(words.x);
+    vec3 ray = pixel_ray(), p = ray * (nothing ? 1.0 : near / stored), n = unpack_normal(words.x);
     vec3 tangent = unpack_tangent(words.y, n);
     Surface s = surface_at(p, n, tangent, unpack_tile(words.y), int(words.x >> 24), 1.0 / intrinsics.x);
 
+    vec2 half_way = floor(gl_FragCoord.xy) * 0.5, corner = floor(half_way) + 1.0, f = fract(half_way);
+    vec4 weight = vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y);
+    weight *= on_plane(Plane(n, dot(n, p), p.z / intrinsics.x), corner, 1.0) + 1e-3;
+    // The place between the four samples from which plain interpolation gives them these weights.
+    vec2 at = corner - 0.5 + vec2(weight.y + weight.z, weight.x + weight.y) / dot(weight, vec4(1.0));
+    at /= vec2(textureSize(soft_depth, 0));
+    vec4 seen[2] = vec4[](textureLod(visibility_a, at, 0.0), textureLod(visibility_b, at, 0.0));
+
     vec3 matt = vec3(0.0), gloss = vec3(0.0);
-    reflect_even_light(s, matt, gloss);
-    ADD_LIGHTS                    // reflect_lamp(0, true, s, matt, gloss); ...: constant indices cost a CPU far less
+    reflect_surroundings(s, textureLod(around, at, 0.0), textureLod(near_light, at, 0.0).x, matt, gloss);
+    LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
+    ADD_LAMPS                     // add_lamp(0, seen[0][0], s, lamps); ...: constant indices cost a CPU far less
+    reflect_lamps(lamps, s, matt, gloss);
     vec3 linear = (matt + gloss) * exposure + s.base * s.emission;
-    if (nothing) linear = vec3(ambient / PI * GROUND * exposure);
+    if (nothing) linear = vec3((dot(ray, up) >= 0.0 ? sky : ground) * exposure);
     out_color = vec4(srgb(tone_map(linear)), float(face_hash(words)) / 255.0);
 }

@@ -1,10 +1,7 @@
 uniform vec2 origin;               // window position of the target's first pixel
-uniform isampler2D cells;          // texel (0, k): whole-pixel shift of object k; texel (1, k): its rectangle
-
-flat out ivec4 rectangle;          // left, bottom, right, top; right and top outside
+uniform isampler2D cells;          // texel (0, k): whole-pixel shift of object k
 
 void main() {
-    rectangle = texelFetch(cells, ivec2(1, in_identity.x), 0);
     vec2 shift = origin + vec2(texelFetch(cells, ivec2(0, in_identity.x), 0).xy);
     gl_Position = clip_position(camera_position(), shift);
 }

@@ -1,0 +1,105 @@
+"""What the RGB-D models make of one view, and how their noise compares with what was published.
+
+python -m benchmarks.sensor_sheets [--out DIR] writes docs/images/sensors/: depth.jpg, color.jpg, depth_sigma.png.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tyro
+from jaxtyping import Float32, UInt8
+
+from benchmarks.sensor_sigma import draw_sigma
+from benchmarks.sensor_views import CAMERA, View, scene_before_pallet, see
+from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.render import open_renderer
+from warehouse_sim.sensors.color import IDEAL_COLOR, ColorConfig, read_color
+from warehouse_sim.sensors.depth import PRESETS
+from warehouse_sim.sensors.shot import Motion
+
+OUT = Path(__file__).parents[1] / "docs" / "images" / "sensors"
+Picture = UInt8[np.ndarray, "h w 3"]
+NEAR, FAR, MOST_ERROR = 1.0, 4.0, 0.06
+"""Ends of the scale of depth, and of that of its error (m)."""
+SHRINK = 0.7
+
+
+def depth_sheet(view: View) -> Picture:
+    """Return a row a camera: what it reads, and by how much that is wrong."""
+    clean = view.buffers.depth
+    rows = [[view.buffers.rgb.copy(), depth_colors(clean)]]
+    captions = [["clean colour", f"clean depth, {NEAR:g}-{FAR:g} m"]]
+    for name, model in PRESETS.items():
+        read = model.read(view.buffers, view.shot, np.random.default_rng(0))
+        rows.append([depth_colors(read), error_colors(read, clean)])
+        captions.append(
+            [f"{name}: {model.kind}", f"error, blue -{1000 * MOST_ERROR:g} mm, red +{1000 * MOST_ERROR:g} mm"]
+        )
+    for pictures, texts in zip(rows, captions, strict=True):
+        for picture, text in zip(pictures, texts, strict=True):
+            draw_caption(picture, text)
+    tiles = [np.concatenate(pictures, axis=0) for pictures in rows]
+    return np.concatenate([np.concatenate(tiles[start : start + 3], axis=1) for start in (0, 3)])
+
+
+def depth_colors(depth: Float32[np.ndarray, "h w"]) -> Picture:
+    """Return depth in colours, black where there is none."""
+    share = np.clip((depth - NEAR) / (FAR - NEAR), 0.0, 1.0)
+    colors = cv2.applyColorMap((255 * (1.0 - share)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
+    colors[depth == 0] = 0
+    return colors
+
+
+def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h w"]) -> Picture:
+    """Return errors from blue over white to red, black where nothing is read."""
+    share = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
+    red, blue = np.array([200.0, 30.0, 30.0]), np.array([30.0, 60.0, 200.0])
+    mixed = 255.0 + np.maximum(share, 0) * (red - 255.0) + np.maximum(-share, 0) * (blue - 255.0)
+    return np.where((read > 0)[..., None], mixed, 0.0).astype(np.uint8)
+
+
+def color_sheet(view: View) -> Picture:
+    """Return crops of one picture through single settings of the colour camera."""
+    alone = IDEAL_COLOR
+    noise = replace(alone, noise_scale=1.0)
+    moving = replace(view.shot, motion=Motion(np.array([0.6, 0.0, 1.5]), np.array([0.0, 0.3, 0.0])))
+    cases = [
+        ("clean", alone, view.shot),
+        ("as by default", ColorConfig(), view.shot),
+        ("EV 8: ISO 156", noise, replace(view.shot, exposure_ev=8.0)),
+        ("EV 5: ISO 1250", noise, replace(view.shot, exposure_ev=5.0)),
+        ("EV 2: ISO 10000", noise, replace(view.shot, exposure_ev=2.0)),
+        ("1.5 m/s ahead, 0.6 m/s aside, 17 deg/s, 10 ms", replace(alone, motion_blur=True), moving),
+        ("vignetting 1", replace(alone, vignetting=1.0), view.shot),
+        ("colour filter, EV 5", replace(noise, bayer=True), replace(view.shot, exposure_ev=5.0)),
+        ("JPEG 40", replace(alone, jpeg_quality=40), view.shot),
+    ]
+    tiles = []
+    for text, config, shot in cases:
+        tiles.append(read_color(view.buffers, shot, config, np.random.default_rng(1)).copy())
+        draw_caption(tiles[-1], text)
+    return np.concatenate([np.concatenate(tiles[start : start + 3], axis=1) for start in (0, 3, 6)])
+
+
+def main(out: Path = OUT) -> None:
+    """Write the sheets.
+
+    Args:
+        out: Folder of the pictures.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    scene = scene_before_pallet()
+    with open_renderer("raster") as renderer:
+        view = see(scene, scene.viewpoints[0], renderer, CAMERA)
+    for name, sheet in (("depth", depth_sheet(view)), ("color", color_sheet(view))):
+        path = out / f"{name}.jpg"
+        sheet = cv2.resize(sheet, None, fx=SHRINK, fy=SHRINK, interpolation=cv2.INTER_AREA)
+        cv2.imwrite(str(path), cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 84])
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    draw_sigma(out / "depth_sigma.png")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,85 @@
+"""Rays a second, end to end: sweeps of 64 beams with edges, noise and ids, against the bare rays of Open3D."""
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.speed.cost import Cost, measure, median
+from benchmarks.speed.subject import Settings, Subject, draw_subject
+from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.optional import require
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.sensors.lidar import LidarConfig, scan
+from warehouse_sim.sensors.lidar.footprint import footprint_echoes
+from warehouse_sim.sensors.lidar.scanner import world_rays
+from warehouse_sim.sensors.lidar.sweep import make_sweep
+
+
+def lidar(settings: Settings) -> dict[str, Any]:
+    """Return the row; the peer casts the rays of the beams' axes, and neither probes edges nor adds noise."""
+    subject = draw_subject(settings)
+    config = LidarConfig()
+    built, raycaster = measure(RayCaster, subject.scene)
+    their_scene, their_build = _open3d_scene(subject)
+    ours: list[Cost] = []
+    theirs: list[Cost] = []
+    counts = []
+    for view in (subject.views[0], *subject.views):
+        T_world_lidar = view @ subject.recipe.sensors.T_camera_lidar()
+        rng = np.random.default_rng(0)
+        ours.append(measure(scan, raycaster, config, T_world_lidar, rng)[0])
+        origins, directions = world_rays(make_sweep(config), T_world_lidar)
+        theirs.append(measure(their_scene.cast_rays, np.concatenate([origins, directions], axis=1))[0])
+        counts.append(_rays_cast(raycaster, config, T_world_lidar))
+    our_median, peer_median = median(ours[1:]), median(theirs[1:])
+    beams, rays = len(make_sweep(config).time), int(np.median(counts[1:]))
+    return {
+        "what": "a 64-beam sweep: directions, rays, edges, dropout, noise, ids, packing",
+        "ours_cpu_s": our_median.cpu_s,
+        "peer_cpu_s": peer_median.cpu_s,
+        "beams": beams,
+        "rays": rays,
+        "ours_beams_per_cpu_s": beams / our_median.cpu_s,
+        "ours_rays_per_cpu_s": rays / our_median.cpu_s,
+        "peer_rays_per_cpu_s": beams / peer_median.cpu_s,
+        "target": ">= 2 M rays a CPU-second: 4 M a second on two cores",
+        "ours_wall_s": our_median.wall_s,
+        "peer_wall_s": peer_median.wall_s,
+        "ours_load_cpu_s": built.cpu_s,
+        "peer_load_cpu_s": their_build.cpu_s,
+        "peer": f"Open3D {require('open3d', 'peers', 'for the LiDAR row').__version__}",
+        "how": "open3d.t.geometry.RaycastingScene.cast_rays of the beams' axes in one call: distances, ids, normals",
+    }
+
+
+def _rays_cast(raycaster: RayCaster, config: LidarConfig, T_world_lidar: Transform) -> int:
+    """Return how many rays a sweep takes: one a beam, and more at edges."""
+    sweep = make_sweep(config)
+    _, count = footprint_echoes(raycaster, config, sweep, *world_rays(sweep, T_world_lidar))
+    return count
+
+
+def _open3d_scene(subject: Subject) -> tuple[Any, Cost]:
+    open3d = require("open3d", "peers", "for the LiDAR row")
+    mesh = _solid_mesh(subject)
+
+    def build() -> Any:
+        scene = open3d.t.geometry.RaycastingScene()
+        scene.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
+        return scene
+
+    cost, scene = measure(build)
+    return scene, cost
+
+
+def _solid_mesh(subject: Subject) -> TriangleMesh:
+    """Return what stops rays: all parts but film, in the world."""
+    scene = subject.scene
+    placed = [
+        (instance.T_world_object, part.placed())
+        for instance in scene.instances
+        for part in scene.model_of(instance).parts
+        if scene.materials[part.material].opacity >= 1.0
+    ]
+    return merge([TriangleMesh(transform_points(T, mesh.vertices), mesh.faces) for T, mesh in placed])

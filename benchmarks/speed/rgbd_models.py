@@ -1,0 +1,55 @@
+"""What each model of a depth or colour camera costs on one frame, without drawing it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.speed.cost import Cost, measure, median
+from benchmarks.speed.subject import Settings, draw_subject
+from warehouse_sim.render import open_renderer
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.sensors.color import ColorConfig, read_color
+from warehouse_sim.sensors.depth import MODELS
+from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
+from warehouse_sim.sensors.shot import Motion, Shot
+from warehouse_sim.sensors.surfaces import see_surfaces
+
+MOTION = Motion(np.array([0.0, 0.0, 2.0]), np.array([0.0, 0.3, 0.0]))
+"""2 m/s ahead, turning by 17 degrees a second."""
+LITTLE_LIGHT = 6.0
+"""Exposure value at which the longest time is used."""
+
+
+def rgbd_models(settings: Settings) -> dict[str, Any]:
+    """Return the row: the default camera, and a table of all models."""
+    subject = draw_subject(settings)
+    camera, view, caster = subject.camera, subject.views[0], RayCaster(subject.scene)
+    with open_renderer("raster") as renderer:
+        renderer.load(subject.scene)
+        buffers = renderer.render(camera, view, normals=True)
+    shot = Shot(camera, LITTLE_LIGHT, surfaces=see_surfaces(subject.scene, caster, camera, view))
+    moving, rng = replace(shot, motion=MOTION), np.random.default_rng(0)
+    cases: dict[str, tuple[Any, ...]] = {
+        "materials of the pixels": (see_surfaces, subject.scene, caster, camera, view),
+        **{f"depth: {kind}": (model().read, buffers, shot, rng) for kind, model in MODELS.items()},
+        "colour": (read_color, buffers, shot, ColorConfig(), rng),
+        "colour, moving": (read_color, buffers, moving, ColorConfig(), rng),
+        "colour, with filter": (read_color, buffers, shot, ColorConfig(bayer=True), rng),
+        "colour, with JPEG": (read_color, buffers, shot, ColorConfig(jpeg_quality=90), rng),
+    }
+    repeats = 1 if settings.quick else 9
+    whole = _cost(repeats, read_rgbd, buffers, shot, RgbdConfig(), rng)
+    return {
+        "what": "the errors of the default RGB-D camera on a frame",
+        "ours_cpu_s": whole.cpu_s,
+        "ours_wall_s": whole.wall_s,
+        "target": "<= 0.025",
+        "models_cpu_s": {name: _cost(repeats, *call).cpu_s for name, call in cases.items()},
+        "size_wh": [camera.width, camera.height],
+    }
+
+
+def _cost(repeats: int, work: Callable[..., Any], *arguments: Any) -> Cost:
+    return median([measure(work, *arguments)[0] for _ in range(repeats + 1)][1:])

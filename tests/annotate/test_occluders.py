@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+
+from tests.render.scenes import at, box_model, make_scene
+from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.annotate.occluders import KINDS, WRAP, hidden_by, kind_of, kinds_by_id
+from warehouse_sim.annotate.visibility import window_in_image
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render import open_renderer
+from warehouse_sim.schema import SceneSpec
+
+CAMERA = PinholeCamera.from_focal(120, 80, 100.0)
+FACING = level_camera(np.zeros(3), 0.0)
+CLASSES = ("pallet", "carton", "pallet", "rack", "forklift", "floor", "robot")
+
+
+def one_of_each() -> SceneSpec:
+    models = [box_model(f"box{i}", (0.2, 0.2, 0.2), class_name=name) for i, name in enumerate(CLASSES)]
+    return make_scene(models, [(f"box{i}", at(2, i, 0)) for i in range(len(CLASSES))])
+
+
+def test_every_class_of_the_catalog_has_a_kind() -> None:
+    classes = {catalog_object(name).class_name for name in catalog_names()}
+    assert {kind_of(name) for name in classes} == {"load", "pallet", "rack", "traffic", "building"}
+    assert kind_of("robot") == "other"
+
+
+def test_shares_are_counted_by_kind() -> None:
+    """A silhouette of 10 x 10 pixels: 30 outside of the image, 10 visible, 4 of them through film, 10 of each kind."""
+    scene = one_of_each()
+    ids = np.zeros((20, 20), np.int32)
+    ids[0:10, 0:7] = np.arange(1, 8)[None, :]
+    film = np.zeros((20, 20), bool)
+    film[3:7, 0] = True  # over visible pixels
+    film[3:7, 2] = True  # over pixels of the occluder
+    window = window_in_image((-3, 0), (10, 10), (20, 20))
+    assert window is not None
+    shares = hidden_by(kinds_by_id(scene), ids, np.ones((10, 10), bool), window, target=1, film=film)
+    expected = dict.fromkeys(("load", "pallet", "rack", "traffic", "building", "other"), 0.1)
+    assert shares == pytest.approx(expected | {"border": 0.3, WRAP: 0.04})
+    assert sum(share for kind, share in shares.items() if kind != WRAP) + 0.1 == pytest.approx(1.0)
+
+
+def test_what_hides_nothing_is_absent() -> None:
+    scene = one_of_each()
+    ids = np.ones((10, 10), np.int32)
+    window = window_in_image((2, 2), (4, 4), (10, 10))
+    assert window is not None
+    assert hidden_by(kinds_by_id(scene), ids, np.ones((4, 4), bool), window, target=1) == {}
+
+
+@pytest.mark.gl
+def test_shares_and_visible_fraction_of_drawn_objects_sum_to_one() -> None:
+    rng = np.random.default_rng(0)
+    models = [box_model(f"box{i}", (0.3, 0.3, 0.3), class_name=name) for i, name in enumerate(CLASSES)]
+    placed = [(f"box{i % 7}", at(*rng.uniform([1.5, -1.0, -0.7], [4.0, 1.0, 0.7]))) for i in range(60)]
+    scene = make_scene(models, placed)
+    with open_renderer() as renderer:
+        renderer.load(scene)
+        buffers = renderer.render(CAMERA, FACING)
+        targets = targets_in_view(scene, CAMERA, FACING)
+        silhouettes = renderer.silhouettes(CAMERA, FACING, targets)
+    labels = annotate(scene, CAMERA, FACING, buffers, buffers.depth, silhouettes, targets)
+    assert len(labels) > 8
+    for label in labels:
+        assert sum(label.hidden_by.values()) + label.visible_fraction == pytest.approx(1.0, abs=1e-12)
+        assert label.hidden_by.get("border", 0.0) == pytest.approx(label.truncation)
+        assert set(label.hidden_by) <= set(KINDS)
+    assert len(set().union(*(label.hidden_by for label in labels))) == len(KINDS)

@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.render.display import srgb, to_display, tone_map
+
+
+def test_the_ends_and_the_middle_are_where_the_standards_put_them() -> None:
+    codes = srgb(np.array([0.0, 0.0031308, 0.2140, 1.0]))
+    assert codes == pytest.approx([0.0, 0.04045, 0.5, 1.0], abs=2e-4)
+    assert tone_map(np.array([0.0, 0.18, 1.0, 1e9])) == pytest.approx([0.0, 0.2669, 0.8038, 1.0], abs=1e-4)
+
+
+def test_display_values_grow_with_light_in_every_channel_and_never_wrap() -> None:
+    ramp = np.linspace(-0.5, 50.0, 3000).reshape(50, 20, 3)
+    shown = to_display(ramp)
+    assert shown.dtype == np.uint8
+    assert shown.shape == ramp.shape
+    assert (np.diff(shown.reshape(-1).astype(int)) >= 0).all()
+    assert shown.min() == 0
+    assert shown.max() == 255
+
+
+def test_single_precision_gives_the_same_picture() -> None:
+    linear = np.random.default_rng(0).gamma(1.0, 0.3, (40, 30, 3))
+    difference = to_display(linear).astype(int) - to_display(linear.astype(np.float32))
+    assert np.abs(difference).max() <= 1

@@ -1,0 +1,137 @@
+"""Light from the surroundings against what integrating spheres, open skies and lamps do by the book."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.irradiance import AXES, IrradianceField, LightGatherer, direct_irradiance, gather_irradiance
+from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.light_grid import lay_grid
+from warehouse_sim.schema import Light, Material, ObjectModel, SceneSpec
+
+FLOOR = box_model("floor", (12, 12, 0.1), "concrete", "floor", 90)
+
+
+def field_of(scene: SceneSpec) -> IrradianceField:
+    return gather_irradiance(lay_grid(scene), scene.lights, scene.ambient)
+
+
+def places_of(field: IrradianceField) -> np.ndarray:
+    steps = np.stack(np.meshgrid(*map(np.arange, field.weight.shape), indexing="ij"), -1)
+    return field.origin + steps * field.spacing
+
+
+def room(edge: float, albedo: float, lights: list[Light]) -> SceneSpec:
+    """A closed cube with inner edge ``edge`` of one grey."""
+    thick, middle = 0.2, edge / 2
+    paint = {"grey": Material("grey", (albedo,) * 3, 1.0)}
+    models: list[ObjectModel] = []
+    placed = []
+    for axis in range(3):
+        size = np.full(3, edge + 2 * thick)
+        size[axis] = thick
+        models.append(box_model(f"slab{axis}", size, "grey"))
+        for side in (-1.0, 1.0):
+            centre = np.array([0.0, 0.0, middle])
+            centre[axis] += side * (middle + thick / 2)
+            placed.append((f"slab{axis}", at(*centre)))
+    view = level_camera(np.array([0.0, 0.0, middle]), 0.0)
+    return make_scene(models, placed, lights, [view], materials=paint, ambient=500.0)
+
+
+def in_the_room(field: IrradianceField, edge: float) -> np.ndarray:
+    inside = (np.abs(places_of(field) - [0, 0, edge / 2]) < edge / 2).all(axis=-1)
+    assert np.count_nonzero(inside) > 50
+    return inside & (field.weight > 0.5)
+
+
+def on_walls(field: IrradianceField, edge: float) -> list[float]:
+    """Mean irradiance of surfaces that look into the room, at the points nearest to its six walls."""
+    place, inside = places_of(field) - [0, 0, edge / 2], in_the_room(field, edge)
+    values = []
+    for number, axis in enumerate(AXES):
+        height = place @ axis
+        near = inside & (height < height[inside].min() + 0.01)
+        values.append(float(field.irradiance[near][:, number].mean()))
+    return values
+
+
+@pytest.mark.parametrize("albedo", [0.3, 0.6, 0.75])
+def test_a_closed_white_box_holds_the_light_of_an_integrating_sphere(albedo: float) -> None:
+    """Indirect irradiance of a sphere: flux * rho / (area * (1 - rho)); a cube of few points is within 15 %."""
+    edge = 6.0
+    lamp = Light("point", np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, -1.0]), 100.0)
+    field = field_of(room(edge, albedo, [lamp]))
+    flux, area = 4.0 * np.pi * 100.0, 6.0 * edge**2
+    assert np.mean(on_walls(field, edge)) == pytest.approx(flux * albedo / (area * (1.0 - albedo)), rel=0.15)
+
+
+def test_no_sky_comes_into_a_closed_room() -> None:
+    field = field_of(room(4.0, 0.5, []))
+    assert field.irradiance[in_the_room(field, 4.0)].max() == 0.0
+    outside = (np.abs(places_of(field)[..., :2]) > 2.3).any(axis=-1)
+    assert (field.weight[outside] < 0.01).all()
+
+
+def test_the_open_sky_gives_what_the_scene_says() -> None:
+    """Far from the only thing there: ``ambient`` from above, the ground's share from below, their mean on walls."""
+    scene = make_scene([box_model("box", (0.2, 0.2, 0.2))], [("box", at(0, 0, 0))], ambient=200.0)
+    values = field_of(scene).irradiance[0, 0, 0, :, 1]
+    for axis, expected in zip(AXES, (0.65, 0.65, 1.0, 0.65, 0.65, GROUND), strict=True):
+        assert values[np.flatnonzero((axis == AXES).all(axis=1))[0]] == pytest.approx(200.0 * expected, rel=0.02)
+
+
+def test_what_a_floor_returns_has_its_colour() -> None:
+    """A lamp over an endless red floor: a surface that looks down sees red, and one that looks up nothing."""
+    paint = {**MATERIALS, "concrete": Material("concrete", (0.5, 0.1, 0.02), 1.0)}
+    lamp = replace(spot((0.0, 0.0, 3.0)), cone_inner=1.2, cone_outer=1.4)
+    scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], [lamp], materials=paint, ambient=0.0)
+    field = field_of(scene)
+    down, up = field.irradiance[..., 5, :], field.irradiance[..., 2, :]
+    assert down[..., 0].max() > 20.0
+    lit = down[..., 0] > 0.1
+    assert lit.mean() > 0.5
+    np.testing.assert_allclose(down[lit][:, 1] / down[lit][:, 0], 0.2, rtol=1e-3)
+    assert (up == 0.0).all()
+
+
+def test_points_inside_things_are_not_trusted_and_borrow_from_outside() -> None:
+    models = [FLOOR, box_model("block", (4, 4, 4))]
+    placed = [("floor", at(0, 0, -0.05)), ("block", at(0, 0, 2))]
+    field = field_of(make_scene(models, placed, [spot((4.0, 0.0, 6.0))], ambient=50.0))
+    place = places_of(field)
+    inside = (np.abs(place - [0, 0, 2]) < 1.9).all(axis=-1)
+    assert inside.any()
+    assert (field.weight[inside] < 0.01).all()
+    assert (field.weight[(np.abs(place[..., :2]) > 3).any(axis=-1)] == 1.0).all()
+    assert (field.irradiance[inside].max(axis=(-1, -2)) > 5.0).all()
+
+
+def test_direct_light_obeys_distance_cone_and_shadow() -> None:
+    scene = make_scene([FLOOR, box_model("table", (1, 1, 0.1))], [("floor", at(0, 0, -0.05)), ("table", at(0, 0, 1))])
+    solid = lay_grid(scene).solid
+    lamp = replace(spot((0.0, 0.0, 3.0), 900.0), cone_inner=0.5, cone_outer=0.8, color=(1.0, 0.5, 0.0))
+    points = np.array([[0, 0, 1.06], [0, 0, 0.01], [0.9, 0, 0.01], [4.0, 0, 0.01]])
+    up = np.tile([0.0, 0.0, 1.0], (4, 1))
+    got = direct_irradiance(solid, [lamp], points, up)
+    assert got[0] == pytest.approx(900.0 / 1.94**2 * np.array([1.0, 0.5, 0.0]), rel=1e-4)
+    assert (got[1] == 0.0).all()
+    assert got[2, 0] == pytest.approx(900.0 * 2.99 / (2.99**2 + 0.9**2) ** 1.5, rel=1e-4)
+    assert (got[3] == 0.0).all()
+    bare = direct_irradiance(solid, [replace(lamp, casts_shadow=False)], points, up)
+    assert bare[1, 0] == pytest.approx(900.0 / 2.99**2, rel=1e-4)
+
+
+def test_the_same_scene_has_the_same_bytes_and_what_has_not_changed_is_not_computed_again(wall: SceneSpec) -> None:
+    gatherer = LightGatherer()
+    first = gatherer.field_of(wall)
+    assert gatherer.field_of(replace(wall, exposure=0.1)) is first
+    brighter = gatherer.field_of(replace(wall, lights=(*wall.lights, spot((0.0, 0.0, 4.0)))))
+    assert brighter.irradiance.sum() > 1.05 * first.irradiance.sum()
+    again = gatherer.field_of(wall)
+    assert again is not first
+    assert again.irradiance.tobytes() == first.irradiance.tobytes()
+    assert field_of(wall).irradiance.tobytes() == first.irradiance.tobytes()

@@ -1,0 +1,32 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.render.scenes import at, box_model, make_scene, spot
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.lamps import even_illuminance, facing_illuminance, strongest_lights
+
+
+def test_the_lamps_kept_are_those_that_light_what_is_looked_at() -> None:
+    lamps = [spot((x, 0, 5), 1000.0) for x in (-20, 4, 60)] + [spot((30, 0, 5), 1e6)]
+    scene = make_scene(
+        [box_model("floor", (9, 9, 0.1))], [("floor", at(0, 0, 0))], lamps, [level_camera(np.array([0.0, 0, 1.5]), 0.0)]
+    )
+    assert strongest_lights(scene, None) == lamps
+    assert strongest_lights(scene, 2) == [lamps[1], lamps[3]]
+    assert strongest_lights(replace(scene, viewpoints=()), 1) == [lamps[3]]
+
+
+def test_a_spot_gives_its_intensity_over_the_square_of_the_distance_within_its_cone() -> None:
+    lamp = replace(spot((0, 0, 5), 900.0), cone_inner=0.3, cone_outer=0.6)
+    points = np.array([[0, 0, 2.0], [0, 0, 8.0], [4, 0, 2.0]])
+    np.testing.assert_allclose(facing_illuminance(lamp, points), [100.0, 0.0, 0.0])
+    middle = np.arccos((np.cos(0.3) + np.cos(0.6)) / 2)
+    rim = np.array([[3 * np.tan(middle), 0, 2.0]])
+    assert facing_illuminance(lamp, rim)[0] == pytest.approx(900 / (3 / np.cos(middle)) ** 2 / 4)
+
+
+def test_the_even_light_is_that_of_sky_and_ground_together() -> None:
+    scene = make_scene([box_model("floor", (9, 9, 0.1))], [("floor", at(0, 0, 0))], ambient=100.0)
+    assert even_illuminance(scene) == pytest.approx(65.0)

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from tests.render.referee import cast_image
+from tests.render.scenes import MATERIALS, at, box_model, make_scene
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
+from warehouse_sim.geometry.pose import invert, level_camera, transform_points
+from warehouse_sim.render import Renderer
+from warehouse_sim.render.raster.mesh_levels import LEVEL_ERROR_PX, choose_levels, mesh_levels
+from warehouse_sim.render.raster.parts import build_part_table, placed_records
+from warehouse_sim.schema import ObjectModel, Part, SceneSpec
+
+ROWS = {name: row for row, name in enumerate(MATERIALS)}
+CAMERA = PinholeCamera.from_focal(1224, 370, 721.5377)
+
+
+def printed_carton() -> ObjectModel:
+    """A carton with twenty bars of print on its front, each 2 mm thick."""
+    box = unit_box()
+    bars = [
+        TriangleMesh(box.vertices * [0.002, 0.02, 0.2] + [-0.301, 0.025 * (k - 9.5), 0.0], box.faces) for k in range(20)
+    ]
+    model = box_model("carton", (0.6, 0.6, 0.4))
+    ink = Part(merge(bars), np.ones(3), np.eye(4), "concrete")
+    return ObjectModel("carton", "carton", 1, model.size, (*model.parts, ink), ())
+
+
+def row_of(distances: tuple[float, ...]) -> SceneSpec:
+    return make_scene([printed_carton()], [("carton", at(d, 0.7 * (k - 2), 0)) for k, d in enumerate(distances)])
+
+
+def test_the_level_follows_the_error_in_pixels() -> None:
+    distances = (1.5, 3.0, 6.0, 12.0, 24.0)
+    scene, T = row_of(distances), level_camera(np.zeros(3), 0.0)
+    table = build_part_table(scene, ROWS)
+    errors = [mesh_levels(mesh).errors for mesh in table.meshes]
+    records = placed_records(table, T)
+    levels = choose_levels(table, errors, records, CAMERA)
+    parts = scene.models["carton"].parts
+    for rows, limits, part in zip(table.rows_of_mesh, errors, parts, strict=True):
+        for row, instance in zip(range(rows.start, rows.stop), scene.instances, strict=True):
+            points = transform_points(invert(T) @ instance.T_world_object, part.placed().vertices)
+            assert limits[levels[row]] * CAMERA.fx / points[:, 2].min() <= LEVEL_ERROR_PX
+    ink = table.rows_of_mesh[1]
+    assert levels[table.rows_of_mesh[0]].tolist() == [0] * 5  # a box has one level
+    assert levels[ink].tolist() == sorted(levels[ink].tolist())
+    assert set(levels[ink].tolist()) == {0, 1}
+
+
+def test_a_subset_of_the_rows_gets_the_same_levels() -> None:
+    table = build_part_table(row_of((1.5, 3.0, 6.0, 12.0, 24.0)), ROWS)
+    errors = [mesh_levels(mesh).errors for mesh in table.meshes]
+    T = level_camera(np.array([0.1, 0.2, 0.3]), 0.1, -0.1)
+    levels = choose_levels(table, errors, placed_records(table, T), CAMERA)
+    rows = np.array([1, 5, 7, 9])
+    part = table.subset(rows)
+    assert choose_levels(part, errors, placed_records(part, T), CAMERA).tolist() == levels[rows].tolist()
+
+
+def test_a_mesh_is_prepared_once() -> None:
+    mesh = printed_carton().parts[1].mesh
+    assert mesh_levels(mesh) is mesh_levels(mesh)
+
+
+@pytest.mark.gl
+def test_far_cartons_look_as_exact_rays_see_them(renderer: Renderer) -> None:
+    scene = row_of((4.0, 6.0, 9.0, 14.0, 20.0))
+    renderer.load(scene)
+    T = level_camera(np.array([0.0, 0.3, 0.3]), 0.05, -0.03)
+    buffers = renderer.render(CAMERA, T, normals=True)
+    truth = cast_image(scene, CAMERA, T)
+    same = buffers.instance_ids == truth.instance_ids
+    assert same.mean() > 0.9995
+    seen = same & (truth.instance_ids > 0)
+    assert np.quantile(np.abs(buffers.depth - truth.depth)[seen] / truth.depth[seen], 0.999) < 0.001
+    for instance, silhouette in zip(scene.instances, renderer.silhouettes(CAMERA, T, scene.instances), strict=True):
+        left, top = silhouette.offset
+        rows, columns = np.nonzero(buffers.instance_ids == instance.instance_id)
+        assert silhouette.mask[rows - top, columns - left].all()

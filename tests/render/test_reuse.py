@@ -1,0 +1,93 @@
+"""What two scenes have in common is uploaded and drawn once; the pictures are those of a renderer that starts anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.render.scenes import at, rack_wall, spot
+from tests.render.test_backend import CAMERA, digest
+from warehouse_sim.errors import RenderError
+from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render.raster import loaded_scene, scene_geometry
+from warehouse_sim.render.raster.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.shadows import ShadowAtlas
+from warehouse_sim.schema import SceneSpec
+
+pytestmark = pytest.mark.gl
+
+
+@pytest.fixture
+def counts(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """Count how often tables are built, meshes uploaded and shadow maps drawn."""
+    found = {"tables": 0, "meshes": 0, "shadows": 0}
+
+    def counted(owner: object, name: str, key: str) -> None:
+        original = getattr(owner, name)
+
+        def call(*arguments: object, **keywords: object) -> object:
+            found[key] += 1
+            return original(*arguments, **keywords)
+
+        monkeypatch.setattr(owner, name, call)
+
+    counted(scene_geometry, "build_part_table", "tables")
+    counted(MeshBatch, "__init__", "meshes")
+    counted(ShadowAtlas, "draw", "shadows")
+    return found
+
+
+def with_other_light(scene: SceneSpec) -> SceneSpec:
+    lights = (spot((2.0, 1.0, 7.0), 6000.0), spot((0.5, -2.0, 6.0), 2500.0))
+    return replace(scene, lights=lights, ambient=12.0, exposure=0.02)
+
+
+def moved(scene: SceneSpec) -> SceneSpec:
+    last = scene.instances[-1]
+    T = at(0.0, 0.0, 0.05) @ last.T_world_object
+    return replace(scene, instances=(*scene.instances[:-1], replace(last, T_world_object=T)))
+
+
+def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(counts: dict[str, int]) -> None:
+    wall = rack_wall()
+    half = replace(wall, viewpoints=wall.viewpoints[:3])
+    steps = [
+        (wall, {"tables": 1, "meshes": 1, "shadows": 1}),
+        (wall, {"tables": 0, "meshes": 0, "shadows": 0}),
+        (half, {"tables": 0, "meshes": 0}),
+        (with_other_light(wall), {"tables": 0, "meshes": 0, "shadows": 1}),
+        (moved(wall), {"tables": 1, "meshes": 0, "shadows": 1}),
+        (rack_wall(bays=1, seed=2), {"tables": 1, "meshes": 0, "shadows": 1}),
+        (wall, {"tables": 1, "meshes": 0, "shadows": 1}),
+    ]
+    digests = []
+    with open_renderer() as used:
+        for scene, expected in steps:
+            before = dict(counts)
+            digests.append(digest(used, scene))
+            assert {key: counts[key] - before[key] for key in expected} == expected
+    for (scene, _), seen in zip(steps, digests, strict=True):
+        with open_renderer() as fresh:
+            assert digest(fresh, scene) == seen
+    assert len(set(digests)) == 5
+
+
+def test_a_scene_that_fails_leaves_the_one_before_as_it_was(renderer: Renderer) -> None:
+    wall = rack_wall()
+    first = digest(renderer, wall)
+    broken = replace(moved(wall), instances=(*moved(wall).instances, wall.instances[0]))
+    with pytest.raises(RenderError, match="occurs twice"):
+        renderer.load(broken)
+    T = wall.viewpoints[0].T_world_camera
+    picture = renderer.render(CAMERA, T).rgb
+    assert digest(renderer, wall) == first
+    assert np.array_equal(renderer.render(CAMERA, T).rgb, picture)
+
+
+def test_lamps_count_as_the_same_by_what_they_are() -> None:
+    lamp = spot((1.0, 2.0, 3.0))
+    again = spot((1.0, 2.0, 3.0))
+    assert loaded_scene._same_lamps([lamp], [again])
+    assert not loaded_scene._same_lamps([lamp], [again, again])
+    for other in (replace(lamp, position=np.array([1.0, 2.0, 3.1])), replace(lamp, radius=0.3)):
+        assert not loaded_scene._same_lamps([lamp], [other])

@@ -1,0 +1,61 @@
+from typing import get_args
+
+import pytest
+import yaml
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.scene import Distribution, SceneRecipe
+from warehouse_sim.scene.lighting import PRESETS, ExposureConfig, LightingConfig, PresetName
+
+
+def read(text: str) -> LightingConfig:
+    return from_mapping(LightingConfig, yaml.safe_load(text), "here")
+
+
+def test_every_preset_has_a_name_and_reads_back() -> None:
+    assert set(PRESETS) == set(get_args(PresetName))
+    for name in PRESETS:
+        config = read(f"preset: {name}")
+        assert config.resolved() == PRESETS[name]
+        assert from_mapping(LightingConfig, to_mapping(config), "here") == config
+
+
+def test_what_a_recipe_says_replaces_what_the_preset_means() -> None:
+    text = "{preset: dim, lux: 80, beam_deg: 60, temperature: 3000, exposure: {mode: fixed, ev: 6}, headlights: true}"
+    preset = read(text).resolved()
+    assert preset.lux == Distribution.constant(80.0)
+    assert preset.temperatures == (Distribution.constant(3000.0),)
+    assert (preset.beam_deg, preset.headlights) == (60.0, True)
+    assert preset.exposure == ExposureConfig("fixed", ev=6.0)
+    assert preset.pattern == PRESETS["dim"].pattern
+
+
+def test_presets_and_stops_may_be_left_open() -> None:
+    plain = {"lights": {"preset": {"choices": ["dim", "night"]}, "exposure": {"compensation": {"min": 0, "max": 1}}}}
+    recipe = SceneRecipe.from_plain(plain, "here")
+    assert [setting.name for setting in recipe.open_settings] == ["lights.exposure.compensation", "lights.preset"]
+    assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("preset: gloomy", "preset must be one of 'nominal', 'dim'"),
+        ("luminaires: 9", "luminaires must be 1-8, found 9"),
+        ("rows: 0", "rows must be 1-3, found 0"),
+        ("mounting_height: 12", "mounting_height must be 3.0-8.5, found 12"),
+        ("{lux: 200, flux: 9000}", "lux and flux cannot both be given"),
+        ("lux: {min: 0, max: 5}", "lux must stay above 0, found 0"),
+        ("flux: -5", "flux must stay above 0"),
+        ("beam_deg: 180", "beam_deg must be 10-150, found 180"),
+        ("ambient_share: -1", "ambient_share must be 0-10"),
+        ("temperature: 500", "1700-20000 K"),
+        ("white_balance: 90000", "1700-20000 K"),
+        ("intensity: 5000", "intensity is not a setting"),
+        ("exposure: {mode: fixed}", "ev belongs to the fixed mode"),
+    ],
+)
+def test_what_makes_no_light_is_refused_by_name(text: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        read(text)

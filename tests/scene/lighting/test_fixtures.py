@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.layouts.hall import HallConfig
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import build_site
+from warehouse_sim.scene.lighting.fixtures import add_doors, fixtures_of, hang_luminaires
+from warehouse_sim.schema import SceneSpec
+
+AISLE, HALL = Area(-4.0, 4.0, -8.0, 0.0), Area(-23.8, 23.8, -23.8, 1.5)
+
+
+def drawn(draft: SceneDraft) -> SceneSpec:
+    return SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), ())
+
+
+def test_luminaires_hang_in_rows_over_the_aisle_each_with_a_face_of_its_own() -> None:
+    draft = SceneDraft()
+    hang_luminaires(draft, 2, 2, 6.0, AISLE)
+    places = [item.T_world_object[:3, 3] for item in draft.instances]
+    np.testing.assert_allclose(places, [[-2, -2, 6], [2, -2, 6], [-2, -6, 6], [2, -6, 6]])
+    fixtures = fixtures_of(drawn(draft))
+    assert len({item.material for item in fixtures}) == 4
+    for item, place, instance in zip(fixtures, places, draft.instances, strict=True):
+        assert item.kind == "luminaire"
+        assert item.material in {part.material for part in draft.models[instance.model].parts}
+        np.testing.assert_allclose(item.position[:2], place[:2])
+        assert item.position[2] < place[2] - draft.models[instance.model].size[2] / 2
+        np.testing.assert_allclose(item.direction, [0, 0, -1])
+
+
+def test_one_door_ends_the_aisle_and_one_is_beside_what_stands_along_the_front() -> None:
+    draft = SceneDraft()
+    add_doors(draft, AISLE, HALL)
+    end, front = fixtures_of(drawn(draft))
+    np.testing.assert_allclose(end.direction, [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(front.direction, [0, -1, 0], atol=1e-12)
+    assert end.position[1] == -4.0
+    assert 23.5 < end.position[0] < 23.8
+    assert front.position[0] - 2.1 >= AISLE.x_max
+    for instance in draft.instances:
+        points = transform_points(instance.T_world_object, draft.models[instance.model].mesh().vertices)
+        assert points[:, 2].min() == pytest.approx(0.0)
+        assert points[:, 0].max() <= HALL.x_max + 1e-9
+        assert points[:, 1].max() <= HALL.y_max + 1e-9
+
+
+@pytest.mark.parametrize("columns", ["steel", "concrete"])
+@pytest.mark.parametrize("bays", [1, 4, 12])
+def test_doors_keep_off_columns_and_racks(bays: int, columns: str) -> None:
+    draft, rng = SceneDraft(), np.random.default_rng(0)
+    site = build_site(draft, RackAisleConfig(bays=bays), HallConfig(columns=columns), rng)  # type: ignore[arg-type]
+    before = len(draft.instances)
+    add_doors(draft, site.aisle, site.hall)
+    doors = BoxStack.of([box for owner, box in draft.solids() if owner > before])
+    rest = [box for owner, box in draft.solids() if owner <= before and box.size.max() < 40.0]
+    others = BoxStack.of(rest)
+    pairs = np.array([(a, b) for a in range(len(doors.centre)) for b in range(len(rest))])
+    assert doors.separation(others, pairs).distance.min() > 0.0
+
+
+@pytest.mark.parametrize("bays", [2, 4, 5, 9])
+def test_luminaires_hang_beside_the_trusses_of_a_roof(bays: int) -> None:
+    draft = SceneDraft()
+    site = build_site(draft, RackAisleConfig(bays=bays), HallConfig(roof=True), np.random.default_rng(0))
+    before = len(draft.instances)
+    hang_luminaires(draft, 1, 4, 8.0, site.aisle)
+    trusses = [item.T_world_object[0, 3] for item in draft.instances if item.model == "roof_truss"]
+    assert len(trusses) == 4
+    for item in draft.instances[before:]:
+        assert min(abs(item.T_world_object[0, 3] - x) for x in trusses) >= 0.9 - 1e-9  # 0.6 is half a luminaire

@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.lighting import PRESETS, LightingConfig
+from warehouse_sim.scene.lighting.fixtures import Fixture, add_doors, fixtures_of, hang_luminaires
+from warehouse_sim.scene.lighting.installation import Installation
+from warehouse_sim.scene.lighting.photometry import luminous_flux, unshaded_illuminance
+from warehouse_sim.scene.lighting.switching import install
+from warehouse_sim.schema import SceneSpec
+
+AISLE = Area(-6.0, 6.0, -8.0, 0.0)
+FLOOR = np.array([(x, y, 0.0) for x in np.linspace(-5, 5, 6) for y in np.linspace(-7, -1, 4)])
+
+
+def hall(rows: int = 1, count: int = 4) -> SceneSpec:
+    draft = SceneDraft()
+    hang_luminaires(draft, rows, count, 7.0, AISLE)
+    add_doors(draft, AISLE, Area(-23.8, 23.8, -23.8, 1.5))
+    return SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), ())
+
+
+def installed(rows: int = 1, count: int = 4, seed: int = 0, **settings: object) -> Installation:
+    config = LightingConfig(**settings)  # type: ignore[arg-type]
+    return install(config, fixtures_of(hall(rows, count)), FLOOR, np.random.default_rng(seed))
+
+
+def states(installation: Installation, kind: str) -> list[float]:
+    """Flux of each fixture of a kind (lm)."""
+    pairs: list[tuple[Fixture, object]] = list(zip(installation.fixtures, installation.lights, strict=True))
+    return [luminous_flux(light) if light else 0.0 for item, light in pairs if item.kind == kind]  # type: ignore[arg-type]
+
+
+def test_given_flux_is_the_flux_of_every_lamp_and_is_not_scaled() -> None:
+    lit = installed(flux=Distribution.constant(12000.0))
+    assert lit.lux is None
+    assert states(lit, "luminaire") == pytest.approx([12000.0] * 4)
+    assert states(lit, "door") == [0.0, 0.0]
+
+
+def test_which_lamps_burn_tells_presets_apart() -> None:
+    full = 15000.0
+    assert states(installed(preset="nominal"), "luminaire") == pytest.approx([full] * 4)
+    assert states(installed(preset="dim"), "luminaire") == pytest.approx([full, 0, full, 0])
+    assert states(installed(preset="harsh"), "luminaire") == pytest.approx([full, 0, 0, full])
+    assert states(installed(preset="night"), "luminaire")[1:3] == [0, 0]
+    backlit = installed(preset="backlit")
+    assert min(states(backlit, "door")) > 10 * max(states(backlit, "luminaire"))
+    assert {name for name in PRESETS if installed(preset=name).preset.headlights} == {"night"}
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
+def test_of_failing_lamps_some_are_dark_one_flickers_and_one_is_whole(count: int) -> None:
+    lit = [installed(count=count, seed=seed, preset="failing") for seed in range(9)]
+    drawn = {tuple(np.round(states(item, "luminaire"), 6)) for item in lit}
+    for fluxes in drawn:
+        assert fluxes.count(3750.0) == 1
+        assert fluxes.count(15000.0) >= (count > 1)
+        assert fluxes.count(0.0) == max(0, min(max(round(0.45 * count), 1), count - 2))
+    assert len(drawn) == 1 if count == 1 else len(drawn) > 1
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_mixed_lamps_are_warm_and_cold_by_row_or_in_turn(rows: int) -> None:
+    lights = installed(rows=rows, count=2, preset="mixed_colour").burning
+    warm = [light.color[0] > light.color[2] for light in lights]
+    by_row = [warm[index] for index in np.argsort([light.position[1] for light in lights], kind="stable")]
+    assert sum(warm) == len(warm) / 2
+    if rows == 2:
+        assert by_row[0] == by_row[1] != by_row[2] == by_row[3]
+    else:
+        assert warm[0] != warm[1]
+
+
+def test_harsh_lamps_lean_along_the_aisle_to_both_ends() -> None:
+    axes = np.array([light.direction for light in installed(preset="harsh").burning])
+    np.testing.assert_allclose(np.linalg.norm(axes, axis=1), 1.0)
+    np.testing.assert_allclose(axes[:, 1], 0.0, atol=1e-12)
+    assert axes[0, 0] == pytest.approx(-axes[1, 0])
+
+
+def test_an_open_door_sends_the_luminance_of_the_sky_times_its_area() -> None:
+    lit = installed(preset="backlit")
+    pairs = zip(lit.fixtures, lit.lights, strict=True)
+    door, light = next((item, light) for item, light in pairs if item.kind == "door")
+    assert light is not None
+    assert light.intensity == pytest.approx(PRESETS["backlit"].sky_luminance * 3.8 * 4.2)
+    np.testing.assert_allclose(light.direction, door.direction)
+
+
+def test_even_light_is_a_share_of_the_lamps_and_all_is_scaled_together() -> None:
+    lit = installed(ambient_share=0.5)
+    up = np.tile([0.0, 0.0, 1.0], (len(FLOOR), 1))
+    assert lit.ambient == pytest.approx(0.5 * unshaded_illuminance(lit.burning, FLOOR, up).mean())
+    twice = lit.scaled(2.0)
+    assert twice.ambient == 2.0 * lit.ambient
+    assert [light.intensity for light in twice.burning] == [2.0 * light.intensity for light in lit.burning]
+
+
+def test_dark_fixtures_do_not_glow_and_burning_ones_glow_in_their_colour() -> None:
+    scene, exposure = hall(), 0.01
+    for name in PRESETS:
+        lit = installed(preset=name)
+        applied = lit.applied(scene, exposure)
+        assert applied.lighting == name
+        assert applied.instances is scene.instances
+        assert applied.models is scene.models
+        for item, light in zip(lit.fixtures, lit.lights, strict=True):
+            material = applied.materials[item.material]
+            assert (material.emission > 0.0) == (light is not None)
+            if light is not None:
+                np.testing.assert_allclose(material.base_color, np.array(light.color) / max(light.color))
+    flickering = installed(preset="failing").applied(scene, 1e-4)
+    glowing = [flickering.materials[item.material].emission for item in lit.fixtures if item.kind == "luminaire"]
+    shown = sorted(set(np.round(glowing, 9)))
+    assert len(shown) == 3
+    assert shown[1] == pytest.approx(0.25 * shown[2])

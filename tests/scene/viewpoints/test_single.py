@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+
+from tests.scene.viewpoints.spaces import aisle_scene, bare_space
+from warehouse_sim.geometry.pose import invert
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig, candidate_viewpoints, shows
+from warehouse_sim.scene.viewpoints.in_view import angles_to
+from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
+from warehouse_sim.schema import Viewpoint
+
+KINDS = ("level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free")
+
+
+def views(kind: str, index: int, count: int, **settings: object) -> list[tuple[Viewpoint, FreeSpace]]:
+    """Return views of the first targets that can be seen at all."""
+    space, rng, found = FreeSpace.of_scene(aisle_scene(index)), np.random.default_rng(0), []
+    config = ViewpointsConfig(kind=kind, **settings)
+    for target in space.targets[:16]:
+        for view in candidate_viewpoints(target, space, config, rng):
+            if shows(view, target, space, config):
+                found.append((view, space))
+                break
+    assert len(found) >= count
+    return found
+
+
+@pytest.mark.parametrize("level", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_looks_at_its_target_from_where_it_is_mounted(kind: str, level: bool) -> None:
+    pitches = []
+    for view, space in views(kind, 0, 4, level=level):
+        target = next(item for item in space.targets if item.instance_id == view.target)
+        bearing, elevation = angles_to(view.T_world_camera, target.T_world_object[None, :3, 3])
+        assert bearing[0] <= np.deg2rad(15.5)  # a little more than on the floor where the camera is tilted
+        assert elevation[0] <= np.deg2rad(10.0) + 1e-9
+        T = view.T_world_camera
+        assert T[2, 0] == pytest.approx(0.0, abs=1e-12)  # no roll
+        pitches.append(np.rad2deg(np.arcsin(T[2, 2])))
+        assert view.kind == kind
+        assert view.velocity == (0.0, 0.0, 0.0)
+        if kind == "free":
+            assert view.T_world_vehicle is None
+        else:
+            x, y, z = (invert(view.T_world_vehicle) @ T)[:3, 3]
+            assert (x, y) == pytest.approx((MOUNTINGS[kind].forward, 0.0), abs=1e-9)
+            assert z >= MOUNTINGS[kind].height.low
+            assert view.T_world_vehicle[2, 3] == 0.0
+    if level:
+        assert np.abs(pitches).max() < 1e-6
+    elif kind in ("forklift_mast", "forklift_guard"):
+        assert max(pitches) < -4.9
+    elif kind != "level":
+        assert np.ptp(pitches) > 1.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rays_say_that_cameras_are_free_and_vehicles_stand_in_nothing(kind: str) -> None:
+    rng = np.random.default_rng(1)
+    caster = RayCaster(aisle_scene(1))
+    for view, space in views(kind, 1, 4):
+        directions = rng.normal(size=(400, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        hits = caster.cast(np.repeat(view.T_world_camera[None, :3, 3], 400, axis=0), directions)
+        floor = hits.instance_ids == 1
+        assert hits.distance[~floor].min() >= 0.69
+        assert hits.distance.min() >= 0.2
+        vehicle = MOUNTINGS[kind].vehicle if kind in MOUNTINGS else None
+        if vehicle is not None:
+            assert space.admits_bodies(vehicle.boxes(view.T_world_vehicle)[:1])
+
+
+def test_a_free_camera_is_on_the_shell_and_looks_at_the_middle() -> None:
+    space = bare_space(("epal1", (0.0, -4.0, 0.072), 0.3))
+    config = ViewpointsConfig(
+        kind="free", distance=Distribution.uniform(2.0, 3.0), elevation_deg=Distribution.uniform(20.0, 70.0)
+    )
+    found = list(candidate_viewpoints(space.targets[0], space, config, np.random.default_rng(0), tries=50))
+    assert len(found) == 50
+    azimuths = []
+    for view in found:
+        line = space.targets[0].T_world_object[:3, 3] - view.T_world_camera[:3, 3]
+        distance = np.linalg.norm(line)
+        assert 2.0 <= distance <= 3.0
+        np.testing.assert_allclose(view.T_world_camera[:3, 2], line / distance, atol=1e-12)
+        assert 20.0 <= np.rad2deg(np.arcsin(-line[2] / distance)) <= 70.0
+        azimuths.append(np.arctan2(line[1], line[0]))
+    assert np.histogram(azimuths, 4, (-np.pi, np.pi))[0].min() >= 5
+
+
+def test_candidates_can_be_asked_to_be_hidden() -> None:
+    space = FreeSpace.of_scene(aisle_scene(0))
+    rng, shares = np.random.default_rng(0), []
+    for target in space.targets:
+        for view in candidate_viewpoints(target, space, ViewpointsConfig(), rng, sight=(0.1, 0.5)):
+            shares.append(space.sight_share(view.T_world_camera[:3, 3], target))
+    assert len(shares) > 10
+    assert 0.1 <= min(shares) <= max(shares) <= 0.5
+
+
+def test_the_same_stream_gives_the_same_views() -> None:
+    space, config = FreeSpace.of_scene(aisle_scene(0)), ViewpointsConfig(kind="amr")
+    first, second = (
+        list(candidate_viewpoints(space.targets[0], space, config, np.random.default_rng(4))) for _ in range(2)
+    )
+    assert [view.T_world_camera.tobytes() for view in first] == [view.T_world_camera.tobytes() for view in second]
+    assert first
+
+
+def test_forks_go_no_higher_than_the_target() -> None:
+    for view, space in views("forklift_forks", 0, 4):
+        target = next(item for item in space.targets if item.instance_id == view.target)
+        stands_at = target.T_world_object[2, 3] - space.models[target.model].size[2] / 2
+        assert 0.25 <= view.T_world_camera[2, 3] <= 0.55 + stands_at + 1e-9

@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
+from warehouse_sim.sensors.lidar.receiver import (
+    detection_probability,
+    intensity,
+    quantised,
+    range_sigma,
+    relative_power,
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "remission", "published"),
+    [
+        ("hdl64e", 0.1, 50.0),
+        ("hdl64e", 0.8, 120.0),
+        ("vlp16", 0.8, 100.0),
+        ("os1_128", 0.1, 40.0),
+        ("os1_128", 0.8, 120.0),
+        ("safety2d", 0.1, 8.0),
+    ],
+)
+def test_half_of_the_pulses_come_back_at_the_published_range(name: str, remission: float, published: float) -> None:
+    distance = np.linspace(1.0, 200.0, 20_000)
+    power = relative_power(np.full_like(distance, remission), distance, LIDAR_PRESETS[name])
+    assert (np.diff(power) < 0).all()
+    reach = np.interp(0.5, detection_probability(power, LIDAR_PRESETS[name])[::-1], distance[::-1])
+    assert reach == pytest.approx(published, rel=0.04)
+
+
+def test_detection_is_a_sigmoid_over_the_power() -> None:
+    config = replace(LidarConfig(), detection_width=0.2)
+    power = np.array([0.0, 0.6, 1.0, 1.4, 1000.0])
+    expected = [1 / (1 + np.exp(5)), 1 / (1 + np.exp(2)), 0.5, 1 / (1 + np.exp(-2)), 1.0]
+    np.testing.assert_allclose(detection_probability(power, config), expected)
+
+
+def test_power_falls_with_the_square_of_distance_and_with_extinction() -> None:
+    config = replace(LidarConfig(), extinction=0.01)
+    near, far = relative_power(np.array([0.4, 0.2]), np.array([10.0, 20.0]), config)
+    assert far / near == pytest.approx(0.5 / 4.0 * np.exp(-2 * 0.01 * 10))
+
+
+def test_without_a_dark_range_nothing_is_lost() -> None:
+    power = relative_power(np.array([1e-6]), np.array([1e4]), replace(LidarConfig(), dark_range=0.0))
+    assert detection_probability(power, LidarConfig()).tolist() == [1.0]
+
+
+@pytest.mark.parametrize("name", LIDAR_PRESETS)
+def test_a_strong_signal_has_the_published_sigma(name: str) -> None:
+    published = {"hdl64e": 0.02, "hdl64e_s2": 0.02, "vlp16": 0.03, "os1_128": 0.015, "safety2d": 0.02}[name]
+    assert range_sigma(np.array([50.0]), LIDAR_PRESETS[name])[0] == pytest.approx(published, rel=0.02)
+
+
+def test_the_os1s_sigma_grows_as_its_data_sheet_says() -> None:
+    """1.5, 3 and 10 cm at ratios of signal to noise of 250, 100 and 12; the limit of detection is taken at 12."""
+    sigma = range_sigma(np.array([250.0, 100.0, 12.0]) / 12.0, LIDAR_PRESETS["os1_128"])
+    assert sigma[0] == pytest.approx(0.015, rel=0.06)
+    assert sigma[2] == pytest.approx(0.10, rel=0.02)
+    assert 0.015 < sigma[1] < 0.03
+
+
+def test_distances_come_in_steps() -> None:
+    distance = np.float32([1.0009, 1.0011, 7.4999])
+    np.testing.assert_allclose(quantised(distance, 0.002), [1.0, 1.002, 7.5], atol=1e-6)
+    assert quantised(distance, 0.0) is distance
+
+
+def test_intensity_is_the_reflectance_in_8_bit() -> None:
+    reflectance = np.float32([0.0, 0.1, 0.4, 1.0, 2.0, 30.0])
+    linear = intensity(reflectance, LidarConfig())
+    np.testing.assert_allclose(linear * 255, [0, 26, 102, 255, 255, 255], atol=1e-4)
+    scaled = intensity(reflectance, LIDAR_PRESETS["vlp16"])
+    np.testing.assert_allclose(scaled * 255, [0, 10, 40, 100, 117, 255], atol=1e-4)

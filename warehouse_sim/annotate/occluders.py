@@ -1,0 +1,76 @@
+"""What hides a target: the share of its silhouette that each kind of thing stands before."""
+
+from collections.abc import Iterable
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Bool, Int, Int32
+
+from warehouse_sim.annotate.visibility import Window
+from warehouse_sim.schema import SceneSpec
+
+OccluderKind = Literal["load", "pallet", "rack", "traffic", "building", "other", "border"]
+"""What can hide a target; "border" is what lies outside of the image."""
+KINDS: tuple[OccluderKind, ...] = get_args(OccluderKind)
+WRAP = "wrap"
+"""Key for film. Film dims and does not hide: its share is of the silhouette too, but counts pixels that are visible."""
+
+_CLASSES: dict[OccluderKind, tuple[str, ...]] = {
+    "load": ("carton", "tote", "drum", "sack", "slip_sheet", "corner_post", "wrap"),
+    "pallet": ("pallet",),
+    "rack": ("rack", "guard"),
+    "traffic": ("person", "forklift", "pallet_jack", "cone", "bollard", "sign"),
+    "building": (
+        *("floor", "wall", "ceiling", "column", "door", "dock", "trailer"),
+        *("marking", "luminaire", "conveyor"),
+    ),
+}
+_KIND_OF: dict[str, OccluderKind] = {name: kind for kind, names in _CLASSES.items() for name in names}
+
+
+def kind_of(class_name: str) -> OccluderKind:
+    """Return which kind of occluder objects of a class are; "other" for classes that only a user has."""
+    return _KIND_OF.get(class_name, "other")
+
+
+def kinds_by_id(scene: SceneSpec) -> Int[np.ndarray, " n"]:
+    """Return for each instance id up to the largest its kind as an index into ``KINDS``; the background is other."""
+    ids = [item.instance_id for item in scene.instances]
+    kinds = np.full(max(ids, default=0) + 1, KINDS.index("other"))
+    kinds[ids] = [KINDS.index(kind_of(scene.model_of(item).class_name)) for item in scene.instances]
+    return kinds
+
+
+def hidden_by(
+    kinds: Int[np.ndarray, " n"],
+    instance_ids: Int32[np.ndarray, "h w"],
+    silhouette: Bool[np.ndarray, "sh sw"],
+    window: Window,
+    target: int,
+    film: Bool[np.ndarray, "h w"] | None = None,
+) -> dict[str, float]:
+    """Return the share of a target's silhouette that each kind of occluder hides; kinds that hide nothing are absent.
+
+    The shares and the visible fraction sum to 1, but for the share under "wrap": that of the pixels which are visible
+    and seen through film.
+
+    Args:
+        kinds: What ``kinds_by_id`` gives for the scene.
+        instance_ids: What the image shows.
+        silhouette: The target's unoccluded silhouette, also beyond the image.
+        window: Where silhouette and image meet.
+        target: The target's instance id.
+        film: Pixels before whose first surface film lies.
+    """
+    inside = silhouette[window.mask]
+    seen = instance_ids[window.image][inside]
+    counts = np.bincount(kinds[seen[seen != target]], minlength=len(KINDS))
+    total = int(np.count_nonzero(silhouette))
+    counts[KINDS.index("border")] = total - seen.size
+    through = 0 if film is None else int(np.count_nonzero(film[window.image][inside] & (seen == target)))
+    return shares(zip((*KINDS, WRAP), (*counts.tolist(), through), strict=True), total)
+
+
+def shares(counts: Iterable[tuple[str, int]], total: int) -> dict[str, float]:
+    """Return the counts that are not 0 as shares of ``total``."""
+    return {kind: float(count) / total for kind, count in counts if count}

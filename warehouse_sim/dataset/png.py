@@ -1,0 +1,80 @@
+"""PNG files (ISO/IEC 15948, third edition of the W3C) from arrays, through Intel's fast deflate.
+
+One filter for a whole image, chosen by what the image shows, and the fastest level that builds Huffman codes of its
+own; any PNG reader decodes the result. Means over real observations of `demo` and `selective_rack` at 1224 x 370, in
+CPU-ms and kB, with the recipe's sensor noise / clean (`make speed` measures this module and OpenCV again):
+
+| | RGB: ms | kB | 16-bit depth: ms | kB | 16-bit ids: ms | kB |
+|---|---|---|---|---|---|---|
+| this module | 4.4 / 3.7 | 793 / 556 | 2.7 / 0.5 | 490 / 40 | 0.3 | 12 |
+| OpenCV, default (run lengths) | 13.6 / 14.6 | 751 / 573 | 8.5 / 6.5 | 493 / 249 | 1.9 | 16 |
+| imagecodecs (libpng), level 1 | 27.0 / 22.2 | 801 / 525 | 17.3 / 6.8 | 482 / 34 | 5.0 | 13 |
+| fpng | 2.0 / 1.7 | 839 / 664 | - | - | - | - |
+| this module with Average | 5.3 / 4.1 | 776 / 551 | 2.9 / 0.9 | 502 / 57 | 0.5 | 17 |
+| this module with Paeth | 14.0 / 9.8 | 746 / 511 | 7.1 / 4.4 | 475 / 31 | 2.8 | 11 |
+| this module, level 0 | 4.5 / 3.4 | 1168 / 623 | 2.6 / 0.5 | 584 / 48 | 0.3 | 17 |
+| this module, level 3 | 5.3 / 5.2 | 799 / 551 | 3.2 / 2.0 | 484 / 44 | 1.7 | 13 |
+
+fpng is faster still for colour, but holds no 16-bit images and comes without binaries.
+"""
+
+import struct
+from typing import Literal
+
+import numpy as np
+from isal import isal_zlib
+from jaxtyping import UInt8
+
+from warehouse_sim.errors import DatasetError
+
+Filter = Literal["none", "sub", "up"]
+"""What each byte is stored as: itself, its difference from the pixel to the left, or from the one above."""
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_FILTER_BYTES: dict[Filter, int] = {"none": 0, "sub": 1, "up": 2}
+_GREY, _RGB = 0, 2
+_LEVEL = 1
+
+
+def encode_png(image: np.ndarray, row_filter: Filter) -> bytes:
+    """Return the PNG file of an image; equal images give equal bytes.
+
+    Args:
+        image: UInt8 or UInt16 grey (h, w), or UInt8 RGB (h, w, 3); h, w >= 1.
+        row_filter: Sub suits photographs, Up what stands upright on smooth ground, None what is flat.
+
+    Raises:
+        DatasetError: The image has another shape or type.
+    """
+    depth = 8 * image.dtype.itemsize if image.dtype.kind == "u" and image.dtype.itemsize <= 2 else None
+    grey, colour = image.ndim == 2, image.ndim == 3 and image.shape[2] == 3 and depth == 8
+    if depth is None or not (grey or colour) or image.size == 0:
+        raise DatasetError(f"an image of shape {image.shape} and type {image.dtype} cannot be encoded as PNG")
+    height, width = image.shape[:2]
+    # Width, height, bits a channel, colour type; then deflate, the five filters, no interlacing.
+    header = struct.pack(">IIBBBBB", width, height, depth, _RGB if colour else _GREY, 0, 0, 0)
+    samples = np.ascontiguousarray(image, image.dtype.newbyteorder(">"))
+    rows = samples.view(np.uint8).reshape(height, -1)
+    data = isal_zlib.compress(_filtered(rows, rows.shape[1] // width, row_filter), _LEVEL)
+    return b"".join([_SIGNATURE, *_chunk(b"IHDR", header), *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")])
+
+
+def _filtered(rows: UInt8[np.ndarray, "h b"], pixel_bytes: int, row_filter: Filter) -> UInt8[np.ndarray, "h b+1"]:
+    """Return the rows, each behind the number of its filter; differences are modulo 256, outside lies 0."""
+    result = np.empty((rows.shape[0], rows.shape[1] + 1), np.uint8)
+    result[:, 0] = _FILTER_BYTES[row_filter]
+    stored = result[:, 1:]
+    if row_filter == "none":
+        stored[:] = rows
+    elif row_filter == "sub":
+        stored[:, :pixel_bytes] = rows[:, :pixel_bytes]
+        np.subtract(rows[:, pixel_bytes:], rows[:, :-pixel_bytes], out=stored[:, pixel_bytes:])
+    else:
+        stored[0] = rows[0]
+        np.subtract(rows[1:], rows[:-1], out=stored[1:])
+    return result
+
+
+def _chunk(kind: bytes, data: bytes) -> tuple[bytes, ...]:
+    checksum = isal_zlib.crc32(data, isal_zlib.crc32(kind))
+    return len(data).to_bytes(4, "big"), kind, data, checksum.to_bytes(4, "big")

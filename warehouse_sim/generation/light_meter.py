@@ -1,0 +1,157 @@
+"""A light meter for scenes: illuminance of any surface, with exact shadows and what other surfaces return."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene.lighting.colour import LUMINANCE
+from warehouse_sim.scene.lighting.floor import floor_points
+from warehouse_sim.scene.lighting.photometry import lamp_illuminance
+from warehouse_sim.schema import Light, SceneSpec
+
+_HEADROOM = 2.5
+"""Floor counts as free when nothing is lower above it (m)."""
+_LIFT = 1e-3
+"""How far rays start before a surface (m)."""
+_GATHER = (24, 4)
+"""Rays from a point of the floor that gather what other surfaces return, and from the end of each of them."""
+_GLANCE = (1,)
+"""Rays that do so for a point that a camera's meter sees."""
+_NEAR_LAMP = 1.0
+"""Nearest (m) that a surface which returns light is taken to be to a lamp: few rays find the bright spot beside one."""
+_MOST_RETURNED = 0.8
+"""Largest share of light that surfaces are taken to return on average, for the sum over all bounces."""
+
+Points = Float[np.ndarray, "n 3"]
+Values = Float[np.ndarray, " n"]
+
+
+class LightMeter:
+    """Measures one scene.
+
+    Args:
+        scene: Settled and lit.
+        caster: Rays in the same geometry; it may have been made for a twin in another light.
+    """
+
+    def __init__(self, scene: SceneSpec, caster: RayCaster) -> None:
+        self.scene, self.caster = scene, caster
+        # One more row answers for rays that meet nothing, whose material is -1.
+        met = [scene.materials[name] for name in caster.materials]
+        luminance = np.array([item.base_color for item in met]).reshape(-1, 3) @ LUMINANCE
+        metal, glow = np.array([(item.metallic, item.emission) for item in met]).reshape(-1, 2).T
+        self._albedo = np.append(luminance * (1.0 - metal), 0.0)
+        self._glow = np.append(luminance * glow / scene.exposure, 0.0)
+
+    @cached_property
+    def floor_lux(self) -> float:
+        """Mean illuminance of the free floor of the aisle (lx), without what vehicles carry."""
+        points, up = self._free_floor
+        return float(self.illuminance(points, up, self.scene.lights, _GATHER).mean())
+
+    def illuminance(self, points: Points, normals: Points, lights: Sequence[Light], rays: Sequence[int]) -> Values:
+        """Return the illuminance (lx) of surfaces: from lamps, the even light and other surfaces.
+
+        Args:
+            points: Places on them in the world (m).
+            normals: Unit normals there.
+            lights: Lamps that burn.
+            rays: How many rays gather the indirect light of a point, bounce after bounce.
+        """
+        return self.direct(points, normals, lights) + self.gathered(points, normals, rays)
+
+    def direct(self, points: Points, normals: Points, lights: Sequence[Light], nearest: float = 0.01) -> Values:
+        """Return the illuminance (lx) straight from ``lights``, with shadows as of points of light.
+
+        What is nearer to a lamp than ``nearest`` (m) counts as that far.
+        """
+        total = np.zeros(len(points))
+        for light in lights:
+            values = lamp_illuminance(light, points, normals, nearest)
+            lit = np.flatnonzero(values)
+            if light.casts_shadow and len(lit):
+                starts = points[lit] + _LIFT * normals[lit]
+                hits = self.caster.cast(starts, np.asarray(light.position, float) - starts)
+                lit = lit[hits.distance >= 1.0]
+            total[lit] += values[lit]
+        return total
+
+    def gathered(self, points: Points, normals: Points, rays: Sequence[int]) -> Values:
+        """Return the illuminance (lx) from the even environment and from surfaces that other light falls on.
+
+        As many bounces are followed as ``rays`` has numbers. What comes after the last is summed as the series that it
+        begins: each bounce returns the same share.
+        """
+        if len(points) == 0:
+            return np.zeros(0)
+        count = rays[0]
+        directions = _over_normals(normals, _cosine_directions(count))
+        starts = np.repeat(points + _LIFT * normals, count, axis=0)
+        hits = self.caster.cast(starts, directions)
+        found = hits.distance < np.inf
+        albedo = self._albedo[hits.materials]
+        returned = np.zeros(len(starts))
+        places = starts[found] + hits.distance[found, None] * directions[found]
+        faces = facing(hits.normals[found], directions[found])
+        arriving = self.direct(places, faces, self.scene.lights, _NEAR_LAMP)
+        if len(rays) > 1:
+            arriving += self.gathered(places, faces, rays[1:])
+        returned[found] = albedo[found] * arriving
+        if len(rays) == 1:
+            returned /= 1.0 - min(float(albedo.sum()) / max(len(albedo), 1), _MOST_RETURNED)
+        sky = np.where(directions[:, 2] > 0.0, 1.0, GROUND) * self.scene.ambient * ~found
+        return (returned + sky).reshape(-1, count).mean(axis=1)
+
+    def luminance(self, origin: Float[np.ndarray, " 3"], directions: Points, lights: Sequence[Light]) -> Values:
+        """Return the luminance (cd/m^2) seen from ``origin`` (m) along ``directions``; surfaces are taken as matt."""
+        hits = self.caster.cast(np.tile(origin, (len(directions), 1)), directions)
+        found = np.flatnonzero(hits.distance < np.inf)
+        albedo, glow = self._albedo[hits.materials], self._glow[hits.materials]
+        seen = np.full(len(directions), GROUND * self.scene.ambient / np.pi)
+        if len(found) == 0:
+            return seen
+        places = origin + hits.distance[found, None] * directions[found]
+        faces = facing(hits.normals[found], directions[found])
+        # So few rays say little of one point, and enough of them all: indirect light varies slowly.
+        light = self.direct(places, faces, lights) + self.gathered(places, faces, _GLANCE).mean()
+        seen[found] = albedo[found] * light / np.pi + glow[found]
+        return seen
+
+    @cached_property
+    def _free_floor(self) -> tuple[Points, Points]:
+        """Points (m) of the aisle's floor that nothing stands on or hangs low over, and their normals."""
+        points = floor_points(self.scene)
+        up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+        free = self.caster.cast(points, up).distance > _HEADROOM
+        chosen = points[free] if free.any() else points
+        return chosen, up[: len(chosen)]
+
+
+def facing(normals: Float[np.ndarray, "n 3"], directions: Points) -> Points:
+    """Return ``normals`` turned to where rays along ``directions`` come from."""
+    behind = (normals * directions).sum(axis=1) > 0.0
+    return np.where(behind[:, None], -normals, normals).astype(float)
+
+
+def _cosine_directions(count: int) -> Points:
+    """Return unit vectors about z whose density falls with the cosine: a spiral over the disk, lifted (Malley 1988)."""
+    index = np.arange(count) + 0.5
+    radius, angle = np.sqrt(index / count), index * np.pi * (1.0 + np.sqrt(5.0))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1.0 - radius**2)], axis=1)
+
+
+def _over_normals(normals: Points, directions: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "m 3"]:
+    """Return all ``directions`` about each normal, turned about it by an angle of its own; normal after normal."""
+    across = np.where(np.abs(normals[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    u = np.cross(across, normals)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(normals, u)
+    turn = 2.399963 * np.arange(len(normals))[:, None]  # golden angle (rad)
+    x = np.cos(turn) * directions[:, 0] - np.sin(turn) * directions[:, 1]
+    y = np.sin(turn) * directions[:, 0] + np.cos(turn) * directions[:, 1]
+    turned = x[..., None] * u[:, None] + y[..., None] * v[:, None] + directions[:, 2][None, :, None] * normals[:, None]
+    return turned.reshape(-1, 3)

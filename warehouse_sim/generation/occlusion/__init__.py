@@ -1,0 +1,94 @@
+"""Occlusion on request: views and occluders are chosen until the measured visible fraction of the target fits."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
+from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.report import OcclusionReport, RequestOutcome
+from warehouse_sim.generation.occlusion.search import NO_VIEW, Request, Search, Settled
+from warehouse_sim.generation.occlusion.stage import Stage
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene.draft import Area
+from warehouse_sim.scene.recipe import SceneRecipe
+from warehouse_sim.schema import SceneSpec, Viewpoint
+
+__all__ = [
+    "FractionRange",
+    "OcclusionConfig",
+    "OcclusionReport",
+    "RequestOutcome",
+    "VisibleFractions",
+    "request_views",
+]
+
+
+def request_views(
+    scene: SceneSpec,
+    recipe: SceneRecipe,
+    camera: PinholeCamera,
+    config: OcclusionConfig,
+    raycaster: RayCaster,
+    rng: np.random.Generator,
+) -> tuple[SceneSpec, OcclusionReport]:
+    """Return the scene with a view, and where needed an occluder, for the request of each of its observations.
+
+    Viewpoints of drives stay; the others are exchanged where that helps. What was there keeps its place and its number.
+    A request that cannot be met is left with the view that came nearest to it, and says why.
+
+    Args:
+        scene: The scene at rest; its aisle must be known.
+        recipe: What it was drawn from, its open settings closed: kinds of views, and what loads are made of.
+        camera: The intrinsics of every observation.
+        config: What is asked for.
+        raycaster: Of ``scene``.
+        rng: All draws.
+
+    Raises:
+        PlacementError: The scene does not say where its aisle is.
+    """
+    if scene.aisle is None:
+        raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
+    room = max(0.8, recipe.viewpoints.clearance, config.camera_clearance)
+    stage = Stage(scene, raycaster, camera, Area(*scene.aisle), room)
+    fixed = [viewpoint for viewpoint in scene.viewpoints if viewpoint.sequence is not None]
+    search = Search(stage, recipe.viewpoints, config, OccluderStock(recipe.loads, rng), fixed, rng)
+    ends: list[tuple[Settled | None, int, str]] = []
+    requests = []
+    for number, own in enumerate(scene.viewpoints):
+        requests.append(Request(*config.request(scene.scene_index * len(scene.viewpoints) + number, rng)))
+        search.later = scene.viewpoints[number + 1 :]
+        found = search.run(requests[-1], own)
+        ends.append((found, search.tries, search.reason()))
+    by_camera = {id(item.viewpoint): item for item in search.settled}
+    viewpoints, outcomes = [], []
+    for number, (found, tries, reason) in enumerate(ends):
+        # Later occluders change earlier sights, within their ranges: the last measurement counts.
+        last = by_camera[id(found.viewpoint)] if found is not None else None
+        outcomes.append(_outcome(number, requests[number], last, tries, reason))
+        viewpoints.append(_marked(scene.viewpoints[number] if last is None else last.viewpoint, requests[number]))
+    return replace(stage.scene, viewpoints=tuple(viewpoints)), OcclusionReport(tuple(outcomes))
+
+
+def _outcome(number: int, request: Request, last: Settled | None, tries: int, reason: str) -> RequestOutcome:
+    if last is None:
+        return RequestOutcome(number, 0, request.low, request.high, 0.0, "none", "view", (), tries, NO_VIEW)
+    return RequestOutcome(
+        observation=number,
+        target=last.sight.target,
+        low=request.low,
+        high=request.high,
+        reached=last.sight.fraction,
+        kind=last.kind,
+        means=last.means,
+        placed=last.placed,
+        tries=tries,
+        reason="" if last.met else reason,
+    )
+
+
+def _marked(viewpoint: Viewpoint, request: Request) -> Viewpoint:
+    return replace(viewpoint, visible_request=(request.low, request.high))

@@ -1,0 +1,101 @@
+"""What a recipe says of occlusion: how much of the target may be seen, and what may hide the rest."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+
+Kind = Literal["border", "load", "pallet", "rack", "traffic", "building", "wrap"]
+"""What may hide a target. "wrap" is a load in film; what hides is its goods, so that it is measured as "load"."""
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+@dataclass(frozen=True)
+class FractionRange:
+    """A range that the visible fraction shall lie in; with ``width``, a window of that width somewhere in it."""
+
+    min: float
+    """Least visible fraction, 0-1."""
+    max: float
+    """Largest visible fraction, 0-1."""
+    width: float | None = None
+    """Width of the window that is drawn evenly within the range for each request; None = the whole range at once."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min < self.max <= 1.0:
+            raise ValueError(f"a visible fraction needs 0 <= min < max <= 1, found {self.min} and {self.max}")
+        if self.width is not None and not 0.0 < self.width <= self.max - self.min + 1e-9:
+            raise ValueError(f"width must be above 0 and at most max - min, found {self.width}")
+
+    def draw(self, rng: np.random.Generator) -> tuple[float, float]:
+        """Return least and largest visible fraction of one request."""
+        if self.width is None:
+            return self.min, self.max
+        low = float(rng.uniform(self.min, self.max - self.width))
+        return low, low + self.width
+
+
+@dataclass(frozen=True)
+class VisibleFractions:
+    """The ranges that the observations of a dataset go through in turn; in YAML one mapping or a list of them."""
+
+    ranges: tuple[FractionRange, ...]
+    """At least one."""
+
+    def __post_init__(self) -> None:
+        if not self.ranges:
+            raise ValueError("visible_fraction needs at least one range")
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "VisibleFractions":
+        """Read ``{min, max[, width]}`` or a list of such mappings.
+
+        Raises:
+            ConfigError: A mapping does not describe a range.
+        """
+        items = data if isinstance(data, list) else [data]
+        if not items:
+            raise ConfigError(f"{where}: must be {{min, max}} or a list of them, found {data!r}")
+        return cls(tuple(from_mapping(FractionRange, item, f"{where}[{i}]") for i, item in enumerate(items)))
+
+    def to_plain(self) -> Any:
+        """Return what ``from_plain`` reads back."""
+        return [to_mapping(item) for item in self.ranges]
+
+    @classmethod
+    def tenths(cls, least: float = 0.1) -> "VisibleFractions":
+        """Return ranges of width 0.1 from ``least`` to 1."""
+        edges = np.round(np.arange(least, 1.0 + 1e-9, 0.1), 3)
+        return cls(tuple(FractionRange(float(a), float(b)) for a, b in pairwise(edges)))
+
+
+@dataclass(frozen=True)
+class OcclusionConfig:
+    """How much of the target of each observation shall be seen; kept by choice of view and by occluders."""
+
+    visible_fraction: VisibleFractions
+    """Visible pixels over all pixels of the unoccluded silhouette, those outside of the image included."""
+    kinds: tuple[Kind, ...] = KINDS
+    """What may hide the target most; each request draws which it tries first."""
+    tries: int = 60
+    """Views and occluders that are tried for one request at most, 1-1000; the nearest view found stays then."""
+    rays: int = 600
+    """Rays through the target's box for one measurement while searching, 100-100000; the last one takes more."""
+    camera_clearance: float = 0.8
+    """Least distance from a placed occluder to the camera of any view of the scene (m), 0.3-5."""
+
+    def __post_init__(self) -> None:
+        if not self.kinds or len(set(self.kinds)) < len(self.kinds):
+            raise ValueError(f"kinds must list each kind at most once and at least one, found {list(self.kinds)}")
+        for name, low, high in (("tries", 1, 1000), ("rays", 100, 100_000), ("camera_clearance", 0.3, 5.0)):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
+
+    def request(self, number: int, rng: np.random.Generator) -> tuple[float, float]:
+        """Return least and largest visible fraction of the dataset's request ``number``."""
+        ranges = self.visible_fraction.ranges
+        return ranges[number % len(ranges)].draw(rng)

@@ -1,0 +1,140 @@
+"""Which occluders there are: unit loads, columns of goods, stacks of empty pallets, people, trucks and small things."""
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.generation.occlusion.occluder import Occluder, at_rest
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
+from warehouse_sim.schema import ObjectModel
+
+_TRAFFIC = ("person", "forklift", "pallet_jack", "cone", "bollard")
+"""Classes that stand on the floor by themselves, and the names of which are drawn evenly."""
+_ROOM = 1.5
+"""Height that one unit load may take (m)."""
+_SKEW = Distribution.normal(0.0, 1.2, -3.5, 3.5)
+"""Turn of a piece of a column or stack against the one below (deg)."""
+_OFF = Distribution.normal(0.0, 0.008, -0.03, 0.03)
+"""Its shift along each axis (m)."""
+_MOST_EMPTIES, _MOST_PIECES = 15, 6
+_VARIANTS = 3
+"""Different loads, columns and stacks of each sort that a scene gets before it takes them again."""
+
+
+class OccluderStock:
+    """The occluders of one scene, built when they are first asked for.
+
+    Args:
+        loads: What the recipe's loads are made of; occluders are of the same pallets and goods.
+        rng: Which ones.
+    """
+
+    def __init__(self, loads: UnitLoadConfig, rng: np.random.Generator) -> None:
+        self._loads = replace(loads, empty_share=0.0, wrap_share=0.0)
+        self._rng = rng
+        self._built: dict[str, list[Occluder]] = defaultdict(list)
+        self._sorts: dict[str, tuple[Callable[[float], Occluder | None], ...]] = {
+            "load": (self._unit_load, self._unit_load, self._column),
+            "wrap": (self._film_load,),
+            "pallet": (self._empties,),
+            "traffic": (self._traffic,),
+        }
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds that can be drawn."""
+        return tuple(self._sorts)
+
+    def draw(self, kind: str, least_height: float) -> Occluder | None:
+        """Return an occluder of a kind, at least so high (m) where there is one; None where there is none."""
+        sorts = self._sorts[kind]
+        build = sorts[int(self._rng.integers(len(sorts)))]
+        built = self._built[build.__name__]
+        fitting = [occluder for occluder in built if occluder.height >= least_height]
+        if fitting and len(built) >= _VARIANTS:
+            return fitting[int(self._rng.integers(len(fitting)))]
+        new = build(max(least_height, self._rng.uniform(0.4, 1.2)))
+        if new is not None and kind != "traffic":
+            built.append(new)
+        return new if new is not None and new.height >= least_height else None
+
+    def draw_pallet(self) -> str:
+        """Return the catalog name of one of the recipe's pallets."""
+        return str(self._rng.choice(self._loads.pallets))
+
+    def _unit_load(self, height: float) -> Occluder | None:
+        return self._loads_on_each_other("load", height, self._loads)
+
+    def _film_load(self, height: float) -> Occluder | None:
+        return self._loads_on_each_other("wrap", height, replace(self._loads, wrap_share=1.0))
+
+    def _loads_on_each_other(self, kind: str, height: float, loads: UnitLoadConfig) -> Occluder | None:
+        """Return a unit load, or two where one is not high enough; the lower one has a full and level top layer."""
+        draft, base = SceneDraft(), 0.0
+        goods = Distribution.uniform(max(0.3, min(height, _ROOM) - 0.3), max(0.6, min(height, _ROOM)))
+        tall = replace(loads, height=goods)
+        level = replace(tall.stacking, top_layer_share=Distribution.constant(1.0))
+        full = replace(tall, mixed_share=0.0, sack_share=0.0, stacking=level)
+        try:
+            while base < min(height, _ROOM + 0.3) and draft.groups < 2:
+                load = build_unit_load(_ROOM, full if height > _ROOM else tall, self._rng)
+                load.add_to(draft, make_transform(rotation_z(np.pi * self._rng.integers(2)), np.array([0, 0, base])))
+                base += load.height
+        except PlacementError:
+            return None
+        return at_rest(kind, draft)
+
+    def _column(self, height: float) -> Occluder | None:
+        """Return one drum, or cartons or totes of one kind on each other, as they stand about before being packed."""
+        names = {"carton": self._loads.cartons, "tote": self._loads.totes, "drum": self._loads.drums}
+        sort = str(self._rng.choice(list(names)))
+        model = catalog_object(str(self._rng.choice(names[sort])))
+        most = 1 if sort == "drum" else _MOST_PIECES
+        return self._piled("load", model, min(most, max(1, round(height / model.size[2]))))
+
+    def _empties(self, height: float) -> Occluder | None:
+        """Return a stack of empty pallets."""
+        model = catalog_object(self.draw_pallet())
+        count = int(np.ceil(height / model.size[2])) + int(self._rng.integers(-1, 2))
+        return self._piled("pallet", model, int(np.clip(count, 1, _MOST_EMPTIES)))
+
+    def _piled(self, kind: str, model: ObjectModel, count: int) -> Occluder:
+        """Return equal things on each other, in contact: flat on flat and hardly off, they need not settle."""
+        draft = SceneDraft()
+        for number in range(count):
+            z = model.size[2] * (number + 0.5)
+            shift = [_OFF.draw(self._rng), _OFF.draw(self._rng)] if number else [0.0, 0.0]
+            turn = np.deg2rad(_SKEW.draw(self._rng)) if number else 0.0
+            draft.add(model, make_transform(rotation_z(turn), np.array([*shift, z])), draft.new_group())
+        return Occluder(kind, draft.models, tuple(draft.instances))
+
+    def _traffic(self, height: float) -> Occluder | None:
+        tall = [name for name in _traffic_names() if catalog_object(name).size[2] >= height]
+        if not tall:
+            return None
+        by_class: dict[str, list[str]] = defaultdict(list)
+        for name in tall:
+            by_class[catalog_object(name).class_name].append(name)
+        names = by_class[str(self._rng.choice(list(by_class)))]
+        return _standing(str(self._rng.choice(names)))
+
+
+@cache
+def _traffic_names() -> tuple[str, ...]:
+    return tuple(name for name in catalog_names() if catalog_object(name).class_name in _TRAFFIC)
+
+
+@cache
+def _standing(name: str) -> Occluder:
+    """Return a thing of the catalog that stands on the floor and does not move."""
+    draft = SceneDraft()
+    draft.add(name, make_transform(translation=np.array([0.0, 0.0, catalog_object(name).size[2] / 2])))
+    return Occluder("traffic", draft.models, tuple(draft.instances))

@@ -1,0 +1,240 @@
+"""Meet one request: find a view that shows just enough of its target, or hide the rest with something."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.generation.occlusion.config import Kind, OcclusionConfig
+from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.leaning import HEIGHT as LEANING_HEIGHT
+from warehouse_sim.generation.occlusion.leaning import lean_before, leaning_pallet
+from warehouse_sim.generation.occlusion.occluder import Occluder
+from warehouse_sim.generation.occlusion.sight import Sight
+from warehouse_sim.generation.occlusion.stage import Placed, Stage, behind, fraction_behind
+from warehouse_sim.generation.occlusion.standing import needed_height, stand_before
+from warehouse_sim.generation.occlusion.turning import turn_away
+from warehouse_sim.generation.occlusion.views import View, in_nobodys_way, vehicle_boxes, views_of
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.schema import Viewpoint
+
+FINAL_RAYS = 4000
+"""Rays of the last measurement; it differs from what a renderer counts by less than 0.004."""
+_EDGE = 0.004
+"""The fraction by rays stays this far within its range, but for 0 and 1."""
+_ELBOW_ROOM = 0.3
+"""Least distance to cameras that may still be exchanged (m)."""
+_ROUND = 8
+"""Views that are looked at before more are drawn."""
+_VIEWS_A_KIND = 3
+"""Views of a round that one kind of occluder is tried on."""
+_USUAL_HEIGHT = 1.8
+"""Most occluders are not higher than this (m)."""
+_LEANING_SHARE = 0.7
+"""How often a pallet as an occluder leans instead of standing in a stack."""
+
+NO_VIEW = "no free place to look from"
+TOO_HIDDEN = "every target seen is hidden more than asked"
+TOO_HIGH = "target too high for a floor occluder"
+NO_FLOOR = "no free floor"
+BREAKS = "an occluder would break an earlier request"
+NO_FIT = "nothing hid just enough"
+
+
+@dataclass(frozen=True)
+class Request:
+    """A visible fraction to reach."""
+
+    low: float
+    high: float
+
+    @property
+    def tolerance(self) -> float:
+        """How near to the wanted fraction an occluder is slid."""
+        return 0.15 * (self.high - self.low)
+
+    def off(self, fraction: float) -> float:
+        """Return how far a fraction by rays lies outside of the range (less a margin for the pixels), 0 inside."""
+        low = self.low + _EDGE * (self.low > 0.0)
+        high = self.high - _EDGE * (self.high < 1.0)
+        return max(low - fraction, fraction - high, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The view that a request ended with."""
+
+    viewpoint: Viewpoint
+    sight: Sight
+    request: Request
+    kind: str
+    """What hides most, by kind."""
+    means: str = "view"
+    """How: "view" as the scene stood, "border" by turning the camera, or the kind of occluder that was put there."""
+    placed: tuple[int, ...] = ()
+    """Instance ids of what was put into the scene for it."""
+
+    @property
+    def met(self) -> bool:
+        """Whether the fraction lies in the range."""
+        return self.request.off(self.sight.fraction) == 0.0
+
+
+@dataclass
+class Search:
+    """All searches in one scene."""
+
+    stage: Stage
+    """What is put into it stays."""
+    views: ViewpointsConfig
+    """Which cameras look from where."""
+    config: OcclusionConfig
+    stock: OccluderStock
+    fixed: Sequence[Viewpoint]
+    """Viewpoints that are not exchanged; nothing is put in their way."""
+    rng: np.random.Generator
+    later: Sequence[Viewpoint] = ()
+    """The scene's viewpoints whose requests are still to come."""
+    settled: list[Settled] = field(default_factory=list)
+    tries: int = 0
+    """Views and occluders tried for the present request."""
+    troubles: Counter[str] = field(default_factory=Counter)
+    """Why tries for the present request failed."""
+
+    def run(self, request: Request, own: Viewpoint) -> Settled | None:
+        """Return the first view within the range, or else the nearest one; None when no target can be seen at all.
+
+        Args:
+            request: What is asked for.
+            own: The scene's viewpoint for this observation; it stays when it belongs to a drive.
+        """
+        self.tries, self.troubles = 0, Counter()
+        kinds = [self.config.kinds[index] for index in self.rng.permutation(len(self.config.kinds))]
+        # The border always works: unless it is drawn first, it is the last resort.
+        kinds = [kinds[0], *sorted(kinds[1:], key=lambda kind: kind == "border")]
+        supply = views_of(self.stage, own, self.views, self.config.rays, self.rng)
+        nearest: View | None = None
+        while self.tries < self.config.tries:
+            drawn = [view for _, view in zip(range(_ROUND), supply, strict=False)]
+            self.tries += len(drawn)
+            fresh = [view for view in drawn if view is not None]
+            for kind in kinds:
+                found = self._by_kind(kind, request, fresh)
+                if found is not None:
+                    self.settled.append(found)
+                    return found
+            known = fresh if nearest is None else [nearest, *fresh]
+            nearest = min(known, key=lambda view: request.off(view.sight.fraction), default=None)
+            if not drawn:
+                break
+        if nearest is None:
+            return None
+        self.settled.append(self._measured(request, nearest.viewpoint))
+        return self.settled[-1]
+
+    def reason(self) -> str:
+        """Return why the present request was missed: what failed most often."""
+        return self.troubles.most_common(1)[0][0] if self.troubles else NO_VIEW
+
+    def _by_kind(self, kind: Kind, request: Request, views: Sequence[View]) -> Settled | None:
+        """Meet the request with a kind of occluder: one that stands there already, or one that is added."""
+        for view in views:
+            if request.off(view.sight.fraction) == 0.0 and self.stage.main_kind(view.sight) in (kind, "none"):
+                found = self._measured(request, view.viewpoint)
+                if found.met:
+                    return found
+        if kind != "border" and kind not in self.stock.kinds:
+            return None  # racks and buildings stand where they stand
+        # What is added shall hide more than what hides already.
+        clear = [view for view in views if 1.0 - view.sight.fraction < 0.5 - 0.25 * (request.low + request.high)]
+        if views and not clear:
+            self.troubles[TOO_HIDDEN] += 1
+        for view in sorted(clear, key=self._out_of_reach)[:_VIEWS_A_KIND]:
+            wanted = self.rng.uniform(0.7 * request.low + 0.3 * request.high, 0.3 * request.low + 0.7 * request.high)
+            hide = (
+                self._turned(request, view, wanted) if kind == "border" else self._hidden(kind, request, view, wanted)
+            )
+            if hide is not None:
+                return hide
+        return None
+
+    def _out_of_reach(self, view: View) -> bool:
+        """Return whether only the highest occluders come before the target."""
+        return self._needed_height(view) > _USUAL_HEIGHT
+
+    def _needed_height(self, view: View) -> float:
+        return needed_height(view.sight, float(self.stage.instance_of[view.target].T_world_object[2, 3]))
+
+    def _turned(self, request: Request, view: View, wanted: float) -> Settled | None:
+        """Let the image's border cut the target."""
+        self.tries += 1
+        if view.viewpoint.sequence is not None:
+            return None
+        side = float(self.rng.choice([-1.0, 1.0]))
+        rays, target = self.config.rays, view.target
+        viewpoint = turn_away(self.stage, view.viewpoint, target, wanted, request.tolerance, rays, side)
+        if viewpoint is None or not self.stage.space().admits_bodies(vehicle_boxes(viewpoint)):
+            self.troubles[NO_FIT] += 1
+            return None
+        found = self._measured(request, viewpoint)
+        return replace(found, means="border") if found.met and found.kind == "border" else None
+
+    def _hidden(self, kind: str, request: Request, view: View, wanted: float) -> Settled | None:
+        """Put an occluder of a kind before the target."""
+        self.tries += 1
+        least = self._needed_height(view)
+        if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_SHARE:
+            pallet = leaning_pallet(catalog_object(self.stock.draw_pallet()))
+            # Where it finds a hold it cannot be slid, so that anything within the range does.
+            middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2
+            T_world_pallet = lean_before(self.stage, view.sight, pallet, least, middle, half, self.rng)
+            found = None if T_world_pallet is None else self._put(request, view.viewpoint, pallet, T_world_pallet)
+            if found is not None:
+                return found
+        occluder = self.stock.draw(kind, least)
+        if occluder is None:
+            self.troubles[TOO_HIGH] += 1
+            return None
+        T_world_occluder = stand_before(self.stage, view.sight, occluder, wanted, request.tolerance, self.rng)
+        if T_world_occluder is None:
+            self.troubles[NO_FLOOR] += 1
+            return None
+        return self._put(request, view.viewpoint, occluder, T_world_occluder)
+
+    def _put(
+        self, request: Request, viewpoint: Viewpoint, occluder: Occluder, T_world_occluder: Transform
+    ) -> Settled | None:
+        """Put an occluder into the scene if it does for this view what was asked, and to no other what was not."""
+        before = self._measured(request, viewpoint)
+        if request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
+            self.troubles[NO_FIT] += 1
+            return None
+        box = OrientedBox(T_world_occluder @ occluder.envelope.T_parent_box, occluder.envelope.size)
+        cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.settled)]
+        room = in_nobodys_way(box, cameras, self.config.camera_clearance)
+        if not room or not in_nobodys_way(box, self.later, _ELBOW_ROOM):
+            self.troubles[NO_FLOOR] += 1
+            return None
+        for other in self.settled:
+            if other.met and other.request.off(fraction_behind(other.sight, occluder, T_world_occluder)) > 0.0:
+                self.troubles[BREAKS] += 1
+                return None
+        placed = self.stage.add(occluder, T_world_occluder)
+        self.settled = [self._after(other, placed) for other in self.settled]
+        return replace(self._after(before, placed), means=occluder.kind, placed=placed.instance_ids)
+
+    def _after(self, item: Settled, placed: Placed) -> Settled:
+        """Return a view as it is after an occluder was put into the scene."""
+        sight = behind(item.sight, placed)
+        return replace(item, sight=sight, kind=self.stage.main_kind(sight))
+
+    def _measured(self, request: Request, viewpoint: Viewpoint) -> Settled:
+        """Return a view with its last measurement."""
+        assert viewpoint.target is not None
+        sight = self.stage.look(viewpoint.target, viewpoint.T_world_camera, FINAL_RAYS)
+        assert sight is not None
+        return Settled(viewpoint, sight, request, self.stage.main_kind(sight))

@@ -1,0 +1,86 @@
+"""What a dataset will be, before any of it is made: its manifest and the geometries that labels can name."""
+
+import json
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
+from warehouse_sim.dataset.split import split_scenes
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.stratify import scene_features
+from warehouse_sim.generation.workers import prepare_worker
+from warehouse_sim.schema import ObjectModel
+
+
+@dataclass(frozen=True)
+class GenerateConfig:
+    """How a dataset is made; only ``scenes``, ``seed``, ``formats`` and ``backend`` decide its bytes."""
+
+    scenes: int | None = None
+    """Number of scenes, >= 1; the recipe's own number by default."""
+    seed: int = 0
+    """Seed of the dataset, >= 0."""
+    formats: tuple[str, ...] = ("kitti", "bop")
+    """Dataset formats to write."""
+    backend: str = "raster"
+    """Render backend."""
+    workers: int = 1
+    """Processes, >= 1; 1 works in this process."""
+    resume: bool = False
+    """Keep the finished scenes of an interrupted run."""
+
+
+def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
+    """Return the manifest of the dataset that ``recipe`` and ``config`` describe.
+
+    For a stratified split every scene is prepared once to measure it.
+
+    Raises:
+        SettleError: A scene that must be measured does not stand in any attempt.
+    """
+    scenes = recipe.scenes if config.scenes is None else config.scenes
+    features = _features(recipe, config, scenes) if recipe.split.stratify else None
+    return Manifest(
+        seed=config.seed,
+        scenes=scenes,
+        observations_per_scene=recipe.scene.observations_per_scene * len(recipe.twins.names()),
+        splits={name: indices for name, indices in split_scenes(scenes, recipe.split, features).items()},
+        formats=tuple(config.formats),
+        targets=recipe.scene.targets,
+        # Through JSON, so that a manifest read back equals the one written.
+        recipe=json.loads(json.dumps(to_mapping(recipe))),
+        packages=package_versions(),
+        twins=_twins(recipe),
+    )
+
+
+def _twins(recipe: Recipe) -> tuple[Twin, ...]:
+    names, groups = recipe.twins.names(), range(recipe.scene.observations_per_scene)
+    return tuple(Twin(group, name) for name in names for group in groups) if len(names) > 1 else ()
+
+
+def target_models(recipe: Recipe) -> list[ObjectModel]:
+    """Return each geometry that a label of the recipe can name, once, in order of obj_id.
+
+    Looks and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
+    """
+    loads = recipe.scene.loads
+    names = (*loads.pallets, *loads.cartons, *recipe.scene.traffic.objects)
+    models = [catalog_object(name) for name in names]
+    targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
+    return [targets[obj_id] for obj_id in sorted(targets)]
+
+
+def _features(recipe: Recipe, config: GenerateConfig, scenes: int) -> Float[np.ndarray, "n k"]:
+    measure = partial(scene_features, recipe, config.seed)
+    if config.workers == 1:
+        return np.stack([measure(index) for index in range(scenes)])
+    with ProcessPoolExecutor(min(config.workers, scenes), get_context("spawn"), prepare_worker) as pool:
+        return np.stack(list(pool.map(measure, range(scenes))))

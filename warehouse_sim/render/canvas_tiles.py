@@ -1,0 +1,72 @@
+"""Silhouettes for backends that draw one object alone at a time: the canvas around the image, one image at a time."""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.schema import ObjectModel, SceneSpec
+
+_MARGIN_PX = 2.0
+_EMPTY = Silhouette((0, 0), np.zeros((0, 0), bool))
+
+
+def solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "k 3"]:
+    """Return the corners, in the object frame (m), of boxes around the parts of ``model`` that are not film."""
+    corners = []
+    for part in model.parts:
+        if scene.materials[part.material].opacity < 1.0:
+            continue
+        low, high = (pick(part.mesh.vertices * part.scale, axis=0) for pick in (np.min, np.max))
+        box = (low + high) / 2 + box_corners(high - low)
+        corners.append(transform_points(part.T_object_part, box))
+    return np.concatenate(corners) if corners else np.zeros((0, 3))
+
+
+def silhouette_by_tiles(
+    camera: PinholeCamera,
+    T_camera_object: Transform,
+    corners: Float64[np.ndarray, "k 3"],
+    near: float,
+    draw: Callable[[PinholeCamera], Bool[np.ndarray, "h w"]],
+) -> Silhouette:
+    """Return the silhouette of one object on the canvas of 3 x 3 images with the image in the middle.
+
+    The middle tile is drawn with the camera of the image itself, so that it covers the same pixels there.
+
+    Args:
+        camera: Intrinsics of the image.
+        T_camera_object: Pose of the object.
+        corners: Points in the object frame (m) whose convex hull holds the object.
+        near: Distance of the near plane (m).
+        draw: Draws the object alone with the camera of a tile, as large as the image, and says which pixels it covers.
+    """
+    width, height = camera.width, camera.height
+    canvas = np.zeros((3 * height, 3 * width), bool)
+    for column, row in _touched_tiles(camera, transform_points(T_camera_object, corners), near):
+        left, top = column * width, row * height
+        tile = camera.crop(left, top, width, height) if (left, top) != (0, 0) else camera
+        canvas[top + height : top + 2 * height, left + width : left + 2 * width] = draw(tile)
+    rows, columns = np.flatnonzero(canvas.any(axis=1)), np.flatnonzero(canvas.any(axis=0))
+    if len(rows) == 0:
+        return _EMPTY
+    mask = canvas[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
+    return Silhouette((int(columns[0]) - width, int(rows[0]) - height), mask)
+
+
+def _touched_tiles(camera: PinholeCamera, points: Float64[np.ndarray, "k 3"], near: float) -> list[tuple[int, int]]:
+    """Return column and row, -1 to 1, of the tiles that the hull of ``points`` (camera frame) may be seen in."""
+    everywhere = [(column, row) for row in (-1, 0, 1) for column in (-1, 0, 1)]
+    before = points[:, 2] > near
+    if not before.any():
+        return []
+    if not before.all():
+        return everywhere  # it reaches behind the camera: its bounds say nothing
+    pixels = camera.project(points)
+    size = np.array([camera.width, camera.height])
+    low, high = pixels.min(axis=0) - _MARGIN_PX, pixels.max(axis=0) + _MARGIN_PX
+    return [tile for tile in everywhere if (low < (np.array(tile) + 1) * size).all() and (high > tile * size).all()]

@@ -1,0 +1,110 @@
+"""A coarse copy of a scene for rays that gather light: small curved parts are boxes, tiny ones are left out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int32
+
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.optional import require
+from warehouse_sim.schema import Part, SceneSpec
+
+_TINY = 0.15
+"""Parts that fit into a ball of this radius (m) turn no light that matters."""
+_SMALL = 0.75
+"""Parts that fit into a ball of this radius (m) are taken for their bounding box if they have many faces."""
+_MANY_FACES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseHits:
+    """Where rays end; rows of rays that leave the scene hold an infinite distance and zeros."""
+
+    distance: Float32[np.ndarray, " n"]
+    """In units of the ray's direction."""
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit outward normals in the world."""
+    albedo: Float32[np.ndarray, "n 3"]
+    """Share of light that is returned, linear RGB."""
+
+
+class CoarseScene:
+    """What turns light in a scene, in an acceleration structure of its own.
+
+    Args:
+        scene: The scene; film and lamps' own glow are left out.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+
+    def __init__(self, scene: SceneSpec) -> None:
+        embree = require("embreex.rtcore_scene", "generate", "for indirect light")
+        construction = require("embreex.mesh_construction", "generate", "for indirect light")
+        mesh, albedo = _coarse_mesh(scene)
+        corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
+        self.low = corners.min(axis=0)
+        """Least corner of what turns light (m)."""
+        self.high = corners.max(axis=0)
+        """Greatest corner (m)."""
+        # One extra row answers for rays that hit nothing, whose triangle number is -1.
+        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
+        self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
+        self._scene = embree.EmbreeScene(robust=True)
+        construction.TriangleMesh(self._scene, mesh.vertices.astype(np.float32), mesh.faces)
+
+    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
+        """Return what rays meet first.
+
+        Args:
+            origins: Starting points in the world (m).
+            directions: Directions in the world, of any length.
+        """
+        hits = self._scene.run(
+            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32), output=1
+        )
+        triangle: Int32[np.ndarray, " n"] = hits["primID"]
+        distance = np.where(triangle >= 0, hits["tfar"], np.float32(np.inf))
+        return CoarseHits(distance, self._normals[triangle], self._albedo[triangle])
+
+    def blocked(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: Float[np.ndarray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
+        found = self._scene.run(
+            np.ascontiguousarray(origins, np.float32),
+            np.ascontiguousarray(directions, np.float32),
+            dists=np.ascontiguousarray(reach, np.float32),
+            query="OCCLUDED",
+        )
+        return found >= 0
+
+
+def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:
+    """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
+    groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
+    for instance in scene.instances:
+        for part in scene.model_of(instance).parts:
+            if scene.materials[part.material].opacity >= 1.0:
+                groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
+    vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
+    for mesh, members in groups.items():
+        scale = np.stack([part.scale for _, part in members])
+        low, high = mesh.vertices.min(axis=0) * scale, mesh.vertices.max(axis=0) * scale
+        radius = np.linalg.norm(high - low, axis=1) / 2
+        T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
+        base = np.array([scene.materials[part.material].base_color for _, part in members])
+        as_box = (radius < _SMALL) & (len(mesh.faces) > _MANY_FACES)
+        box = (low + high)[:, None] / 2 + unit_box().vertices * (high - low)[:, None]
+        for shape, local, chosen in (
+            (unit_box(), box, as_box),
+            (mesh, mesh.vertices * scale[:, None], ~as_box),
+        ):
+            rows = np.flatnonzero(chosen & (radius > _TINY))
+            placed = np.einsum("nij,nkj->nki", T[rows, :3, :3], local[rows]) + T[rows, None, :3, 3]
+            starts = count + len(shape.vertices) * np.arange(len(rows))
+            vertices.append(placed.reshape(-1, 3))
+            faces.append((shape.faces[None] + starts[:, None, None]).reshape(-1, 3).astype(np.int32))
+            albedo.append(np.repeat(base[rows], len(shape.faces), axis=0))
+            count += placed.shape[0] * placed.shape[1]
+    return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(albedo)

@@ -1,0 +1,164 @@
+"""A grid of points in a scene and all that rays from them hit: the geometry of light from the surroundings."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int
+
+from warehouse_sim.render.coarse_scene import CoarseScene
+from warehouse_sim.schema import SceneSpec
+
+RAYS = 80
+"""Rays from each point."""
+_POINTS = 2200  # of the grid, about
+_SPACING = 0.6  # least distance between two (m)
+_FARTHEST = 7.0  # metres from the viewpoints that the grid reaches
+_LOOKS = 200  # directions from each that tell what can be seen
+_BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
+_LIFT = 2e-3  # metres by which points on surfaces are lifted off them
+_SOLID = 0.25  # share of rays that meet the inner side of a face from which on a point lies in something
+
+
+@dataclass(frozen=True, eq=False)
+class LightGrid:
+    """Points, the rays that leave them, and the surfaces that the rays hit from outside."""
+
+    solid: CoarseScene
+    origin: Float[np.ndarray, "3"]
+    """First point in the world (m)."""
+    spacing: Float[np.ndarray, "3"]
+    """Distance between points along each axis (m)."""
+    shape: tuple[int, int, int]
+    """Number of points along each axis."""
+    rays: Float32[np.ndarray, "p j 3"]
+    """Directions from each point; the same turned about z, so that neighbours do not miss the same things."""
+    ways: tuple[np.ndarray, np.ndarray, np.ndarray]
+    """Along each axis, one shorter there: whether neighbours see each other."""
+    trusted: Bool[np.ndarray, "nx ny nz"]
+    """Which points lie in the open, and in sight of a viewpoint, of a point that does, and so on."""
+    escaped: Bool[np.ndarray, "p j"]
+    """Which rays leave the scene."""
+    hit: Int[np.ndarray, " n"]
+    """Which rays hit a surface: number of the point times ``RAYS`` plus that of the direction."""
+    places: Float32[np.ndarray, "n 3"]
+    """Where, lifted a little (m)."""
+    normals: Float32[np.ndarray, "n 3"]
+    albedo: Float32[np.ndarray, "n 3"]
+    nearest: Int[np.ndarray, " n"]
+    """The grid's point that lies best before each surface."""
+
+
+def lay_grid(scene: SceneSpec) -> LightGrid:
+    """Cast the rays of ``scene``.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+    solid = CoarseScene(scene)
+    origin, spacing, shape = _extent(scene, solid)
+    points = origin + np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3) * spacing
+    points = points.astype(np.float32)
+    rays = sphere_directions(RAYS) @ _turns(len(points))
+    hits = solid.cast(np.repeat(points, RAYS, axis=0), rays.reshape(-1, 3))
+    distance = hits.distance.reshape(-1, RAYS)
+    inner = np.einsum("ijk,ijk->ij", hits.normals.reshape(-1, RAYS, 3), rays) > 0.0
+    trusted = (inner.mean(axis=1) < _SOLID).reshape(shape)
+    ways = _open_ways(solid, points.reshape(*shape, 3))
+    if scene.viewpoints:
+        trusted &= _reached(ways, _near_viewpoints(scene, origin, spacing, shape))
+    hit = np.flatnonzero(np.isfinite(distance) & ~inner)
+    normals = hits.normals[hit]
+    places = points[hit // RAYS] + rays.reshape(-1, 3)[hit] * hits.distance[hit, None] + normals * np.float32(_LIFT)
+    # Three quarters of a cell off the surface: the nearest point is then never behind it.
+    cell = np.rint((places + normals * spacing * 0.75 - origin) / spacing).astype(int)
+    nearest = np.ravel_multi_index(tuple(np.clip(cell, 0, np.array(shape) - 1).T), shape)
+    escaped = ~np.isfinite(distance)
+    return LightGrid(
+        solid, origin, spacing, shape, rays, ways, trusted, escaped, hit, places, normals,
+        hits.albedo[hit], nearest,
+    )  # fmt: skip
+
+
+def sphere_directions(count: int) -> Float32[np.ndarray, "n 3"]:
+    """Return ``count`` unit vectors spread evenly: the spherical Fibonacci lattice (Swinbank and Purser 2006)."""
+    k = np.arange(count) + 0.5
+    z, angle = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    ring = np.sqrt(1.0 - z * z)
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1).astype(np.float32)
+
+
+def _turns(count: int) -> Float32[np.ndarray, "n 3 3"]:
+    """Return rotations about z whose angles fill the circle evenly: multiples of the golden angle."""
+    angle = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
+    turns = np.zeros((count, 3, 3), np.float32)
+    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angle)
+    turns[:, 1, 0] = np.sin(angle)
+    turns[:, 0, 1] = -turns[:, 1, 0]
+    turns[:, 2, 2] = 1.0
+    return turns
+
+
+def _extent(scene: SceneSpec, solid: CoarseScene) -> tuple[np.ndarray, np.ndarray, tuple[int, int, int]]:
+    """Return first point, spacing (m) and numbers of points along the axes of a grid around what will be seen."""
+    # Down to what is lowest and no further: nothing that is seen from below may shine through the floor.
+    low, high = solid.low - _BESIDE * [1, 1, 0], solid.high + _BESIDE
+    if scene.viewpoints:
+        eyes = np.array([view.T_world_camera[:3, 3] for view in scene.viewpoints])
+        look = sphere_directions(_LOOKS)
+        distance = solid.cast(np.repeat(eyes, _LOOKS, axis=0), np.tile(look, (len(eyes), 1))).distance
+        way = np.minimum(distance.reshape(-1, _LOOKS), _FARTHEST)[..., None] * look
+        seen = (eyes[:, None] + way).reshape(-1, 3)
+        low[:2], high = np.maximum(low, seen.min(axis=0))[:2], np.minimum(high, seen.max(axis=0))
+    extent = np.maximum(high - low, _SPACING)
+    step = max(float(np.prod(extent) / _POINTS) ** (1 / 3), _SPACING)
+    cells = np.maximum(np.ceil(extent / step).astype(int), 1)
+    spacing = extent / cells
+    # Half a cell inside: no point lies in the surfaces that bound the scene.
+    return low + spacing / 2, spacing, (int(cells[0]), int(cells[1]), int(cells[2]))
+
+
+def _near_viewpoints(
+    scene: SceneSpec, origin: np.ndarray, spacing: np.ndarray, shape: tuple[int, int, int]
+) -> Bool[np.ndarray, "nx ny nz"]:
+    """Return the points nearest to the viewpoints."""
+    found = np.zeros(shape, bool)
+    for viewpoint in scene.viewpoints:
+        cell = np.rint((viewpoint.T_world_camera[:3, 3] - origin) / spacing).astype(int)
+        found[tuple(np.clip(cell, 0, np.array(shape) - 1))] = True
+    return found
+
+
+def _open_ways(
+    solid: CoarseScene, points: Float32[np.ndarray, "nx ny nz 3"]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which neighbours along each axis nothing stands between."""
+    ways = []
+    for axis in range(3):
+        a, b = np.delete(points, -1, axis), np.delete(points, 0, axis)
+        blocked = solid.blocked(a.reshape(-1, 3), (b - a).reshape(-1, 3), np.ones(a.size // 3))
+        ways.append(~blocked.reshape(a.shape[:3]))
+    return ways[0], ways[1], ways[2]
+
+
+def neighbours(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Return the indices of all points of a grid but the last along ``axis``, and of all but the first."""
+    near, far = [slice(None)] * 3, [slice(None)] * 3
+    near[axis], far[axis] = slice(None, -1), slice(1, None)
+    return tuple(near), tuple(far)
+
+
+def _reached(
+    ways: tuple[np.ndarray, np.ndarray, np.ndarray], start: Bool[np.ndarray, "nx ny nz"]
+) -> Bool[np.ndarray, "nx ny nz"]:
+    """Return the points that a chain of open ways joins to ``start``.
+
+    Others are behind the walls, or inside of cartons: their light must not shine through.
+    """
+    reached, count = start.copy(), 0
+    while int(reached.sum()) > count:
+        count = int(reached.sum())
+        for axis, way in enumerate(ways):
+            near, far = neighbours(axis)
+            reached[far] |= reached[near] & way
+            reached[near] |= reached[far] & way
+    return reached

@@ -1,0 +1,102 @@
+"""The mujoco backend: one context, one loaded scene, any number of views."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Literal, Self
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.mujoco.device import choose_platform, open_device
+from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
+from warehouse_sim.render.mujoco.model import MAX_LAMPS, build_visual_model
+from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.renderer import Capabilities, Silhouette
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+
+class MujocoRenderer:
+    """MuJoCo's classic renderer; see ``render.renderer.Renderer`` for the methods.
+
+    Args:
+        platform: "egl" or "osmesa"; None asks the environment variable MUJOCO_GL, then EGL. A process that has drawn
+            through one cannot use the other.
+        device: Number of the EGL device; None = the first that works.
+        samples: Samples a pixel of the picture, 0 for no antialiasing; depth and ids always have one.
+        shadow_px: Edge of the shadow map of each lamp, all of which are drawn again for each picture; 0 = no shadows.
+
+    Raises:
+        RenderError: No context can be opened.
+    """
+
+    def __init__(
+        self,
+        platform: Literal["egl", "osmesa"] | None = None,
+        device: int | None = None,
+        samples: int = 4,
+        shadow_px: int = 2048,
+    ) -> None:
+        chosen = choose_platform(platform)
+        self._context, driver = open_device(chosen, device)
+        self.description = f"mujoco on {driver} through {chosen}"
+        self._samples, self._shadow_px = samples, shadow_px
+        self._scene: LoadedScene | None = None
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """No normals: nothing in fixed-function OpenGL draws them exactly."""
+        return Capabilities(normals=False, shadows=self._shadow_px > 0, max_lights=MAX_LAMPS)
+
+    def load(self, scene: SceneSpec) -> None:
+        """Compile ``scene`` and upload it."""
+        self._make_current()
+        require_drawable(scene)
+        visual = build_visual_model(scene, self._shadow_px)
+        if self._scene is not None:
+            self._scene.release()
+        self._scene = LoadedScene(scene, visual, self._samples)
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Draw the loaded scene."""
+        self._make_current()
+        if normals:
+            raise RenderError("the mujoco backend draws no normals; use raster or pathtrace")
+        return self._loaded_scene().render(camera, T_world_camera)
+
+    def silhouettes(
+        self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
+    ) -> list[Silhouette]:
+        """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
+        self._make_current()
+        scene = self._loaded_scene()
+        return [scene.silhouette(camera, T_world_camera, instance) for instance in instances]
+
+    def close(self) -> None:
+        """Give back the context and all device memory."""
+        if self._context is None:
+            return
+        self._context.make_current()
+        if self._scene is not None:
+            self._scene.release()
+        self._context.free()
+        self._context = self._scene = None
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
+        self.close()
+
+    def _make_current(self) -> None:
+        if self._context is None:
+            raise RenderError("the renderer is closed; open a new one with open_renderer()")
+        self._context.make_current()
+
+    def _loaded_scene(self) -> LoadedScene:
+        if self._scene is None:
+            raise RenderError("no scene is loaded; call load(scene) before drawing")
+        return self._scene

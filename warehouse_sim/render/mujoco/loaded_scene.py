@@ -1,0 +1,93 @@
+"""A scene on the graphics device in the three forms in which it is drawn: colours, numbers, one object alone."""
+
+import mujoco
+import numpy as np
+from jaxtyping import Bool, Int32
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
+from warehouse_sim.render.mujoco.model import ALONE, FILM, SOLID, VisualModel
+from warehouse_sim.render.mujoco.view import NEAR, aim, draw_color, draw_numbers, set_numbering
+from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+_START_PX = (64, 64)
+
+
+class LoadedScene:
+    """Geometry, textures and framebuffers of one scene; nothing moves, so that a view only moves the camera.
+
+    Args:
+        scene: The scene.
+        visual: The same as a MuJoCo model.
+        samples: Samples a pixel of the picture.
+    """
+
+    def __init__(self, scene: SceneSpec, visual: VisualModel, samples: int) -> None:
+        self._scene, self._visual = scene, visual
+        model = visual.model
+        model.vis.global_.offwidth, model.vis.global_.offheight = _START_PX
+        model.vis.quality.offsamples = samples
+        self._data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, self._data)
+        mujoco.mj_camlight(model, self._data)
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._size = _START_PX
+        model.geom_group[:] = visual.group
+        self._colors = self._collect((SOLID, FILM))
+        self._numbers = self._collect((SOLID,))
+        set_numbering(self._numbers)
+        self._alone: mujoco.MjvScene | None = None
+        # One more row answers for pixels that show nothing, whose number is -1.
+        shown = [geom.objid for geom in self._numbers.geoms[: self._numbers.ngeom]]
+        self._owner: Int32[np.ndarray, " n"] = np.append(visual.owner[shown], 0).astype(np.int32)
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform) -> RenderBuffers:
+        """Draw colours, depth and ids."""
+        size = self._fit(camera)
+        aim(self._colors, camera, T_world_camera)
+        rgb = draw_color(self._colors, self._context, size)
+        aim(self._numbers, camera, T_world_camera)
+        numbers, depth = draw_numbers(self._numbers, self._context, size)
+        return RenderBuffers(rgb=rgb, depth=depth, instance_ids=self._owner[numbers])
+
+    def silhouette(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> Silhouette:
+        """Draw ``instance`` alone, tile by tile of the canvas around the image."""
+        model, mine = self._visual.model, self._visual.owner == instance.instance_id
+        model.geom_group[:] = np.where(mine & (self._visual.group == SOLID), ALONE, SOLID)
+        alone = self._alone = self._collect((ALONE,), self._alone)
+        set_numbering(alone)
+        size = self._fit(camera)
+
+        def draw(tile: PinholeCamera) -> Bool[np.ndarray, "h w"]:
+            aim(alone, tile, T_world_camera)
+            return draw_numbers(alone, self._context, size)[0] >= 0
+
+        T_camera_object = invert(T_world_camera) @ instance.T_world_object
+        corners = solid_corners(self._scene, self._scene.model_of(instance))
+        return silhouette_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+
+    def release(self) -> None:
+        """Free the device memory."""
+        self._context.free()
+
+    def _collect(self, groups: tuple[int, ...], into: mujoco.MjvScene | None = None) -> mujoco.MjvScene:
+        """Return the geoms of ``groups`` as what MuJoCo draws."""
+        model = self._visual.model
+        scene = into or mujoco.MjvScene(model, maxgeom=model.ngeom + 16)
+        option = mujoco.MjvOption()
+        option.geomgroup[:] = [int(number in groups) for number in range(len(option.geomgroup))]
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(model, self._data, option, None, mujoco.MjvCamera(), everything, scene)
+        return scene
+
+    def _fit(self, camera: PinholeCamera) -> tuple[int, int]:
+        """Make the framebuffer as large as the image; return its width and height."""
+        size = camera.width, camera.height
+        if size != self._size:
+            mujoco.mjr_resizeOffscreen(*size, self._context)
+            self._size = size
+        return size

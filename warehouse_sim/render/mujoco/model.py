@@ -1,0 +1,96 @@
+"""A scene as a MuJoCo model that is only looked at: meshes, materials and lamps, nothing that collides or moves."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from jaxtyping import Int
+
+from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
+from warehouse_sim.render.lamps import strongest_lights
+from warehouse_sim.render.mujoco.look import add_background, add_lamp, add_material, measure_level
+from warehouse_sim.render.mujoco.tessellate import lit_at_vertices
+from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
+from warehouse_sim.schema import ObjectInstance, SceneSpec
+
+SOLID, FILM, ALONE = 0, 1, 2
+"""Geom groups: what has depth and an id, what only tints the picture, what is drawn by itself."""
+MAX_LAMPS = 7
+"""The fixed-function pipeline has eight lights, and the even light takes one."""
+
+
+@dataclass(frozen=True, eq=False)
+class VisualModel:
+    """The compiled model and who owns its geoms."""
+
+    model: mujoco.MjModel
+    owner: Int[np.ndarray, " n"]
+    """Instance id of each geom."""
+    group: Int[np.ndarray, " n"]
+    """``SOLID`` or ``FILM``."""
+
+
+def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
+    """Compile ``scene``: one mesh for each model and material, one geom for each instance and material.
+
+    Args:
+        scene: What to draw.
+        shadow_px: Edge of each lamp's shadow map; 0 = no lamp casts a shadow.
+    """
+    spec = mujoco.MjSpec()
+    spec.memory = 1 << 20  # nothing touches: the arena stays empty
+    spec.visual.quality.shadowsize = shadow_px
+    spec.visual.map.shadowscale = 1.0  # the map covers the whole cone
+    add_background(spec, scene)
+    lights = strongest_lights(scene, MAX_LAMPS)
+    level = measure_level(scene, lights)
+    spec.visual.headlight.ambient = [level.even] * 3
+    spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
+    for light, value in zip(lights, level.lamps, strict=True):
+        add_lamp(spec, light, float(value), shadow_px > 0 and light.casts_shadow and light.kind == "spot")
+    owner: list[int] = []
+    group: list[int] = []
+    known: dict[str, dict[str, str]] = {}
+    for instance in scene.instances:
+        if instance.model not in known:
+            known[instance.model] = _add_meshes(spec, scene, instance.model, level.white)
+        for material, mesh in known[instance.model].items():
+            film = scene.materials[material].opacity < 1.0
+            _add_geom(spec, instance, mesh, material, FILM if film else SOLID)
+            owner.append(instance.instance_id)
+            group.append(FILM if film else SOLID)
+    return VisualModel(spec.compile(), np.array(owner, np.int32), np.array(group, np.int32))
+
+
+def _add_meshes(spec: mujoco.MjSpec, scene: SceneSpec, name: str, white: float) -> dict[str, str]:
+    """Add the meshes of a model and the materials they name; return the mesh of each material."""
+    meshes = {}
+    for number, (material, painted) in enumerate(painted_meshes(scene.models[name], scene.materials).items()):
+        if spec.material(material) is None:
+            add_material(spec, material, scene.materials[material], white)
+        meshes[material] = f"{name}:{number}"
+        _add_mesh(spec, meshes[material], lit_at_vertices(painted))
+    return meshes
+
+
+def _add_mesh(spec: mujoco.MjSpec, name: str, painted: PaintedMesh) -> None:
+    mesh = spec.add_mesh(name=name)
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # a sheet has no volume, and needs none to be seen
+    mesh.uservert = painted.positions.ravel()
+    mesh.usernormal = painted.normals.ravel()
+    mesh.usertexcoord = painted.tiles.ravel()
+    mesh.userface = painted.faces.ravel()
+
+
+def _add_geom(spec: mujoco.MjSpec, instance: ObjectInstance, mesh: str, material: str, group: int) -> None:
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=mesh,
+        material=material,
+        pos=instance.T_world_object[:3, 3],
+        quat=quat_wxyz_from_matrix(instance.T_world_object[:3, :3]),
+        contype=0,
+        conaffinity=0,
+        group=group,
+        castshadow=group != FILM,
+    )

@@ -1,0 +1,130 @@
+"""The parts of a model that share a material as one flat-shaded, textured mesh: what other renderers take in."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, Int32, UInt8
+
+from warehouse_sim.catalog.textures import stretch
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.resources import data_folder
+from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
+
+NO_CHANGE = 128
+"""Value of an albedo texture where it leaves the material's colour as it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class PaintedMesh:
+    """Triangles of one material in the object frame; vertices are split where faces differ in their normal."""
+
+    positions: Float64[np.ndarray, "n 3"]
+    """Metres."""
+    normals: Float64[np.ndarray, "n 3"]
+    tiles: Float64[np.ndarray, "n 2"]
+    """Texture coordinates in tiles; v grows with the rows of the texture."""
+    faces: Int32[np.ndarray, "m 3"]
+
+
+def painted_meshes(model: ObjectModel, materials: Mapping[str, Material]) -> dict[str, PaintedMesh]:
+    """Return the geometry of ``model`` by the name of the material that it is painted with."""
+    pieces: dict[str, list[PaintedMesh]] = {}
+    for number, part in enumerate(model.parts):
+        pieces.setdefault(part.material, []).append(_painted_part(part, materials[part.material], number))
+    return {name: _merge(group) for name, group in pieces.items()}
+
+
+def require_drawable(scene: SceneSpec) -> None:
+    """Check what every backend needs of a scene.
+
+    Raises:
+        RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
+    """
+    seen: set[int] = set()
+    for instance in scene.instances:
+        where = f"scene {scene.scene_index}: object {instance.instance_id}"
+        if instance.instance_id in seen:
+            raise RenderError(f"{where} occurs twice; every object needs an id of its own")
+        seen.add(instance.instance_id)
+        if instance.model not in scene.models:
+            raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
+        for part in scene.model_of(instance).parts:
+            if part.material not in scene.materials:
+                raise RenderError(f"{where} has the material {part.material!r}; add it to SceneSpec.materials")
+    if not any(scene.model_of(instance).parts for instance in scene.instances):
+        raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")
+
+
+def albedo_factor(name: str) -> UInt8[np.ndarray, "h w"]:
+    """Return the texture called ``name``: what the base colour is multiplied by, in units of 1 / ``NO_CHANGE``.
+
+    Raises:
+        RenderError: The texture is not shipped, or is no image.
+    """
+    path = data_folder("assets") / "textures" / name / "albedo.png"
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
+    if image is None:
+        raise RenderError(f"texture {name!r}: {path} is missing or no image; bake the assets again")
+    return image
+
+
+def _painted_part(part: Part, material: Material, number: int) -> PaintedMesh:
+    corners, normals, faces = _split(part.mesh)
+    metres = corners * part.scale
+    local = normals / part.scale
+    local = local / np.maximum(np.linalg.norm(local, axis=1, keepdims=True), 1e-12)
+    return PaintedMesh(
+        positions=transform_points(part.T_object_part, metres),
+        normals=local @ part.T_object_part[:3, :3].T,
+        tiles=_box_projection(metres, local, material) + _shift(number),
+        faces=faces,
+    )
+
+
+@lru_cache(maxsize=512)
+def _split(
+    mesh: TriangleMesh,
+) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, "n 3"], Int32[np.ndarray, "m 3"]]:
+    """Return positions and normals of corners, equal ones once, and triangles of them."""
+    normals = np.round(np.repeat(mesh.face_normals()[:, None], 3, axis=1), 6)
+    corners = np.concatenate([mesh.vertices[mesh.faces], normals], axis=2).reshape(-1, 6)
+    rows, indices = np.unique(corners, axis=0, return_inverse=True)
+    return rows[:, :3], rows[:, 3:], indices.reshape(-1, 3).astype(np.int32)
+
+
+def _box_projection(
+    metres: Float64[np.ndarray, "n 3"], normals: Float64[np.ndarray, "n 3"], material: Material
+) -> Float64[np.ndarray, "n 2"]:
+    """Lay the texture on each face along the axis that it looks at most, with u along the longest edge of the part."""
+    facing = np.abs(normals).argmax(axis=1)
+    # Edges that are equal to the centimetre tie, so that the skin of a carton does not turn its board.
+    order = np.argsort(-np.round(np.ptp(metres, axis=0), 2), kind="stable")
+    u = np.where(facing == order[0], order[1], order[0])
+    v = 3 - u - facing
+    rows = np.arange(len(metres))
+    handed = np.where((u + 1) % 3 == v, 1.0, -1.0) * np.where(normals[rows, facing] < 0, -1.0, 1.0)
+    along = material.texture_size * (stretch(material.texture) if material.texture is not None else 1)
+    return np.stack([metres[rows, u] / along, metres[rows, v] * handed / material.texture_size], axis=1)
+
+
+def _shift(number: int) -> Float64[np.ndarray, " 2"]:
+    """Return where in its texture the part starts, so that no two boards of an object show the same grain.
+
+    The R2 low-discrepancy sequence (Roberts 2018).
+    """
+    return (number * np.array([0.7548776662466927, 0.5698402909980532])) % 1.0
+
+
+def _merge(pieces: list[PaintedMesh]) -> PaintedMesh:
+    starts = np.cumsum([0] + [len(piece.positions) for piece in pieces[:-1]])
+    return PaintedMesh(
+        positions=np.concatenate([piece.positions for piece in pieces]),
+        normals=np.concatenate([piece.normals for piece in pieces]),
+        tiles=np.concatenate([piece.tiles for piece in pieces]),
+        faces=np.concatenate([piece.faces + start for piece, start in zip(pieces, starts, strict=True)]),
+    )

@@ -1,0 +1,96 @@
+"""The path tracing backend: one loaded scene, any number of views."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import mitsuba as mi
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.display import to_display
+from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
+from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
+from warehouse_sim.render.pathtrace.picture import trace_picture
+from warehouse_sim.render.pathtrace.products import cast_products
+from warehouse_sim.render.pathtrace.silhouettes import cast_silhouette
+from warehouse_sim.render.renderer import Capabilities, Silhouette
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+
+class PathtraceRenderer:
+    """Reference renderer with global illumination; see ``render.renderer.Renderer`` for the methods.
+
+    Args:
+        samples: Paths a pixel, spread evenly over its square.
+        seed: Of all random numbers; the same seed gives the same bytes.
+        bounces: Reflections after the first surface that are followed.
+
+    Raises:
+        RenderError: No LLVM is installed that can compile the path tracer.
+    """
+
+    capabilities = Capabilities(global_illumination=True)
+
+    def __init__(self, samples: int = 64, seed: int = 0, bounces: int = 8) -> None:
+        if samples < 1 or bounces < 0:
+            raise RenderError(f"samples must be >= 1 and bounces >= 0, found {samples} and {bounces}")
+        self._samples, self._seed, self._bounces = samples, seed, bounces
+        version = use_llvm_variant()
+        self.description = f"pathtrace on Mitsuba {mi.__version__}, LLVM {version}, {samples} paths a pixel"
+        self._scene: LoadedScene | None = None
+        self._closed = False
+
+    def load(self, scene: SceneSpec) -> None:
+        """Build the acceleration structures of ``scene``."""
+        self._refuse_if_closed()
+        self._scene = LoadedScene(scene)
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Trace the loaded scene."""
+        scene = self._loaded_scene()
+        products = cast_products(scene, camera, T_world_camera)
+        return RenderBuffers(
+            rgb=to_display(self.luminance(camera, T_world_camera) * scene.exposure),
+            depth=products.depth,
+            instance_ids=products.instance_ids,
+            normals=products.normals if normals else None,
+        )
+
+    def luminance(self, camera: PinholeCamera, T_world_camera: Transform) -> Float[np.ndarray, "h w 3"]:
+        """Return the luminance (cd/m^2) of three channels of each pixel of the loaded scene, before any exposure."""
+        return trace_picture(self._loaded_scene(), camera, T_world_camera, self._samples, self._seed, self._bounces)
+
+    def silhouettes(
+        self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
+    ) -> list[Silhouette]:
+        """Cast rays at each of ``instances`` of the loaded scene as if it stood alone."""
+        shapes = self._loaded_scene().lone_shapes
+        return [cast_silhouette(shapes, camera, T_world_camera, instance) for instance in instances]
+
+    def close(self) -> None:
+        """Give back the scene's memory."""
+        self._scene, self._closed = None, True
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
+        self.close()
+
+    def _loaded_scene(self) -> LoadedScene:
+        self._refuse_if_closed()
+        if self._scene is None:
+            raise RenderError("no scene is loaded; call load(scene) before drawing")
+        return self._scene
+
+    def _refuse_if_closed(self) -> None:
+        if self._closed:
+            raise RenderError("the renderer is closed; open a new one with open_renderer()")

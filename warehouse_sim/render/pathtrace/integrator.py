@@ -1,0 +1,102 @@
+"""The path tracer: light that reaches the camera along random paths (Kajiya 1986, "The rendering equation").
+
+At each vertex one lamp is drawn in proportion to its unshadowed light and asked directly; the sky is found by the
+paths themselves. Lamps are photometric and no surfaces, so no path meets them. Surfaces that glow are seen, and light
+nothing: their lamp's ``Light`` holds all that it gives.
+"""
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from warehouse_sim.render.pathtrace.film import FilmEvent, film_event
+from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
+
+_FILM_LAYERS = 16
+_ROULETTE_FROM = 2  # bounces
+
+
+@dr.syntax
+def trace_paths(
+    scene: LoadedScene, ray: "mi.Ray3f", sampler: "mi.Sampler", bounces: "mi.UInt32", limit: "mi.Float"
+) -> "mi.Color3f":
+    """Return the luminance (cd/m^2) of three channels that comes along each ray, from one path.
+
+    Args:
+        scene: What light meets.
+        ray: Camera rays in the world, of unit direction.
+        sampler: Seeded for as many paths as there are rays.
+        bounces: Reflections after the first surface that are followed.
+        limit: Luminance at which the share of a single indirect vertex is cut, against bright dots.
+    """
+    context = mi.BSDFContext()
+    result = mi.Color3f(0.0)
+    share = mi.Color3f(1.0)
+    active = mi.Bool(True)
+    seen = mi.Bool(True)  # by the camera, directly or through film
+    depth = mi.UInt32(0)
+    layers = mi.UInt32(0)
+    while active:
+        hit = scene.solid.ray_intersect_preliminary(ray, coherent=False, active=active)
+        surface = hit.compute_surface_interaction(ray, mi.RayFlags.All, active)
+        found = active & hit.is_valid()
+        glow = dr.gather(mi.Color3f, scene.emission, hit.shape_index, found & seen)
+        clear = mi.Bool(False)
+        mirror = mi.Bool(False)
+        on_film = mi.Bool(False)
+        event: Any = None
+        if dr.hint(scene.film is not None, mode="scalar"):
+            event = film_event(scene, ray, hit.t, sampler, active & seen)
+            on_film, clear, mirror = event.hit, event.passes, event.mirrors
+            surface = dr.select(on_film, event.surface, surface)
+            share *= event.weight
+            found |= on_film
+        result += dr.select(found & seen & ~on_film, share * glow, 0.0)
+        result += dr.select(active & ~found, share * scene.sky.radiance(ray.d), 0.0)
+        scatters = found & ~clear
+
+        bsdf = surface.bsdf(ray)
+        if dr.hint(len(scene.lamps) > 0, mode="scalar"):
+            light = share * _lamp_light(scene, surface, sampler, scatters, mirror, event)
+            result += dr.select(seen, light, dr.minimum(light, limit))
+
+        sample, weight = bsdf.sample(context, surface, sampler.next_1d(), sampler.next_2d(), scatters & ~mirror)
+        if dr.hint(scene.film is not None, mode="scalar"):
+            sample, weight = event.sample_gloss(context, surface, sampler, sample, weight)
+        share *= dr.select(scatters, weight, 1.0)
+        ray = surface.spawn_ray(dr.select(clear, ray.d, surface.to_world(sample.wo)))
+        seen &= clear
+        depth += dr.select(scatters, 1, 0)
+        layers += dr.select(clear, 1, 0)
+        brightest = dr.max(share)
+        active = found & (depth <= bounces) & (layers < _FILM_LAYERS) & (brightest > 0.0)
+        # Russian roulette: dim paths end early, those that go on stand for them.
+        survival: Any = dr.select(depth > _ROULETTE_FROM, dr.clip(brightest, 0.05, 0.95), 1.0)
+        active &= sampler.next_1d() < survival
+        share *= dr.rcp(survival)
+    return result
+
+
+def _lamp_light(
+    scene: LoadedScene, surface: Any, sampler: "mi.Sampler", scatters: Any, mirror: Any, event: FilmEvent | None
+) -> Any:
+    """Return the luminance (cd/m^2) that one drawn lamp gives ``surface`` towards where it is seen from.
+
+    Args:
+        scene: What light meets.
+        surface: Points on surfaces or film.
+        sampler: Random numbers.
+        scatters: Which points scatter light.
+        mirror: Which of them are clear film, that mirrors.
+        event: What film there is, None in a scene without.
+    """
+    context = mi.BSDFContext()
+    lamp = scene.lamps.sample(surface, sampler.next_1d(), sampler.next_2d())
+    local = surface.to_local(lamp.direction)
+    value = surface.bsdf().eval(context, surface, local, scatters & ~mirror)
+    if event is not None:
+        value += event.evaluate_gloss(context, surface, local)
+    gives = scatters & (dr.max(value) > 0.0)
+    hidden = scene.solid.ray_test(surface.spawn_ray_to(lamp.point), gives & lamp.casts_shadow)
+    return dr.select(gives & ~hidden, value * lamp.irradiance, 0.0)

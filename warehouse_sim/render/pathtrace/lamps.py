@@ -1,0 +1,129 @@
+"""Lamps and the sky as the path tracer samples them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.schema import Light
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+_FLOOR = 0.02  # of a lamp's chance to be drawn: where its centre gives nothing, its rim may
+
+
+@dataclass(frozen=True, eq=False)
+class LampSample:
+    """A point on a lamp as surfaces see it."""
+
+    point: Any
+    """World position (m)."""
+    direction: Any
+    """Unit vector from the surface to it."""
+    irradiance: Any
+    """Light (lx) that a surface facing it receives, over the probability of having drawn it."""
+    casts_shadow: Any
+
+
+class Lamps:
+    """All lamps of a scene; spots are disks, point lights are balls, of their ``radius``.
+
+    Each point of a lamp shines with its share of the intensity, so that far away illuminance is intensity / distance^2.
+    Between its two cone angles a spot fades as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2.
+    """
+
+    def __init__(self, lights: Sequence[Light]) -> None:
+        self._lamps = [_Lamp(light) for light in lights if light.intensity > 0.0]
+
+    def __len__(self) -> int:
+        return len(self._lamps)
+
+    def sample(self, surface: Any, choice: Any, place: Any) -> LampSample:
+        """Draw one lamp in proportion to what it would give without shadows, and a point on it.
+
+        Args:
+            surface: ``mi.SurfaceInteraction3f`` to be lit.
+            choice: Uniform number that draws the lamp.
+            place: Two uniform numbers that draw the point.
+        """
+        normal = dr.mulsign(surface.n, dr.dot(surface.n, surface.to_world(surface.wi)))
+        weights = [lamp.importance(surface.p, normal) for lamp in self._lamps]
+        total = sum(weights[1:], weights[0])
+        left = choice * total
+        # The first lamp stands for all that rounding could leave undrawn.
+        drawn = self._lamps[0].state()
+        weight = weights[0]
+        passed = weights[0]
+        for lamp, own in zip(self._lamps[1:], weights[1:], strict=True):
+            here = left >= passed
+            drawn = {key: dr.select(here, value, drawn[key]) for key, value in lamp.state().items()}
+            weight = dr.select(here, own, weight)
+            passed += own
+        return _point_on(drawn, surface.p, place, total / weight)
+
+
+class _Lamp:
+    """One lamp with its numbers as kernel arguments, so that the next scene's lamps need no new kernel."""
+
+    def __init__(self, light: Light) -> None:
+        inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
+        is_spot = light.kind == "spot"
+        scale = 1.0 / max(inner - outer, 1e-3) if is_spot else 0.0
+        axis = np.asarray(light.direction, float) if is_spot else np.array([0.0, 0.0, -1.0])
+        self._state: dict[str, Any] = {
+            "position": mi.Point3f(np.asarray(light.position, float).tolist()),
+            "axis": mi.Vector3f((axis / np.linalg.norm(axis)).tolist()),
+            "intensity": mi.Color3f((light.intensity * np.array(light.color)).tolist()),
+            "scale": mi.Float(float(scale)),
+            "offset": mi.Float(float(-outer * scale) if is_spot else 1.0),
+            "radius": mi.Float(light.radius),
+            "ball": mi.Bool(not is_spot),
+            "casts_shadow": mi.Bool(light.casts_shadow),
+        }
+        self._power = mi.Float(light.intensity * float(_LUMINANCE @ light.color))
+        dr.make_opaque(self._state, self._power)
+
+    def state(self) -> dict[str, Any]:
+        return self._state
+
+    def importance(self, point: Any, normal: Any) -> Any:
+        """Return the illuminance (lx) from the lamp's centre, at least a small share of what it could be."""
+        away = self._state["position"] - point
+        squared = dr.maximum(dr.squared_norm(away), 1e-6)
+        direction = away * dr.rsqrt(squared)
+        facing = dr.maximum(dr.dot(normal, direction), _FLOOR)
+        return self._power * facing * dr.maximum(_cone(self._state, direction), _FLOOR) / squared
+
+
+def _point_on(lamp: dict[str, Any], point: Any, place: Any, weight: Any) -> LampSample:
+    """Return a uniform point of the disk: across the axis of a spot, across the line of sight of a ball."""
+    towards = dr.normalize(point - lamp["position"])
+    frame = mi.Frame3f(dr.select(lamp["ball"], towards, lamp["axis"]))
+    disk = mi.warp.square_to_uniform_disk_concentric(place) * lamp["radius"]
+    source = lamp["position"] + frame.s * disk.x + frame.t * disk.y
+    away = source - point
+    squared = dr.maximum(dr.squared_norm(away), 1e-6)
+    direction = away * dr.rsqrt(squared)
+    return LampSample(
+        source, direction, lamp["intensity"] * (_cone(lamp, direction) * weight / squared), lamp["casts_shadow"]
+    )
+
+
+def _cone(lamp: dict[str, Any], direction: Any) -> Any:
+    share = dr.clip(-dr.dot(direction, lamp["axis"]) * lamp["scale"] + lamp["offset"], 0.0, 1.0)
+    return share * share
+
+
+class Sky:
+    """An even environment: its upper half gives an upward surface ``ambient`` (lx), its lower half is dimmer."""
+
+    def __init__(self, ambient: float) -> None:
+        self._radiance = mi.Float(ambient / np.pi)
+        dr.make_opaque(self._radiance)
+
+    def radiance(self, direction: Any) -> Any:
+        """Return the luminance (cd/m^2) that comes from a world ``direction``."""
+        return mi.Color3f(self._radiance * dr.select(direction.z >= 0.0, 1.0, GROUND))

@@ -1,0 +1,138 @@
+"""The pyrender backend: one context a process, one loaded scene, any number of views."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any, Self
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, Int32
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
+from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
+from warehouse_sim.render.pyrender.graph import MAX_LAMPS, NEAR, SceneGraph
+from warehouse_sim.render.pyrender.look import display_table
+from warehouse_sim.render.renderer import Capabilities, Silhouette
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+
+_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
+"""From OpenCV's camera axes to OpenGL's, y up and z backwards."""
+
+
+class PyrenderRenderer:
+    """pyrender through EGL; see ``render.renderer.Renderer`` for the methods. A process can have one open.
+
+    Args:
+        device: Number of the EGL device, 0 = the first.
+        shadows: Whether spots cast shadows; pyrender knows all or none.
+
+    Raises:
+        RenderError: No context can be opened, or another renderer of this kind is open.
+        MissingPackageError: pyrender is not installed.
+    """
+
+    def __init__(self, device: int = 0, shadows: bool = True) -> None:
+        self._offscreen, package_and_driver = open_offscreen(device)
+        self.description = package_and_driver
+        self._shadows = shadows
+        self._scene: SceneSpec | None = None
+        self._graph: SceneGraph | None = None
+        self._display = display_table()
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """No normals, which pyrender draws as lines only, and no film, which would cast shadows."""
+        return Capabilities(normals=False, film=False, shadows=self._shadows, max_lights=MAX_LAMPS)
+
+    def load(self, scene: SceneSpec) -> None:
+        """Build the scene graph; pyrender uploads it with the first picture."""
+        self._require_open()
+        require_drawable(scene)
+        self._graph, self._scene = SceneGraph(scene), scene
+
+    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Draw the loaded scene: one pass for the picture, and one, without antialiasing, for depth and ids."""
+        graph, _ = self._loaded()
+        if normals:
+            raise RenderError("the pyrender backend draws no normals; use raster or pathtrace")
+        self._aim(graph, camera, T_world_camera)
+        flags = import_pyrender().RenderFlags
+        graph.show(plain=False)
+        picture, _ = self._offscreen.render(graph.graph, flags.SHADOWS_SPOT if self._shadows else flags.NONE)
+        ids, depth = self._draw_ids(graph, graph.node_of)
+        return RenderBuffers(rgb=cv2.LUT(np.ascontiguousarray(picture), self._display), depth=depth, instance_ids=ids)
+
+    def silhouettes(
+        self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
+    ) -> list[Silhouette]:
+        """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
+        graph, scene = self._loaded()
+        return [self._silhouette(graph, scene, camera, T_world_camera, instance) for instance in instances]
+
+    def close(self) -> None:
+        """Free all device memory; the context stays for the next renderer of the process."""
+        if self._offscreen is not None:
+            close_offscreen()
+        self._offscreen = self._graph = self._scene = None
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
+        self.close()
+
+    def _silhouette(
+        self,
+        graph: SceneGraph,
+        scene: SceneSpec,
+        camera: PinholeCamera,
+        T_world_camera: Transform,
+        instance: ObjectInstance,
+    ) -> Silhouette:
+        node = graph.node_of.get(instance.instance_id)
+
+        def draw(tile: PinholeCamera) -> Bool[np.ndarray, "h w"]:
+            self._aim(graph, tile, T_world_camera)
+            return self._draw_ids(graph, {1: node})[0] == 1
+
+        corners = solid_corners(scene, scene.model_of(instance))
+        T_camera_object = invert(T_world_camera) @ instance.T_world_object
+        return silhouette_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+
+    def _draw_ids(
+        self, graph: SceneGraph, nodes: dict[int, Any]
+    ) -> tuple[Int32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+        """Draw the given nodes in the colours of their numbers; return the numbers and depth (m).
+
+        pyrender2 switches multisampling off for segmentation, so that all samples of a pixel are that of its centre.
+        """
+        colors = {node: (number & 255, number >> 8 & 255, number >> 16) for number, node in nodes.items()}
+        graph.show(plain=True)
+        pixels, depth = self._offscreen.render(graph.graph, import_pyrender().RenderFlags.SEG, colors)
+        ids = pixels.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)
+        return ids, np.ascontiguousarray(depth, np.float32)
+
+    def _aim(self, graph: SceneGraph, camera: PinholeCamera, T_world_camera: Transform) -> None:
+        """Look through ``camera``; pyrender counts pixels from their edges."""
+        self._offscreen.viewport_width, self._offscreen.viewport_height = camera.width, camera.height
+        eye = graph.camera
+        eye.fx, eye.fy, eye.cx, eye.cy = camera.fx, camera.fy, camera.cx + 0.5, camera.cy + 0.5
+        graph.graph.set_pose(graph.eye, T_world_camera @ _FLIP)
+
+    def _require_open(self) -> None:
+        if self._offscreen is None:
+            raise RenderError("the renderer is closed; open a new one with open_renderer()")
+
+    def _loaded(self) -> tuple[SceneGraph, SceneSpec]:
+        self._require_open()
+        if self._graph is None or self._scene is None:
+            raise RenderError("no scene is loaded; call load(scene) before drawing")
+        return self._graph, self._scene

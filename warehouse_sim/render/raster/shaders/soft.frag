@@ -1,0 +1,30 @@
+// Light that changes slowly over a surface, at every second pixel of every second row.
+layout(location = 0) out float out_depth;          // near / z of that pixel
+layout(location = 1) out float out_near_light;     // see occlusion.glsl
+layout(location = 2) out vec4 out_around;          // from the surroundings: irradiance; grey one of what is mirrored
+layout(location = 3) out vec4 out_visibility[2];   // of the lamps that have a shadow map
+
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
+
+void main() {
+    ivec2 at = min(ivec2(gl_FragCoord.xy) * 2, textureSize(depth_map, 0) - 1);
+    float stored = texelFetch(depth_map, at, 0).x;
+    vec3 n = unpack_normal(texelFetch(surface_map, at, 0).x);
+    vec3 p = vec3((vec2(at) + 0.5 - intrinsics.zw) / intrinsics.xy, 1.0) * (near / max(stored, 1e-6));
+
+    out_depth = stored;
+    ivec2 block = ivec2(gl_FragCoord.xy) & 3;
+    out_near_light = near_light(vec2(at) + 0.5, p, n, 6.2831853 / 16.0 * float(block.x * 4 + (block.y ^ block.x)));
+
+    vec3 cell = field_camera * vec4(p + n * field_lift, 1.0);
+    vec3 irradiance = field_irradiance(cell, world_camera * n);
+    vec3 mirrored = field_irradiance(cell, world_camera * reflect(normalize(p), n));
+    out_around = vec4(irradiance, dot(mirrored, LUMINANCE));
+
+    vec4 seen[2] = vec4[](vec4(1.0), vec4(1.0));
+    float angle = 1.5707963 / 4.0 * float((block.x & 1) * 2 + ((block.x ^ block.y) & 1));
+    mat2 turn = mat2(cos(angle), sin(angle), -sin(angle), cos(angle));
+    ADD_SHADOWS                    // seen[0][0] = visibility(0, p, n, turn); ...: constant indices cost far less
+    out_visibility[0] = seen[0];
+    out_visibility[1] = seen[1];
+}

@@ -1,0 +1,76 @@
+"""From lumen and beam angle to candela, and from candela to lux.
+
+Spots fall off as in glTF's KHR_lights_punctual: with c the cosine of the angle to the axis and c_i, c_o those of the
+inner and the outer half angle, I(c) = I_0 * saturate((c - c_o) / (c_i - c_o))^2.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.schema import Light
+
+_WIDEST = np.deg2rad(85.0)
+_OUTER = 1.6
+"""Outer half angle of a lamp's cone over its half-power angle."""
+
+
+def cone_of_beam(beam_deg: float) -> tuple[float, float]:
+    """Return the inner and outer half angles (rad) of the cone whose intensity is half at the edge of the beam.
+
+    Args:
+        beam_deg: Full angle between the directions of half intensity (deg), 10-150, as data sheets give it.
+    """
+    half = np.deg2rad(beam_deg) / 2.0
+    outer = min(_OUTER * half, _WIDEST)
+    # Half intensity is where the cosine is 1 / sqrt(2) of the way from outer to inner.
+    inner_cosine = np.sqrt(2.0) * (np.cos(half) - np.cos(outer) * (1.0 - np.sqrt(0.5)))
+    return float(np.arccos(min(inner_cosine, 1.0))), float(outer)
+
+
+def flux_per_candela(cone_inner: float, cone_outer: float) -> float:
+    """Return the luminous flux (lm) of a spot of 1 cd on its axis: 2 pi ((1 - c_i) + (c_i - c_o) / 3)."""
+    inner, outer = np.cos(cone_inner), np.cos(cone_outer)
+    return float(2.0 * np.pi * ((1.0 - inner) + (inner - outer) / 3.0))
+
+
+def luminous_flux(light: Light) -> float:
+    """Return the flux (lm) of a lamp."""
+    if light.kind == "point":
+        return 4.0 * np.pi * light.intensity
+    return light.intensity * flux_per_candela(light.cone_inner, light.cone_outer)
+
+
+def relative_intensity(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return the intensity in directions whose cosine with the axis is ``cosine``, as a share of that on the axis."""
+    if light.kind == "point":
+        return np.ones_like(cosine)
+    inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
+    return np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
+
+
+def lamp_illuminance(
+    light: Light, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], nearest: float = 0.01
+) -> Float[np.ndarray, " n"]:
+    """Return the illuminance (lx) that a lamp gives without obstacles: I cos(incidence) / r^2.
+
+    Args:
+        light: The lamp.
+        points: Places in the world (m).
+        normals: Unit normals of the surfaces there.
+        nearest: Distance (m) that what is nearer counts as having.
+    """
+    to_lamp = np.asarray(light.position, float) - points
+    distance = np.maximum(np.linalg.norm(to_lamp, axis=1), 1e-6)
+    towards = to_lamp / distance[:, None]
+    incidence = np.maximum((towards * normals).sum(axis=1), 0.0)
+    share = relative_intensity(light, -towards @ np.asarray(light.direction, float))
+    return light.intensity * share * incidence / np.maximum(distance, nearest) ** 2
+
+
+def unshaded_illuminance(
+    lights: Sequence[Light], points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
+) -> Float[np.ndarray, " n"]:
+    """Return the illuminance (lx) that all lamps give together, ignoring shadows."""
+    return sum((lamp_illuminance(light, points, normals) for light in lights), np.zeros(len(points)))

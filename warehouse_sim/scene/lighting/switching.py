@@ -1,0 +1,114 @@
+"""Which fixtures of a scene burn, and how bright: one draw of a recipe's light."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.scene.lighting.colour import lamp_colour
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.fixtures import Fixture
+from warehouse_sim.scene.lighting.installation import Installation
+from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshaded_illuminance
+from warehouse_sim.scene.lighting.presets import Preset
+from warehouse_sim.schema import Light
+
+_FLUX = 15000.0
+"""Flux of a luminaire (lm) before it is dimmed to the wanted lux: that of a high-bay luminaire of about 100 W."""
+_FLICKER = 0.25
+"""Share of its flux that a luminaire that is about to fail gives."""
+_SKY = 6500.0
+"""Colour temperature of an overcast sky (K), that of CIE D65."""
+_SKY_RADIUS = 2.0
+"""Radius of the disk that stands for an open door as a source of light (m)."""
+
+
+def install(
+    config: LightingConfig, fixtures: Sequence[Fixture], floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
+) -> Installation:
+    """Draw which fixtures burn and how, at the recipe's flux or at one that is yet to be scaled to the wanted lux.
+
+    Args:
+        config: The recipe's light.
+        fixtures: Those of the scene.
+        floor: Points on the aisle's floor (m), where the share of ambient light is counted, without shadows.
+        rng: Source of all draws.
+    """
+    preset = config.resolved()
+    lux = None if config.flux is not None else preset.lux.draw(rng)
+    flux = _FLUX if config.flux is None else config.flux.draw(rng)
+    lights = _lamps([item for item in fixtures if item.kind == "luminaire"], preset, flux, rng)
+    if preset.sky_luminance > 0.0:
+        lights |= {item.material: _open_door(item, preset) for item in fixtures if item.kind == "door"}
+    up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
+    ambient = preset.ambient_share * float(unshaded_illuminance(list(lights.values()), floor, up).mean())
+    return Installation(
+        name=config.preset,
+        preset=preset,
+        fixtures=tuple(fixtures),
+        lights=tuple(lights.get(item.material) for item in fixtures),
+        ambient=ambient,
+        lux=lux,
+    )
+
+
+def _lamps(luminaires: Sequence[Fixture], preset: Preset, flux: float, rng: np.random.Generator) -> dict[str, Light]:
+    """Return the lamps that burn by the material of their luminaire."""
+    kelvins = [temperature.draw(rng) for temperature in preset.temperatures]
+    rows, columns = _ranks([item.position[1] for item in luminaires]), _ranks([item.position[0] for item in luminaires])
+    shares = _failing([preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_share, rng)
+    lamps: dict[str, Light] = {}
+    for item, row, column, share in zip(luminaires, rows, columns, shares, strict=True):
+        if share > 0.0:
+            tone = row if max(rows) > 0 else column * len(kelvins) // (max(columns) + 1)
+            tilt = preset.tilt_deg * (-1.0) ** len(lamps)
+            lamps[item.material] = _lamp(item, flux * share, kelvins[tone % len(kelvins)], tilt, preset)
+    return lamps
+
+
+def _ranks(values: Sequence[float]) -> list[int]:
+    """Return the place of each value among the different ones, to the millimetre."""
+    return np.unique(np.round(values, 3), return_inverse=True)[1].tolist()
+
+
+def _failing(shares: list[float], failed_share: float, rng: np.random.Generator) -> list[float]:
+    """Return the share of its flux that each luminaire gives when some fail: one flickers, one at least is whole."""
+    count = len(shares)
+    if failed_share == 0.0:
+        return shares
+    dark = min(max(round(failed_share * count), 1), max(count - 2, 0))
+    state = np.ones(count)
+    state[:dark], state[dark : dark + 1] = 0.0, _FLICKER
+    return (rng.permutation(state) * shares).tolist()
+
+
+def _lamp(item: Fixture, flux: float, kelvin: float, tilt_deg: float, preset: Preset) -> Light:
+    inner, outer = cone_of_beam(preset.beam_deg)
+    along, tilt = np.array([1.0, 0.0, 0.0]), np.deg2rad(tilt_deg)
+    return Light(
+        kind="spot",
+        position=item.position,
+        direction=np.cos(tilt) * item.direction + np.sin(tilt) * along,
+        intensity=flux / flux_per_candela(inner, outer),
+        color=lamp_colour(kelvin, preset.white_balance),
+        cone_inner=inner,
+        cone_outer=outer,
+        radius=preset.source_radius,
+    )
+
+
+def _open_door(item: Fixture, preset: Preset) -> Light:
+    """Return the light that falls in through a door: that of the sky's luminance over its area, fading to the sides.
+
+    A Lambertian face fades with the cosine, the widest cone of a lamp with its square; on the axis they are equal.
+    """
+    return Light(
+        kind="spot",
+        position=item.position,
+        direction=item.direction,
+        intensity=preset.sky_luminance * item.area,
+        color=lamp_colour(_SKY, preset.white_balance),
+        cone_inner=0.0,
+        cone_outer=np.pi / 2.0,
+        radius=_SKY_RADIUS,
+    )

@@ -1,0 +1,59 @@
+"""Views are chosen before loads settle; where something that fell since stands in the way of one, it is chosen anew."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
+from warehouse_sim.scene.viewpoints.in_view import shows
+from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
+from warehouse_sim.schema import SceneSpec, Viewpoint
+
+
+def renew_lost_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.Generator) -> SceneSpec:
+    """Return the scene with another view of the same target, or else of another one, for each that was lost.
+
+    Args:
+        scene: The scene at rest.
+        config: What its viewpoints were chosen by, with no setting left open.
+        rng: Where new views come from.
+
+    Raises:
+        PlacementError: A drive is blocked, or no other view is found.
+    """
+    space = FreeSpace.of_scene(scene)
+    lost = lost_views(scene, config, space)
+    if not lost:
+        return scene
+    views = list(scene.viewpoints)
+    for number in lost:
+        if views[number].sequence is not None:
+            raise PlacementError(f"something fell before the drive of viewpoint {number}")
+        views[number] = _another_view(views[number], space, config, rng)
+    return replace(scene, viewpoints=tuple(views))
+
+
+def lost_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> list[int]:
+    """Return the numbers of the viewpoints that have lost their room or the sight of their target."""
+    target_of = {item.instance_id: item for item in space.targets}
+    mounting = config.mounting
+    vehicle = mounting.vehicle if mounting is not None and not mounting.lifts else None
+    lost = []
+    for number, view in enumerate(scene.viewpoints):
+        stands = space.admits_camera(view.T_world_camera[:3, 3], config.clearance)
+        if stands and vehicle is not None and view.T_world_vehicle is not None:
+            stands = space.admits_bodies(vehicle.boxes(view.T_world_vehicle, 0.0))
+        target = target_of.get(view.target) if view.target is not None else None
+        if not stands or (target is not None and not shows(view, target, space, config)):
+            lost.append(number)
+    return lost
+
+
+def _another_view(view: Viewpoint, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
+    for target in sorted(space.by_turns(config.aisle_share, rng), key=lambda item: item.instance_id != view.target):
+        for candidate in candidate_viewpoints(target, space, config, rng):
+            if shows(candidate, target, space, config):
+                return candidate
+    raise PlacementError("something fell before a view, and no other one is found")

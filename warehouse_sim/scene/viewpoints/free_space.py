@@ -1,0 +1,126 @@
+"""Where a camera or a vehicle has room in a scene, and how much of a target is in sight from there."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.geometry.boxes import OrientedBox, box_corners
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.draft import Area
+from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
+
+_EDGE = 0.3
+"""Least distance from the camera to the aisle's edge (m)."""
+_ABOVE_FLOOR = 0.21
+"""Least height of a camera (m)."""
+_BODY_ROOM = 0.08
+"""Least distance from a vehicle to any object (m)."""
+_UNDERFOOT = 0.05
+"""What ends below this height (m) is driven over."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """The solid boxes of a scene, its aisle and its targets."""
+
+    solids: BoxStack
+    """Collision boxes in the world."""
+    owners: Int[np.ndarray, " n"]
+    """Instance id of each."""
+    area: Area
+    """Floor that cameras stay over."""
+    models: Mapping[str, ObjectModel]
+    targets: tuple[ObjectInstance, ...]
+    """What can be aimed at."""
+
+    @classmethod
+    def of(
+        cls,
+        instances: Iterable[ObjectInstance],
+        models: Mapping[str, ObjectModel],
+        targets: Sequence[str],
+        area: Area,
+    ) -> "FreeSpace":
+        """Collect the boxes of ``instances``; those whose class is among ``targets`` can be aimed at.
+
+        Raises:
+            PlacementError: There is no target.
+        """
+        instances = list(instances)
+        chosen = tuple(item for item in instances if models[item.model].class_name in targets)
+        if not chosen:
+            raise PlacementError(f"no object of the scene is of a target class ({', '.join(targets)})")
+        rows = [(item, box) for item in instances for box in models[item.model].collision]
+        boxes = [OrientedBox(item.T_world_object @ box.T_parent_box, box.size) for item, box in rows]
+        owners = np.array([item.instance_id for item, _ in rows], dtype=int)
+        return cls(BoxStack.of(boxes), owners, area, models, chosen)
+
+    @classmethod
+    def of_scene(cls, scene: SceneSpec) -> "FreeSpace":
+        """Collect the boxes of a scene as it stands.
+
+        Raises:
+            PlacementError: There is no target, or the scene does not say where its aisle is.
+        """
+        if scene.aisle is None:
+            raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
+        return cls.of(scene.instances, scene.models, scene.targets, Area(*scene.aisle))
+
+    def admits_camera(self, position: Float[np.ndarray, " 3"], clearance: float) -> bool:
+        """Return whether ``position`` (m) is over the aisle and ``clearance`` (m) from every object but the floor."""
+        if not self.area.contains(position, margin=_EDGE) or position[2] < _ABOVE_FLOOR:
+            return False
+        return bool(np.min(self._standing.distances_to(position), initial=np.inf) >= clearance)
+
+    def admits_bodies(self, boxes: Sequence[OrientedBox]) -> bool:
+        """Return whether none of a vehicle's ``boxes`` touches an object or comes near one."""
+        bodies = BoxStack.of(boxes)
+        pairs = bodies.pairs(self._obstacles, _BODY_ROOM)
+        distance = bodies.separation(self._obstacles, pairs).distance
+        return bool(np.min(distance, initial=np.inf) >= _BODY_ROOM)
+
+    def sight_share(self, eye: Float[np.ndarray, " 3"], target: ObjectInstance) -> float:
+        """Return the share of a target's nine sample points that no other object's box hides from ``eye`` (m)."""
+        points = transform_points(target.T_world_object, _sample_points(self.models[target.model].size))
+        ends, (low, high) = np.vstack([eye, points]), self._extents
+        between = (low <= ends.max(axis=0)).all(axis=1) & (high >= ends.min(axis=0)).all(axis=1)
+        hidden = self.solids.subset(between & (self.owners != target.instance_id)).block(eye, points)
+        return float(np.mean(~hidden))
+
+    def by_turns(self, aisle_share: float, rng: np.random.Generator) -> list[ObjectInstance]:
+        """Return the targets in random order: with probability ``aisle_share`` those in the aisle first, else last."""
+        wanted = rng.random() < aisle_share
+        shuffled = [self.targets[index] for index in rng.permutation(len(self.targets))]
+        return sorted(shuffled, key=lambda item: self.in_aisle(item) != wanted)
+
+    def in_aisle(self, target: ObjectInstance) -> bool:
+        """Return whether ``target`` stands in the aisle and not beside it."""
+        return self.area.contains(target.T_world_object[:3, 3])
+
+    @cached_property
+    def target_centres(self) -> Float[np.ndarray, "n 3"]:
+        """Centres of the targets in the world (m)."""
+        return np.array([item.T_world_object[:3, 3] for item in self.targets])
+
+    @cached_property
+    def _extents(self) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+        return self.solids.extents()
+
+    @cached_property
+    def _standing(self) -> BoxStack:
+        """All but the floor, which may be nearer: only what stands on it limits a camera."""
+        return self.solids.subset(self.solids.centre[:, 2] > 0.0)
+
+    @cached_property
+    def _obstacles(self) -> BoxStack:
+        return self.solids.subset(self._extents[1][:, 2] > _UNDERFOOT)
+
+
+def _sample_points(size: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "9 3"]:
+    """Return the centre of an object and eight points towards its corners, in its frame (m)."""
+    return np.concatenate([np.zeros((1, 3)), 0.8 * box_corners(size)])

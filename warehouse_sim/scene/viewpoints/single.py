@@ -1,0 +1,109 @@
+"""One view at a time: a vehicle that stands before a target, or a camera on a shell around it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.scene.draft import Area
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
+from warehouse_sim.scene.viewpoints.in_view import is_framed
+from warehouse_sim.scene.viewpoints.mountings import Mounting
+from warehouse_sim.scene.viewpoints.vehicles import pose_on_floor
+from warehouse_sim.schema import ObjectInstance, Viewpoint
+
+TRIES = 60
+"""Views drawn for a target before it is given up."""
+
+
+def candidate_viewpoints(
+    target: ObjectInstance,
+    space: FreeSpace,
+    config: ViewpointsConfig,
+    rng: np.random.Generator,
+    tries: int = TRIES,
+    sight: tuple[float, float] = (0.0, 1.0),
+) -> Iterator[Viewpoint]:
+    """Yield single views of ``target`` that have room and show its centre near the optical axis.
+
+    Args:
+        target: What to look at, one of the space's targets.
+        space: The scene.
+        config: Kind of camera, distances, angles; ``min_targets`` and ``sight_share`` are left to the caller.
+        rng: Where draws come from.
+        tries: Views to draw; fewer are yielded.
+        sight: Least and largest share of the target's sample points in sight, 0-1: a quick guess, from boxes, of the
+            visible fraction.
+    """
+    for _ in range(tries):
+        viewpoint, lift = draw_view(target, space, config, rng)
+        is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
+        if not is_good or not has_room(viewpoint, lift, space, config):
+            continue
+        if sight == (0.0, 1.0) or sight[0] <= space.sight_share(viewpoint.T_world_camera[:3, 3], target) <= sight[1]:
+            yield viewpoint
+
+
+def draw_view(
+    target: ObjectInstance, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator
+) -> tuple[Viewpoint, float]:
+    """Draw a view of ``target`` and how far the forks are lifted (m); whether there is room is not asked."""
+    mounting = config.mounting
+    if mounting is None:
+        return _on_shell(target, config, rng), 0.0
+    (x, y), yaw = _stand_before(target.T_world_object[:3, 3], config, space.area, rng)
+    height, pitch = draw_mount(mounting, config, rng)
+    lift = draw_lift(mounting, target, space, rng)
+    T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
+    T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch)
+    return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
+
+
+def has_room(viewpoint: Viewpoint, lift: float, space: FreeSpace, config: ViewpointsConfig) -> bool:
+    """Return whether camera and vehicle, its forks lifted by ``lift`` (m), are clear of all objects."""
+    if not space.admits_camera(viewpoint.T_world_camera[:3, 3], config.clearance):
+        return False
+    vehicle = config.mounting.vehicle if config.mounting else None
+    if vehicle is None or viewpoint.T_world_vehicle is None:
+        return True
+    return space.admits_bodies(vehicle.boxes(viewpoint.T_world_vehicle, lift))
+
+
+def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float]:
+    """Return height above the floor with lowered forks (m) and pitch (rad) of a camera."""
+    height = (config.height or mounting.height).draw(rng)
+    pitch = 0.0 if config.level else (config.pitch_deg or mounting.pitch_deg).draw(rng)
+    return height, float(np.deg2rad(pitch))
+
+
+def draw_lift(mounting: Mounting, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
+    """Return how far the forks are up (m): anywhere from travel height to where they could enter the target."""
+    if not mounting.lifts:
+        return 0.0
+    stands_at = target.T_world_object[2, 3] - space.models[target.model].size[2] / 2
+    return float(rng.uniform(0.0, max(0.0, stands_at)))
+
+
+def _on_shell(target: ObjectInstance, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
+    """Draw a place on a spherical shell around ``target`` and look at its centre, without roll."""
+    radius, azimuth = config.distance.draw(rng), rng.uniform(-np.pi, np.pi)
+    elevation = np.deg2rad(config.elevation_deg.draw(rng))
+    flat = np.cos(elevation)
+    outward = np.array([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)])
+    place = target.T_world_object[:3, 3] + radius * outward
+    T_world_camera = level_camera(place, azimuth + np.pi, 0.0 if config.level else -float(elevation))
+    return Viewpoint(T_world_camera, config.kind, target=target.instance_id)
+
+
+def _stand_before(
+    target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, " 2"], float]:
+    """Draw where a camera stands (m) and looks (rad) before ``target``; the aisle's are seen against the rack."""
+    into_rack = -np.pi / 2 if target[1] < area.y_min else np.pi / 2
+    bearing = into_rack + np.deg2rad(config.approach_deg.draw(rng))
+    back = config.distance.draw(rng)
+    place = target[:2] - back * np.array([np.cos(bearing), np.sin(bearing)])
+    yaw = bearing + np.deg2rad(config.offset_deg.draw(rng))
+    return place, float(yaw)

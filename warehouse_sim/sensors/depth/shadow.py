@@ -1,0 +1,25 @@
+"""What only one eye of a triangulating camera sees: the shadow of its baseline."""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32
+
+
+def baseline_shadow(disparity: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
+    """Return the pixels that a second eye, to the right by the baseline, does not see.
+
+    All pixels are projected into the second image, where the largest disparity hides what is behind it: beside the left
+    edge of near things a band is hidden that is f b (1 / z_near - 1 / z_far) wide, at the left border one of f b / z.
+
+    Args:
+        disparity: f b / z in pixels of this image; 0 where there is nothing.
+    """
+    height, width = disparity.shape
+    columns = np.rint(np.arange(width, dtype=np.float32) - disparity).astype(np.int64)
+    outside = columns < 0
+    place = np.clip(columns, 0, width - 1) + width * np.arange(height)[:, None]
+    nearest = np.zeros(height * width, np.float32)
+    np.maximum.at(nearest, place.ravel(), np.where(outside, np.float32(0.0), disparity).ravel())
+    # Surfaces that the second eye sees larger leave single columns open.
+    closed = cv2.morphologyEx(nearest.reshape(height, width), cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
+    return outside | (closed.ravel()[place] > disparity + np.float32(1.0))

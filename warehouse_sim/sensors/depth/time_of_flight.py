@@ -1,0 +1,127 @@
+"""A camera that measures the phase of modulated light in each pixel."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+
+from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_not_negative, require_positive
+from warehouse_sim.sensors.depth.multipath import multipath_bias
+from warehouse_sim.sensors.depth.noise import odd_window, unit_noise
+from warehouse_sim.sensors.shot import Shot
+from warehouse_sim.sensors.surfaces import facing_cosine, sent_back
+
+_SATURATED = 1e3
+"""Light beyond which more of it does not help (white plaster facing the lamp from 1 m gives 1)."""
+
+
+@dataclass(frozen=True)
+class TimeOfFlight(DepthModel):
+    """Noise by range, angle and reflectance; flying pixels at edges; longer ranges in corners.
+
+    The noise is that of Cai et al. 2024, "Noise analysis and modeling of the PMD Flexx2 depth camera for robotic
+    applications" (arXiv 2412.15040), measured on white; the defaults are its mode 5 at 30 frames a second. On darker
+    surfaces it grows as 1 / sqrt(reflectance), as shot noise of the lamp's own light does (Lange & Seitz 2001,
+    "Solid-state time-of-flight range camera").
+    """
+
+    kind: ClassVar[str] = "time_of_flight"
+    needs_normals: ClassVar[bool] = True
+    needs_surfaces: ClassVar[bool] = True
+
+    min_range: float = 0.1
+    """Nearest depth that is read (m), >= 0."""
+    max_range: float = 2.4
+    """Farthest depth that is read (m), > min_range; 2.4 is that of the Flexx2's mode 5."""
+    sigma_base: float = 0.002362
+    """Standard deviation at z = 0 (m), >= 0."""
+    sigma_linear: float = -0.001041
+    """Its growth with depth (m/m)."""
+    sigma_square: float = 0.000753
+    """Its growth with the square of depth (1/m), >= 0."""
+    sigma_angle: float = 0.000185
+    """Its growth with z^2.7 theta^2 / (pi/2 - theta)^2, theta the angle of incidence, >= 0."""
+    sigma_lateral_px: float = 0.864
+    """Standard deviation of the spot that a pixel gathers light from (px of the sensor), >= 0."""
+    focal_px: float = 210.6
+    """Focal length of the sensor itself (px), > 0: 56 degrees over 224 px."""
+    unambiguous_range: float = 7.5
+    """Range at which the phase, put together from all frequencies, starts anew (m), > 0."""
+    min_coherence: float = 0.6
+    """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
+    min_signal: float = 0.0005
+    """Least light of the lamp that must come back; white plaster facing it from 1 m gives 1; >= 0."""
+    max_sigma: float = 0.1
+    """Readings of a larger standard deviation are dropped, as confidence filters do (m), > 0."""
+    multipath: float = 1.0
+    """Share of the light by way of other surfaces that is not compensated, 0-1."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names = ("sigma_base", "sigma_square", "sigma_angle", "sigma_lateral_px", "min_coherence", "min_signal")
+        require_not_negative(self, *names, "multipath")
+        require_positive(self, "focal_px", "unambiguous_range", "max_sigma")
+        if self.sigma_linear < 0 and self.sigma_linear**2 >= 4.0 * self.sigma_base * self.sigma_square:
+            raise ValueError(f"sigma_linear makes the noise negative at some range, found {self.sigma_linear}")
+
+    def measure(self, buffers: RenderBuffers, shot: Shot, rng: np.random.Generator) -> Depth:
+        """Return the depth that is read (m), 0 = none."""
+        assert buffers.normals is not None
+        assert shot.surfaces is not None
+        camera, depth = shot.camera, buffers.depth
+        cosine = facing_cosine(buffers.normals, camera)
+        diffuse, glossy = sent_back(shot.surfaces, cosine)
+        signal = np.divide(diffuse + glossy, depth * depth, out=np.zeros_like(depth), where=depth > 0)
+        mixed, clear = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), camera.fx / self.focal_px)
+        if self.multipath > 0:
+            share = np.float32(self.multipath)
+            mixed += (
+                share * multipath_bias(depth, buffers.normals, shot.surfaces.remission, camera) * cosine_of_view(shot)
+            )
+        theta = np.arccos(np.clip(cosine, np.float32(0.05), np.float32(1.0)))
+        white = np.clip(shot.surfaces.remission, np.float32(0.01), np.float32(1.0))
+        sigma = np.float32(self.noise_scale) * self.axial_sigma(depth, theta) / np.sqrt(white)
+        # Pixels of the image that lie on one pixel of the sensor have its error in common.
+        size = (depth.shape[0], depth.shape[1])
+        read = mixed + sigma * unit_noise(size, rng, odd_window(camera.fx / self.focal_px))
+        clear &= (signal >= np.float32(self.min_signal)) & (sigma <= np.float32(self.max_sigma))
+        return np.where(clear, read, np.float32(0.0))
+
+    def axial_sigma(self, z: Float[np.ndarray, "*s"], theta: Float[np.ndarray, "*s"]) -> Float[np.ndarray, "*s"]:
+        """Return the standard deviation of depth (m) on white, from z (m) and the angle of incidence (rad)."""
+        lean = theta / (np.float32(np.pi / 2) - theta)
+        straight = np.float32(self.sigma_base) + z * (np.float32(self.sigma_linear) + np.float32(self.sigma_square) * z)
+        return straight + np.float32(self.sigma_angle) * z ** np.float32(2.7) * lean * lean
+
+    def _mixed(
+        self, depth: Depth, signal: Float32[np.ndarray, "h w"], scale: float
+    ) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
+        """Return the depth (m) of all light in a pixel's spot, and where its phases do not cancel each other.
+
+        A pixel adds up amplitude and phase; at an edge the sum lies between the two sides, a flying pixel.
+        """
+        lit = (depth > 0) & (signal > 0)
+        if self.sigma_lateral_px == 0:
+            return depth.copy(), lit
+        turn = np.float32(2.0 * np.pi / self.unambiguous_range)
+        phase = turn * depth
+        size = 2 * int(np.ceil(2.0 * self.sigma_lateral_px * scale)) + 1
+        spot = (size, size), self.sigma_lateral_px * scale
+        real = cv2.GaussianBlur(signal * np.cos(phase), *spot)
+        imaginary = cv2.GaussianBlur(signal * np.sin(phase), *spot)
+        whole = cv2.GaussianBlur(signal, *spot)
+        found = cv2.phase(real, imaginary)
+        off = np.remainder(found - phase + np.float32(np.pi), np.float32(2 * np.pi)) - np.float32(np.pi)
+        clear = cv2.magnitude(real, imaginary) >= np.float32(self.min_coherence) * whole
+        return np.maximum(depth + off / turn, np.float32(0.0)), lit & clear
+
+
+def cosine_of_view(shot: Shot) -> Float32[np.ndarray, "h w"]:
+    """Return z over range for each pixel."""
+    camera = shot.camera
+    x = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
+    y = ((np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[:, None]
+    return np.float32(1.0) / np.sqrt(np.float32(1.0) + x * x + y * y)

@@ -1,0 +1,7 @@
+"""LiDARs as the real ones see: lasers on a measured table, what comes back of a pulse, and when."""
+
+from warehouse_sim.sensors.lidar.config import LIDAR_PRESETS, LidarConfig
+from warehouse_sim.sensors.lidar.motion import EgoMotion
+from warehouse_sim.sensors.lidar.scanner import scan
+
+__all__ = ["LIDAR_PRESETS", "EgoMotion", "LidarConfig", "scan"]

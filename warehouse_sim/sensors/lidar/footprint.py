@@ -1,0 +1,117 @@
+"""Beams with a width: at edges, several surfaces share a pulse."""
+
+import numpy as np
+from jaxtyping import Float32, Int
+
+from warehouse_sim.render.raycaster import RayCaster, RayHits
+from warehouse_sim.sensors.lidar.config import LidarConfig
+from warehouse_sim.sensors.lidar.echo import Echoes, strongest_echoes, thin_echoes
+from warehouse_sim.sensors.lidar.sweep import Sweep
+
+_PROBE_AT = 0.571
+"""Centroid of the outer thirds of a round beam, in half angles: (4 / pi) (1 - t^2)^1.5 with t = 0.265."""
+_SMALLEST_STEP = 0.05
+"""Surfaces nearer to one another than this need no closer look (m): blended, they lie within the noise."""
+
+
+def footprint_echoes(
+    raycaster: RayCaster,
+    config: LidarConfig,
+    sweep: Sweep,
+    origins: Float32[np.ndarray, "n 3"],
+    directions: Float32[np.ndarray, "n 3"],
+) -> tuple[Echoes, int]:
+    """Return the echoes of the sweep's beams, and how many rays it took.
+
+    One ray follows each beam's axis. Where a neighbour on the grid meets another surface at another distance, one more
+    ray looks at the outer third of the beam on that side and stands for a third of its light. What is narrower than
+    the gap between beams and met by no axis is missed.
+
+    Args:
+        raycaster: The scene.
+        config: Divergence, pulse length and extinction.
+        sweep: The grid that the beams form.
+        origins: Where they start in the world (m).
+        directions: Unit vectors in the world.
+    """
+    hits = raycaster.cast(origins, directions)
+    echoes = thin_echoes(hits, directions)
+    if not any(config.divergence_mrad):
+        return echoes, len(directions)
+    beams, sides = _edges(hits, sweep)
+    rays = _probes(directions[beams], sides, config.divergence_mrad)
+    probes = thin_echoes(raycaster.cast(origins[beams], rays), rays)
+    mixed, shares = _shares(echoes, probes, beams, sides)
+    blended = strongest_echoes(shares, pulse_length=config.pulse_length, extinction=config.extinction)
+    for whole, part in (
+        (echoes.distance, blended.distance),
+        (echoes.reflectance, blended.reflectance),
+        (echoes.instance_ids, blended.instance_ids),
+    ):
+        whole[mixed] = part
+    return echoes, len(directions) + len(rays)
+
+
+def _edges(hits: RayHits, sweep: Sweep) -> tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]:
+    """Return which beams have an edge beside them, in order, and on which side: left 0, right 1, up 2, down 3."""
+    distance = hits.distance.reshape(sweep.shape)
+    piece, owner = hits.pieces.reshape(sweep.shape), hits.instance_ids.reshape(sweep.shape)
+    found = []
+    number = np.arange(distance.size).reshape(sweep.shape)
+    every, but_first, but_last = slice(None), slice(1, None), slice(-1)
+    pairs = [(0, but_last, every, 1, but_first, every), (3, every, but_last, 2, every, but_first)]
+    if sweep.closed:
+        pairs.append((0, slice(-1, None), every, 1, slice(1), every))
+    for side_of_a, row_a, ring_a, side_of_b, row_b, ring_b in pairs:
+        a, b = (row_a, ring_a), (row_b, ring_b)
+        with np.errstate(invalid="ignore"):  # both infinite: no step
+            edge = np.abs(distance[a] - distance[b]) > _SMALLEST_STEP
+        edge &= (piece[a] != piece[b]) | (owner[a] != owner[b])
+        found += [(side_of_a, number[a][edge]), (side_of_b, number[b][edge])]
+    beams = np.concatenate([beams for _, beams in found])
+    sides = np.repeat([side for side, _ in found], [len(beams) for _, beams in found])
+    order = np.argsort(beams, kind="stable")  # neighbours meet much the same, which makes casting faster
+    return beams[order], sides[order]
+
+
+def _probes(
+    axes: Float32[np.ndarray, "m 3"], sides: Int[np.ndarray, " m"], divergence_mrad: tuple[float, float]
+) -> Float32[np.ndarray, "m 3"]:
+    """Return the directions of rays through the outer third of beams, on the given side of each."""
+    half = np.asarray(divergence_mrad, np.float32) * np.float32(0.5e-3 * _PROBE_AT)
+    left = _left(axes)
+    sign = np.where(sides % 2 == 0, np.float32(1.0), np.float32(-1.0))[:, None]
+    return axes + sign * np.where((sides < 2)[:, None], left * half[0], np.cross(axes, left) * half[1])
+
+
+def _left(directions: Float32[np.ndarray, "n 3"]) -> Float32[np.ndarray, "n 3"]:
+    """Return level unit vectors to the left of directions that are not vertical."""
+    x, y = directions[:, 0], directions[:, 1]
+    level = 1.0 / np.sqrt(x * x + y * y)
+    return np.stack([-y * level, x * level, np.zeros_like(x)], axis=1)
+
+
+def _shares(
+    axis: Echoes, probes: Echoes, beams: Int[np.ndarray, " m"], sides: Int[np.ndarray, " m"]
+) -> tuple[Int[np.ndarray, " k"], Echoes]:
+    """Return the beams in which a probe meets another distance than the axis, and what their shares meet."""
+    with np.errstate(invalid="ignore"):
+        differs = np.abs(probes.distance - axis.distance[beams]) > _SMALLEST_STEP
+    is_mixed = np.zeros(len(axis.distance), bool)
+    is_mixed[beams[differs]] = True
+    mixed = np.flatnonzero(is_mixed)
+    chosen = np.flatnonzero(is_mixed[beams])
+    row, column = np.searchsorted(mixed, beams[chosen]), 1 + sides[chosen]
+    shape = (len(mixed), 5)
+    shares = Echoes(np.full(shape, np.inf, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32))
+    probed = np.bincount(row, minlength=len(mixed))[:, None]
+    part = np.float32(1.0) / np.maximum(probed + 1, 3).astype(np.float32)
+    for whole, central, others in (
+        (shares.distance, axis.distance, probes.distance),
+        (shares.reflectance, axis.reflectance, probes.reflectance),
+        (shares.instance_ids, axis.instance_ids, probes.instance_ids),
+    ):
+        whole[:, 0], whole[row, column] = central[mixed], others[chosen]
+    shares.reflectance[:, 1:] *= part
+    shares.reflectance[:, :1] *= 1 - probed * part
+    return mixed, shares

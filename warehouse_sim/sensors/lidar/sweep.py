@@ -1,0 +1,86 @@
+"""All rays of a turn on a grid of rings and azimuths, made once for each configuration."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float32, Int, Int32
+
+from warehouse_sim.sensors.lidar.config import LidarConfig
+from warehouse_sim.sensors.lidar.lasers import LASERS
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Rays on a grid: rows look alike in azimuth, not in time, and go from the topmost ring down."""
+
+    shape: tuple[int, int]
+    """Azimuths and rings."""
+    closed: bool
+    """Whether the last azimuth is a neighbour of the first."""
+    origins: Float32[np.ndarray, "n 3"]
+    """Where rays start in the LiDAR frame (m)."""
+    directions: Float32[np.ndarray, "n 3"]
+    """Unit vectors in the LiDAR frame."""
+    time: Float32[np.ndarray, " n"]
+    """Since the sweep began (s)."""
+    forward_time: float
+    """When the head points forward, or comes nearest to it (s)."""
+    ring: Int32[np.ndarray, " n"]
+    firing_order: Int[np.ndarray, " n"]
+    """Which ray fires first, second, ..."""
+
+
+@lru_cache(maxsize=8)
+def make_sweep(config: LidarConfig) -> Sweep:
+    """Return the rays of one turn.
+
+    A laser that looks to the left of the head gets to an azimuth earlier than one that looks to its right; in a row of
+    the grid, rays stand at most half a step beside one another. Rays start where the calibration of Velodyne's drivers
+    puts them: offset perpendicular to the ray, upwards and to the left.
+    """
+    lasers = LASERS[config.model]()
+    top_down = np.argsort(lasers.rings())[:: config.every_nth_beam]
+    step = np.deg2rad(config.azimuth_step_deg)
+    first, last = np.deg2rad(config.azimuth_range_deg)
+    closed = bool(last - first > 2.0 * np.pi - step / 2.0)
+    # A full turn must not fire twice in the direction where it closes; any other one includes both ends.
+    count = round((last - first) / step) if closed else int((last - first) / step + 1e-6) + 1
+    lead = np.round(lasers.azimuth[top_down] / step).astype(int)
+    row = np.arange(count)[:, None]
+    cycle = (row - lead) % count if closed else row - lead + lead.max()
+    forward = -first / step + (0 if closed else lead.max())
+    period = step / (2.0 * np.pi * config.turns_per_second)
+    azimuth = first + row * step + (lasers.azimuth[top_down] - lead * step)
+    elevation = np.broadcast_to(lasers.elevation[top_down], azimuth.shape)
+    return Sweep(
+        shape=azimuth.shape,
+        closed=closed,
+        origins=_vectors(*_origins(azimuth, elevation, lasers.up[top_down], lasers.left[top_down])),
+        directions=_vectors(
+            np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
+        ),
+        time=_fixed(cycle * period + lasers.delay[top_down], np.float32),
+        forward_time=float(np.clip(forward, 0, cycle.max()) * period),
+        ring=_fixed(np.broadcast_to(np.arange(len(top_down)), azimuth.shape), np.int32),
+        firing_order=_fixed(np.lexsort((np.tile(top_down, count), cycle.ravel())), np.intp),
+    )
+
+
+def _origins(azimuth: np.ndarray, elevation: np.ndarray, up: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, ...]:
+    radial = -up * np.sin(elevation)
+    x = radial * np.cos(azimuth) - left * np.sin(azimuth)
+    y = radial * np.sin(azimuth) + left * np.cos(azimuth)
+    return x, y, up * np.cos(elevation)
+
+
+def _vectors(*components: np.ndarray) -> Float32[np.ndarray, "n 3"]:
+    """Return vectors whose components lie one after the other in memory, as whole columns are worked on."""
+    return _fixed(np.stack([item.ravel() for item in components]), np.float32).reshape(3, -1).T
+
+
+def _fixed(values: np.ndarray, dtype: type) -> np.ndarray:
+    """Return a flat copy that nobody can change, as it is shared."""
+    flat: np.ndarray = np.array(values, dtype).ravel()
+    flat.setflags(write=False)
+    return flat
