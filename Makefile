@@ -27,8 +27,9 @@ lint: .venv/.ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# One thread in numpy's libraries, as each of generate's workers has: more only spin. Drivers keep theirs.
 speed: .venv/.ready
-	$(BIN)/python -m benchmarks.speed
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.speed
 
 setup: .venv/.ready
 

@@ -9,6 +9,7 @@ turns, each renderer in a process of its own.
 """
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -84,7 +85,13 @@ def main(
 
 
 def _command(recipe: str, seed: int, quick: bool, only: tuple[str, ...]) -> str:
-    words = ["python -m benchmarks.speed", f"--recipe {recipe}", f"--seed {seed}"]
+    threads = os.environ.get("OMP_NUM_THREADS")
+    words = [
+        *[f"OMP_NUM_THREADS={threads}"] * bool(threads),
+        "python -m benchmarks.speed",
+        f"--recipe {recipe}",
+        f"--seed {seed}",
+    ]
     return " ".join([*words, *["--quick"] * quick, *(["--only", *only] if only else [])])
 
 

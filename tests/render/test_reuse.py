@@ -9,7 +9,8 @@ from tests.render.scenes import at, rack_wall, spot
 from tests.render.test_backend import CAMERA, digest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render import Renderer, open_renderer
-from warehouse_sim.render.raster import loaded_scene, scene_geometry
+from warehouse_sim.render.lamps import lamp_geometry
+from warehouse_sim.render.raster import scene_geometry
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.schema import SceneSpec
@@ -42,6 +43,11 @@ def with_other_light(scene: SceneSpec) -> SceneSpec:
     return replace(scene, lights=lights, ambient=12.0, exposure=0.02)
 
 
+def brighter(scene: SceneSpec) -> SceneSpec:
+    lights = tuple(replace(light, intensity=2.0 * light.intensity, color=(1.0, 0.9, 0.8)) for light in scene.lights)
+    return replace(scene, lights=lights)
+
+
 def moved(scene: SceneSpec) -> SceneSpec:
     last = scene.instances[-1]
     T = at(0.0, 0.0, 0.05) @ last.T_world_object
@@ -55,6 +61,7 @@ def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(coun
         (wall, {"tables": 1, "meshes": 1, "shadows": 1}),
         (wall, {"tables": 0, "meshes": 0, "shadows": 0}),
         (half, {"tables": 0, "meshes": 0}),
+        (brighter(half), {"tables": 0, "meshes": 0, "shadows": 0}),
         (with_other_light(wall), {"tables": 0, "meshes": 0, "shadows": 1}),
         (moved(wall), {"tables": 1, "meshes": 0, "shadows": 1}),
         (rack_wall(bays=1, seed=2), {"tables": 1, "meshes": 0, "shadows": 1}),
@@ -69,7 +76,7 @@ def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(coun
     for (scene, _), seen in zip(steps, digests, strict=True):
         with open_renderer() as fresh:
             assert digest(fresh, scene) == seen
-    assert len(set(digests)) == 5
+    assert len(set(digests)) == 6
 
 
 def test_a_scene_that_fails_leaves_the_one_before_as_it_was(renderer: Renderer) -> None:
@@ -84,10 +91,12 @@ def test_a_scene_that_fails_leaves_the_one_before_as_it_was(renderer: Renderer) 
     assert np.array_equal(renderer.render(CAMERA, T).rgb, picture)
 
 
-def test_lamps_count_as_the_same_by_what_they_are() -> None:
+def test_lamps_stand_as_before_by_what_shades() -> None:
     lamp = spot((1.0, 2.0, 3.0))
-    again = spot((1.0, 2.0, 3.0))
-    assert loaded_scene._same_lamps([lamp], [again])
-    assert not loaded_scene._same_lamps([lamp], [again, again])
-    for other in (replace(lamp, position=np.array([1.0, 2.0, 3.1])), replace(lamp, radius=0.3)):
-        assert not loaded_scene._same_lamps([lamp], [other])
+    assert lamp_geometry(lamp) == lamp_geometry(replace(spot((1.0, 2.0, 3.0)), intensity=7.0, color=(1.0, 0.5, 0.2)))
+    for other in (
+        replace(lamp, position=np.array([1.0, 2.0, 3.1])),
+        replace(lamp, radius=0.3),
+        replace(lamp, kind="point"),
+    ):
+        assert lamp_geometry(lamp) != lamp_geometry(other)

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32
+from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.render.coarse_scene import CoarseScene
-from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.lamps import GROUND, lamp_geometry
 from warehouse_sim.render.light_grid import LightGrid, lay_grid, neighbours
 from warehouse_sim.schema import Light, SceneSpec
 
@@ -47,6 +47,7 @@ class LightGatherer:
     def __init__(self) -> None:
         self._scene: SceneSpec | None = None
         self._grid: LightGrid | None = None
+        self._reaches: dict[bytes, LampReach] = {}
         self._field: IrradianceField | None = None
 
     def field_of(self, scene: SceneSpec) -> IrradianceField:
@@ -57,18 +58,37 @@ class LightGatherer:
         """
         before, self._scene = self._scene, scene
         if before is None or self._grid is None or not _same_geometry(before, scene):
-            self._grid = lay_grid(scene)
+            self._grid, self._reaches = lay_grid(scene), {}
         elif self._field is not None and before.ambient == scene.ambient and _same_lamps(before, scene):
             return self._field
-        self._field = gather_irradiance(self._grid, scene.lights, scene.ambient)
+        self._field = gather_irradiance(self._grid, scene.lights, scene.ambient, self._reaches)
         return self._field
 
 
-def gather_irradiance(grid: LightGrid, lights: Sequence[Light], ambient: float) -> IrradianceField:
-    """Compute the field on ``grid`` under lamps and an even sky that gives an upward surface ``ambient`` lx."""
+@dataclass(frozen=True, eq=False)
+class LampReach:
+    """What a lamp lights among some points, however bright it is."""
+
+    lit: Int[np.ndarray, " k"]
+    """Numbers of the points that it lights."""
+    share: Float32[np.ndarray, " k"]
+    """Their irradiance (lx) for each candela of the lamp."""
+
+
+def gather_irradiance(
+    grid: LightGrid, lights: Sequence[Light], ambient: float, reaches: dict[bytes, LampReach] | None = None
+) -> IrradianceField:
+    """Compute the field on ``grid`` under lamps and an even sky that gives an upward surface ``ambient`` lx.
+
+    Args:
+        grid: Points and rays.
+        lights: The lamps.
+        ambient: Illuminance of the sky (lx).
+        reaches: What lamps light on this grid, by ``lamp_geometry``; those that are new are added.
+    """
     sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
     luminance = np.where(grid.escaped, sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
-    direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals)
+    direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, reaches)
     cubes = _smoothed(_all_bounces(grid, luminance, direct).reshape(*grid.shape, 6, 3), grid)
     return IrradianceField(grid.origin, grid.spacing, cubes, np.where(grid.trusted, 1.0, _NO_TRUST).astype(np.float32))
 
@@ -78,32 +98,44 @@ def direct_irradiance(
     lights: Sequence[Light],
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"],
+    reaches: dict[bytes, LampReach] | None = None,
 ) -> Float32[np.ndarray, "n 3"]:
     """Return the irradiance (lx, linear RGB) that lamps, taken for points, give surfaces.
-
-    I cos(incidence) / r^2; a spot fades between its cone angles as glTF's KHR_lights_punctual says.
 
     Args:
         solid: Casts the shadows.
         lights: The lamps.
         points: On the surfaces, a little lifted (m).
         normals: Unit normals of the surfaces.
+        reaches: What lamps light among these very points, by ``lamp_geometry``; those that are new are added.
     """
+    known = {} if reaches is None else reaches
     total = np.zeros((len(points), 3), np.float32)
     for light in lights:
-        to_lamp = (np.asarray(light.position, float) - points).astype(np.float32)
-        squared = np.einsum("ij,ij->i", to_lamp, to_lamp)
-        distance = np.sqrt(squared)
-        share = np.einsum("ij,ij->i", to_lamp, normals) / (distance * squared)
-        if light.kind == "spot":
-            inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
-            cosine = to_lamp @ -np.asarray(light.direction, np.float32) / distance
-            share *= np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
-        lit = np.flatnonzero(share > 0.0)
-        if light.casts_shadow:
-            lit = lit[~solid.blocked(points[lit], to_lamp[lit], np.ones(len(lit)))]
-        total[lit] += light.intensity * share[lit, None] * np.asarray(light.color, np.float32)
+        key = lamp_geometry(light)
+        if key not in known:
+            known[key] = _reach_of(light, solid, points, normals)
+        reach = known[key]
+        total[reach.lit] += light.intensity * reach.share[:, None] * np.asarray(light.color, np.float32)
     return total
+
+
+def _reach_of(
+    light: Light, solid: CoarseScene, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
+) -> LampReach:
+    """Return what a lamp lights: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says."""
+    to_lamp = (np.asarray(light.position, float) - points).astype(np.float32)
+    squared = np.einsum("ij,ij->i", to_lamp, to_lamp)
+    distance = np.sqrt(squared)
+    share = np.einsum("ij,ij->i", to_lamp, normals) / (distance * squared)
+    if light.kind == "spot":
+        inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
+        cosine = np.einsum("ij,j->i", to_lamp, -np.asarray(light.direction, np.float32)) / distance
+        share *= np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
+    lit = np.flatnonzero(share > 0.0)
+    if light.casts_shadow:
+        lit = lit[~solid.blocked(points[lit], to_lamp[lit], np.ones(len(lit)))]
+    return LampReach(lit, share[lit].astype(np.float32))
 
 
 def _all_bounces(

@@ -15,6 +15,12 @@ def even_illuminance(scene: SceneSpec) -> float:
     return scene.ambient * (1.0 + GROUND) / 2.0
 
 
+def lamp_geometry(light: Light) -> bytes:
+    """Return all of a lamp but its intensity and colour: lamps that agree in it light and shade the same places."""
+    numbers = [*light.position, *light.direction, light.cone_inner, light.cone_outer, light.radius, light.casts_shadow]
+    return light.kind.encode() + np.array(numbers, float).tobytes()
+
+
 def looked_at(scene: SceneSpec) -> Float64[np.ndarray, "n 3"]:
     """Return points (m, world) some metres before the viewpoints, or before the lamps of a scene that has none."""
     if scene.viewpoints:

@@ -1,12 +1,11 @@
 """A scene on the graphics device."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 
 import moderngl
-import numpy as np
 
 from warehouse_sim.render.irradiance import LightGatherer
+from warehouse_sim.render.lamps import lamp_geometry
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
 from warehouse_sim.render.raster.lights import ShadedLight, order_lights
@@ -49,11 +48,11 @@ class LoadedScene:
         )
         self._field = FieldTexture(context, gatherer.field_of(spec))
         lights = order_lights(spec.lights, spec.viewpoints)
-        if kept is not None and _same_lamps(lights, [item.light for item in kept.lighting.lights]):
-            shaded = kept.lighting.lights
+        if kept is not None and _stand_as_before(lights, [item.light for item in kept.lighting.lights]):
+            tiles = [item.tile for item in kept.lighting.lights]
         else:
             tiles = shadows.draw(lights, self.geometry.table, self.geometry.batches)
-            shaded = [ShadedLight(light, tile) for light, tile in zip(lights, tiles, strict=True)]
+        shaded = [ShadedLight(light, tile) for light, tile in zip(lights, tiles, strict=True)]
         self.lighting: Lighting = Lighting(
             shaded, shadows, self.geometry.materials, self._field, spec.ambient, spec.exposure
         )
@@ -65,10 +64,6 @@ class LoadedScene:
             self.geometry.release()
 
 
-def _same_lamps(a: Sequence[Light], b: Sequence[Light]) -> bool:
-    """Return whether lamps have equal settings one by one, so that they cast the same shadows."""
-    pairs = zip(a, b, strict=False)
-    names = [item.name for item in fields(Light)]
-    return len(a) == len(b) and all(
-        np.array_equal(getattr(x, name), getattr(y, name)) for x, y in pairs for name in names
-    )
+def _stand_as_before(lights: Sequence[Light], before: Sequence[Light]) -> bool:
+    """Return whether lamps cast the same shadows as before, however bright they are."""
+    return [lamp_geometry(light) for light in lights] == [lamp_geometry(light) for light in before]
