@@ -192,6 +192,15 @@ class SceneSpec:
             return self
         return replace(self, lights=(*self.lights, *viewpoint.lights), exposure=exposure)
 
+    def painted_like(self, other: "SceneSpec") -> bool:
+        """Return whether its materials, in name and order, differ from those of ``other`` in what they emit at most."""
+        if self.materials is other.materials:
+            return True
+        return list(self.materials) == list(other.materials) and all(
+            replace(mine, emission=theirs.emission) == theirs
+            for mine, theirs in zip(self.materials.values(), other.materials.values(), strict=True)
+        )
+
     def model_of(self, instance: ObjectInstance) -> ObjectModel:
         """Return the geometry of ``instance``."""
         return self.models[instance.model]
@@ -240,6 +249,30 @@ class LidarScan:
     """Beam number, 0 = topmost."""
     time: Float32[np.ndarray, " n"]
     """When the point was measured, since the sweep began (s)."""
+
+
+@dataclass(frozen=True, eq=False)
+class MountedScan:
+    """A sweep of one of a rig's further LiDARs."""
+
+    T_camera_lidar: Transform
+    scan: LidarScan
+
+
+@dataclass(frozen=True, eq=False)
+class StereoReading:
+    """What a second camera adds, parallel to the first and on its right."""
+
+    baseline: float
+    """Distance of the optical centres (m)."""
+    rgb: UInt8[np.ndarray, "h w 3"]
+    """The right picture as read."""
+    buffers: RenderBuffers
+    """The clean truth behind it."""
+    disparity: Float32[np.ndarray, "h w"]
+    """True disparity of the left picture, f b / z (px), 0 = nothing there."""
+    matched: Float32[np.ndarray, "h w"] | None = None
+    """Disparity that matching the two pictures as read gives (px), 0 = none."""
 
 
 # ---------------------------------------------------------------- what labels say
@@ -328,6 +361,10 @@ class Observation:
     """Where it was taken from."""
     conditions: Conditions = Conditions()
     """Under which circumstances."""
+    lidars: dict[str, MountedScan] = field(default_factory=dict)
+    """Sweeps of further LiDARs by name."""
+    stereo: StereoReading | None = None
+    """What a second camera adds."""
 
 
 @dataclass(frozen=True, eq=False)

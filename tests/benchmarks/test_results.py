@@ -5,7 +5,16 @@ from pathlib import Path
 
 import pytest
 
-RESULTS = sorted((Path(__file__).resolve().parents[2] / "benchmarks" / "results").glob("*.json"))
+FOLDER = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
+RESULTS = sorted(FOLDER.glob("*.json"))
+SPEED_ROWS = {
+    "rgbd_ids_vs_pyrender",
+    "rgbd_ids_vs_mujoco",
+    "full_observation",
+    "encoding",
+    "memory",
+    "scaling",
+}
 
 
 def test_there_are_results() -> None:
@@ -26,3 +35,47 @@ def test_a_result_says_how_it_was_measured(path: Path) -> None:
         if "interval" in row:
             low, high = row["interval"]
             assert low <= row["value"] <= high
+
+
+def speed_rows() -> dict[str, dict]:
+    return {row["name"]: row for row in json.loads((FOLDER / "speed.json").read_text())["rows"]}
+
+
+def test_the_speed_result_has_every_row_and_ratios_are_peer_over_ours() -> None:
+    rows = speed_rows()
+    assert set(rows) >= SPEED_ROWS
+    compared = [row for row in rows.values() if "peer_cpu_s" in row]
+    assert {row["name"] for row in compared} >= {"rgbd_ids_vs_pyrender", "rgbd_ids_vs_mujoco", "encoding", "scaling"}
+    for row in compared:
+        assert row["ratio"] == pytest.approx(row["peer_cpu_s"] / row["ours_cpu_s"], rel=1e-3)
+        assert row["how"], "a peer without a line on how it is used"
+    assert not any("ratio" in row for row in rows.values() if "peer_cpu_s" not in row)
+
+
+def test_peers_drew_the_same_scene() -> None:
+    for name in ("rgbd_ids_vs_pyrender", "rgbd_ids_vs_mujoco"):
+        row = speed_rows()[name]
+        assert row["scene"]["size_wh"] == [1224, 370]
+        assert row["scene"]["lights_with_shadow"] >= 4
+        assert row["ids_agree"] > 0.995
+        assert row["depth_agrees"] > 0.995
+
+
+def test_the_shares_of_an_observation_are_those_of_its_stages() -> None:
+    row = speed_rows()["full_observation"]
+    stages = row["stages_cpu_s"]
+    assert set(row["shares"]) == set(stages) >= {"draw", "read-back", "encode", "disk", "LiDAR", "labels"}
+    for stage, seconds in stages.items():
+        assert row["shares"][stage] == pytest.approx(seconds / sum(stages.values()), abs=2e-3)
+
+
+def test_the_scaling_row_has_its_four_sizes() -> None:
+    row = speed_rows()["scaling"]
+    assert [size["instances"] for size in row["table"]] == [10, 100, 1_000, 10_000]
+    assert row["ours_cpu_s"] == row["table"][-1]["ours_cpu_s"]
+
+
+def test_memory_was_watched_over_a_thousand_observations() -> None:
+    row = speed_rows()["memory"]
+    assert (row["observations"], row["scenes"]) == (1_000, 50)
+    assert row["value"] == pytest.approx(row["last_mib"] / row["first_mib"], rel=1e-3)

@@ -9,14 +9,16 @@ from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.render import BACKENDS
 from warehouse_sim.resources import recipe_names, suite_names
 from warehouse_sim.sensors import SENSORS
+from warehouse_sim.sensors.rig import rig_names
 
 
 def list_names() -> None:
-    """Show recipes, catalog objects, sensors, backends, formats, estimators and suites."""
+    """Show recipes, catalog objects, sensors, rigs, backends, formats, estimators and suites."""
     kinds = {
         "recipes": recipe_names(),
         "catalog objects": CATALOG.names(),
         "sensors": SENSORS.names(),
+        "rigs": rig_names(),
         "backends": BACKENDS.names(),
         "formats": WRITERS.names(),
         "estimators": ESTIMATORS.names(),

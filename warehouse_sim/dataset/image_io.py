@@ -14,6 +14,8 @@ from warehouse_sim.dataset.png import encode_png
 from warehouse_sim.errors import DatasetError
 
 _LARGEST = 65535
+DISPARITY_STEPS = 256.0
+"""Steps of a pixel in a disparity image (KITTI stereo 2012 and 2015)."""
 
 
 def encode_rgb(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
@@ -61,6 +63,15 @@ def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, wher
         )
     steps = depth * np.float32(steps_per_metre)
     return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
+
+
+def encode_disparity(disparity: Float32[np.ndarray, "h w"]) -> bytes:
+    """Return the 16-bit PNG of a disparity image as KITTI has it: pixels * 256, 0 = none.
+
+    Disparities of 256 px and more do not fit into 16 bits; they are stored as none.
+    """
+    steps = np.rint(disparity * np.float32(DISPARITY_STEPS))
+    return encode_png(np.where(steps <= _LARGEST, steps, 0).astype(np.uint16), "up")
 
 
 def decode_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:

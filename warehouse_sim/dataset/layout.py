@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from warehouse_sim.dataset.split import Split
 
@@ -107,8 +108,8 @@ class KittiLayout:
         return self.root / ("testing" if split == "test" else "training")
 
     def file(self, split: Split, kind: str, frame: int) -> Path:
-        """Return one file of a frame; ``kind`` is one of KITTI_KINDS."""
-        return self.folder(split) / kind / f"{frame:06d}.{KITTI_KINDS[kind]}"
+        """Return one file of a frame; ``kind`` is one of those of ``kitti_kinds``."""
+        return self.folder(split) / kind / f"{frame:06d}.{_ending(kind)}"
 
 
 KITTI_KINDS = {
@@ -122,3 +123,27 @@ KITTI_KINDS = {
     "planes": "txt",
 }
 """Folders of a KITTI frame's files and how the files end; velodyne_ids and velodyne_beams are this package's own."""
+_STEREO_KINDS = {"image_3": "png", "disp_occ": "png"}
+_MATCHED_KINDS = {"disp_sgbm": "png"}
+
+
+def kitti_kinds(recipe: dict[str, Any]) -> dict[str, str]:
+    """Return the folders of a frame's files and how the files end, for the sensors of a recipe.
+
+    Args:
+        recipe: The resolved recipe as the manifest holds it; one that says nothing about sensors has the usual ones.
+    """
+    sensors = recipe.get("sensors", {})
+    kinds, right, names = dict(KITTI_KINDS), sensors.get("right"), sensors.get("lidars") or {}
+    if right is not None:
+        kinds |= _STEREO_KINDS
+        if right.get("matching") is not None:
+            kinds |= _MATCHED_KINDS
+    for name in names:
+        kinds |= {f"velodyne_{name}": "bin", f"velodyne_{name}_ids": "bin"}
+    return kinds | ({"calib_lidars": "txt"} if names else {})
+
+
+def _ending(kind: str) -> str:
+    known = KITTI_KINDS | _STEREO_KINDS | _MATCHED_KINDS | {"calib_lidars": "txt"}
+    return "bin" if kind.startswith("velodyne_") else known[kind]

@@ -16,11 +16,22 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer, Silhouette
 from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.schema import LidarScan, ObjectInstance, Observation, RenderBuffers, SceneSpec, Viewpoint
-from warehouse_sim.sensors.lidar import scan
+from warehouse_sim.schema import (
+    LidarScan,
+    MountedScan,
+    ObjectInstance,
+    Observation,
+    RenderBuffers,
+    RgbdReading,
+    SceneSpec,
+    StereoReading,
+    Viewpoint,
+)
+from warehouse_sim.sensors.lidar import EgoMotion, LidarConfig, scan
 from warehouse_sim.sensors.rgbd import read_rgbd
 from warehouse_sim.sensors.rig import RigConfig
 from warehouse_sim.sensors.shot import Shot, camera_motion
+from warehouse_sim.sensors.stereo import T_camera_right, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
 
 
@@ -57,6 +68,7 @@ class _View:
     film: Bool[np.ndarray, "h w"] | None
     """Pixels in which targets are seen through film."""
     lidar: LidarScan | None
+    lidars: dict[str, MountedScan]
 
 
 class _Watch:
@@ -64,7 +76,7 @@ class _Watch:
 
     def __init__(self, rig: RigConfig, renderer: Renderer, with_twins: bool) -> None:
         self._rig, self._renderer, self._with_twins = rig, renderer, with_twins
-        self._camera, self._T_camera_lidar = rig.make_camera(), rig.T_camera_lidar()
+        self._camera = rig.make_camera()
         self._views: dict[int, _View] = {}
         self._caster: tuple[Variant, RayCaster] | None = None
         self._meter: LightMeter | None = None
@@ -79,7 +91,8 @@ class _Watch:
         draw = f" draw {variant.noise_draw}" if variant.noise_draw else ""
         rng = scene_rng(scene.seed, scene.scene_index, f"rgbd {index}{draw}")
         rgbd = read_rgbd(buffers, self._shot(variant, viewpoint), variant.rgbd, rng)
-        view = self._view(variant, index, T_world_camera, buffers)
+        stereo = self._stereo(variant, index, viewpoint, buffers, rgbd)
+        view = self._view(variant, index, viewpoint, buffers)
         labels = annotate(
             scene, self._camera, T_world_camera, buffers, rgbd.depth, view.silhouettes, view.targets, view.film
         )
@@ -91,7 +104,7 @@ class _Watch:
             observation_index=index,
             camera=self._camera,
             T_world_camera=T_world_camera,
-            T_camera_lidar=self._T_camera_lidar,
+            T_camera_lidar=self._rig.T_camera_lidar(viewpoint),
             rgbd=rgbd,
             buffers=buffers,
             lidar=view.lidar,
@@ -103,7 +116,24 @@ class _Watch:
                 twin_group=index if self._with_twins else None,
                 absent=variant.absent,
             ),
+            lidars=view.lidars,
+            stereo=stereo,
         )
+
+    def _stereo(
+        self, variant: Variant, index: int, viewpoint: Viewpoint, left: RenderBuffers, read: RgbdReading
+    ) -> StereoReading | None:
+        """Return what the second camera adds, drawn in the light that is loaded."""
+        config, color = self._rig.right, variant.rgbd.color
+        if config is None:
+            return None
+        there = replace(viewpoint, T_world_camera=viewpoint.T_world_camera @ T_camera_right(config))
+        right = self._renderer.render(self._camera, there.T_world_camera)
+        exposure_ev = ev_of_exposure(variant.scene.seen_from(viewpoint).exposure)
+        shot = Shot(self._camera, exposure_ev, camera_motion(there))
+        draw = f" draw {variant.noise_draw}" if variant.noise_draw else ""
+        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, f"right {index}{draw}")
+        return read_stereo(left, read.rgb, right, shot, color, config, rng)
 
     def _shot(self, variant: Variant, viewpoint: Viewpoint) -> Shot:
         surfaces, T_world_camera = None, viewpoint.T_world_camera
@@ -117,27 +147,42 @@ class _Watch:
             self._renderer.load(scene)
             self._loaded = scene
 
-    def _view(self, variant: Variant, index: int, T_world_camera: Transform, buffers: RenderBuffers) -> _View:
+    def _view(self, variant: Variant, index: int, viewpoint: Viewpoint, buffers: RenderBuffers) -> _View:
         """Return what does not depend on light and noise, as far as it is known from a twin."""
-        known = self._views.get(index)
+        known, T_world_camera = self._views.get(index), viewpoint.T_world_camera
         if known is not None and variant.same_surfaces_as(known.variant):
             return known
-        lidar = self._scan(variant, index, T_world_camera)
+        lidar, lidars = self._main_lidar(variant, index, viewpoint), self._more_lidars(variant, index, viewpoint)
         if known is not None and variant.same_things_as(known.variant):
-            return replace(known, lidar=lidar)
+            return replace(known, lidar=lidar, lidars=lidars)
         targets = targets_in_view(variant.scene, self._camera, T_world_camera)
         silhouettes = self._renderer.silhouettes(self._camera, T_world_camera, targets)
         film = self._film_of(variant).image(self._camera, T_world_camera, buffers, targets)
-        view = _View(variant, targets, silhouettes, film, lidar)
+        view = _View(variant, targets, silhouettes, film, lidar, lidars)
         if self._with_twins and known is None:
             self._views[index] = view
         return view
 
-    def _scan(self, variant: Variant, index: int, T_world_camera: Transform) -> LidarScan | None:
+    def _main_lidar(self, variant: Variant, index: int, viewpoint: Viewpoint) -> LidarScan | None:
         if self._rig.lidar is None:
             return None
-        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, f"lidar {index}")
-        return scan(self._caster_of(variant), self._rig.lidar, T_world_camera @ self._T_camera_lidar, rng)
+        T_camera_lidar = self._rig.T_camera_lidar(viewpoint)
+        return self._scan(variant, self._rig.lidar, T_camera_lidar, viewpoint, f"lidar {index}")
+
+    def _more_lidars(self, variant: Variant, index: int, viewpoint: Viewpoint) -> dict[str, MountedScan]:
+        found = {}
+        for name, item in self._rig.lidars.items():
+            T_camera_lidar = item.mount.T_camera_sensor(viewpoint)
+            sweep = self._scan(variant, item.lidar, T_camera_lidar, viewpoint, f"lidar {name} {index}")
+            found[name] = MountedScan(T_camera_lidar, sweep)
+        return found
+
+    def _scan(
+        self, variant: Variant, config: LidarConfig, T_camera_lidar: Transform, viewpoint: Viewpoint, stream: str
+    ) -> LidarScan:
+        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, stream)
+        T_world_lidar = viewpoint.T_world_camera @ T_camera_lidar
+        return scan(self._caster_of(variant), config, T_world_lidar, rng, EgoMotion.of(viewpoint))
 
     def _caster_of(self, variant: Variant) -> RayCaster:
         if self._caster is None or not variant.same_surfaces_as(self._caster[0]):

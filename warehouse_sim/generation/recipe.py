@@ -9,6 +9,7 @@ from warehouse_sim.generation.occlusion.config import OcclusionConfig
 from warehouse_sim.generation.twins.config import TwinsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
 from warehouse_sim.resources import find_recipe
+from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.sensors.rig import RigConfig
 
@@ -53,4 +54,13 @@ def load_recipe(name_or_path: str) -> Recipe:
             overlaid(recipe.scene.lights, twin.settings, f"{path}: twins.lights {twin.name!r}")
         except ConfigError as problem:
             raise RecipeError(str(problem)) from problem
+    recipe = _at_camera_height(recipe)
     return recipe if recipe.name else replace(recipe, name=path.stem)
+
+
+def _at_camera_height(recipe: Recipe) -> Recipe:
+    """Return the recipe with its rig's own camera height, unless its viewpoints name one."""
+    height, views = recipe.sensors.camera_height, recipe.scene.viewpoints
+    if height is None or views.height is not None or views.kind == "free":
+        return recipe
+    return replace(recipe, scene=replace(recipe.scene, viewpoints=replace(views, height=Distribution.constant(height))))

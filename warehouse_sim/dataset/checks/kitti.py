@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32, Int32
 
 from warehouse_sim.dataset.checks.subject import Findings, Subject, compare_names
 from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
-from warehouse_sim.dataset.layout import KITTI_KINDS
+from warehouse_sim.dataset.layout import kitti_kinds
 from warehouse_sim.dataset.scene_record import RecordedObject
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.dataset.writers.kitti_calib import parse_calib
@@ -26,13 +26,13 @@ _MIXED_POINTS, _MIXED_SHARE, _MIXED_SHARE_OVERALL = 4, 0.1, 0.01
 
 def files(subject: Subject) -> Findings:
     """Each folder holds the frames of its splits and nothing else, and the lists name them."""
-    findings = Findings()
+    findings, kinds = Findings(), kitti_kinds(subject.manifest.recipe)
     by_split: dict[Split, set[int]] = {split: set() for split in SPLITS}
     for split, _, _, frame in subject.frames():
         by_split[split].add(frame)
     folders: dict[Split, set[int]] = {"train": by_split["train"] | by_split["val"], "test": by_split["test"]}
     for split, frames in folders.items():
-        for kind, ending in KITTI_KINDS.items():
+        for kind, ending in kinds.items():
             names = {f"{frame:06d}.{ending}" for frame in frames}
             compare_names(findings, subject.kitti.folder(split) / kind, names)
     sets: dict[str, set[int]] = {name: by_split[name] for name in SPLITS} | {
@@ -42,7 +42,7 @@ def files(subject: Subject) -> Findings:
         path = subject.kitti.image_set(name)
         listed = _text(path).split("\n")[:-1]
         findings.require(listed == [f"{frame:06d}" for frame in sorted(frames)], f"{path}: is not the manifest's split")
-    findings.examined = f"{sum(map(len, by_split.values()))} frames, {len(KITTI_KINDS)} files each"
+    findings.examined = f"{sum(map(len, by_split.values()))} frames, {len(kinds)} files each"
     return findings
 
 
@@ -72,6 +72,7 @@ def calib(subject: Subject) -> Findings:
         path = subject.kitti.file(split, "calib", frame)
         matrices = parse_calib(_text(path), str(path))
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
+        findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
             R = matrices[key][:, :3]
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
@@ -134,7 +135,7 @@ def images(subject: Subject) -> Findings:
 
     With BOP files in the dataset the colour images are not decoded a second time: another check compares their bytes.
     """
-    findings, count = Findings(), 0
+    findings, count, kinds = Findings(), 0, kitti_kinds(subject.manifest.recipe)
     for split, _, _, frame in subject.frames():
         rgb_path, depth_path = (subject.kitti.file(split, kind, frame) for kind in ("image_2", "depth_2"))
         steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
@@ -142,11 +143,21 @@ def images(subject: Subject) -> Findings:
             steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)"
         )
         findings.require(bool(steps.any()), f"{depth_path}: holds nothing but zeros")
+        if "image_3" in kinds:
+            _right_image(findings, subject, split, frame, size_wh)
         if "bop" not in subject.manifest.formats:
             findings.require(bool(decode_rgb(rgb_path).any()), f"{rgb_path}: holds nothing but zeros")
         count += 2
     findings.examined = f"{count} images"
     return findings
+
+
+def _right_image(findings: Findings, subject: Subject, split: Split, frame: int, size_wh: tuple[int, int]) -> None:
+    rgb_path, disparity_path = (subject.kitti.file(split, kind, frame) for kind in ("image_3", "disp_occ"))
+    image, steps = decode_rgb(rgb_path), decode_depth(disparity_path)
+    findings.require(image.shape[1::-1] == size_wh, f"{rgb_path}: is not as large as image_2")
+    findings.require(steps.shape == size_wh[::-1], f"{disparity_path}: is not as large as image_2")
+    findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
 
 
 def read_labels(subject: Subject, split: Split, frame: int) -> list[KittiLabel]:
@@ -205,6 +216,14 @@ def _plausible(findings: Findings, label: KittiLabel, size_wh: tuple[int, int], 
         abs(math.remainder(turn, 2 * math.pi)) < _SAME_PLACE and max(abs(label.alpha), abs(label.rotation_y)) <= 3.1416,
         f"{where}: alpha {label.alpha} and rotation_y {label.rotation_y} do not go together",
     )
+
+
+def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
+    """Return whether the right camera is the left one, moved by the recipe's baseline, 0 without a right camera."""
+    right = subject.manifest.recipe.get("sensors", {}).get("right")
+    moved = np.zeros((3, 4))
+    moved[0, 3] = 0.0 if right is None else -matrices["P2"][0, 0] * right["baseline"]
+    return bool(np.abs(matrices["P3"] - matrices["P2"] - moved).max() < _SAME_PLACE)
 
 
 def _are_beams(content: bytes, count: int) -> bool:

@@ -7,15 +7,21 @@ import numpy as np
 
 from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.image_io import encode_depth
-from warehouse_sim.dataset.layout import KITTI_KINDS, DatasetLayout, KittiLayout
+from warehouse_sim.dataset.image_io import encode_depth, encode_disparity, encode_rgb
+from warehouse_sim.dataset.layout import DatasetLayout, KittiLayout, kitti_kinds
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
-from warehouse_sim.dataset.writers.kitti_calib import calib_text, plane_text, require_level, require_level_recipe
+from warehouse_sim.dataset.writers.kitti_calib import (
+    calib_text,
+    lidars_text,
+    plane_text,
+    require_level,
+    require_level_recipe,
+)
 from warehouse_sim.dataset.writers.kitti_label import DONT_CARE, kitti_label
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.schema import LidarScan, ObjectModel
+from warehouse_sim.schema import LidarScan, ObjectModel, Observation
 
 _STEPS_PER_METRE = 256.0
 _LARGEST_FRAME = 999_999
@@ -32,8 +38,17 @@ _README = """# Dataset in the KITTI object detection format
 - velodyne: float32 x, y, z, reflectance. velodyne_ids (our own): int32, the instance id of each point, 0 = none; the
   ids are those of ../scenes/. velodyne_beams (our own): float32 ring, time of each point; ring 0 is the topmost beam,
   time counts from the start of the sweep (s).
-- P0 to P3 are the same camera; Tr_imu_to_velo is the identity.
+- {cameras}; Tr_imu_to_velo is the identity.
 - Class names are ours: set CLASS_NAMES (and POINT_CLOUD_RANGE, for a warehouse) in your reader's configuration.
+{additions}"""
+_ONE_CAMERA, _TWO_CAMERAS = "P0 to P3 are the same camera", "P0 and P2 are the left camera, P1 and P3 the right one"
+_STEREO_README = """\
+- image_3: the right camera. disp_occ: true disparity of image_2, also where image_3 does not see it. disp_sgbm, if
+  there: what semi-global matching finds in the noisy pair. 16 bit, pixels * 256, 0 = none, or 256 and more.
+"""
+_LIDARS_README = """\
+- velodyne_NAME, velodyne_NAME_ids: further LiDARs ({names}), each in its own frame; calib_lidars (our own) holds their
+  poses, Tr_NAME_to_cam, as calib does of the main one.
 """
 
 
@@ -47,6 +62,7 @@ class KittiWriter:
     def __init__(self, root: Path, manifest: Manifest) -> None:
         require_level_recipe(manifest.recipe)
         self._layout, self._manifest = KittiLayout(DatasetLayout(root).format_folder("kitti")), manifest
+        self._kinds = kitti_kinds(manifest.recipe)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Make the folders and write the lists of frames.
@@ -61,7 +77,7 @@ class KittiWriter:
                 "make several datasets, or leave kitti out of --formats"
             )
         for split in SPLITS:
-            for kind in KITTI_KINDS:
+            for kind in self._kinds:
                 (self._layout.folder(split) / kind).mkdir(parents=True, exist_ok=True)
         sets: dict[str, tuple[Split, ...]] = {name: (name,) for name in SPLITS}
         sets["trainval"] = ("train", "val")
@@ -70,20 +86,28 @@ class KittiWriter:
             frames = [frame for part in parts for scene in self._manifest.splits[part] for frame in self._frames(scene)]
             text = "".join(f"{frame:06d}\n" for frame in frames)
             write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
-        readme = _README.format(per_scene=per_scene)
-        write_bytes(self._layout.root / "README.md", readme.encode("ascii"), durable=True)
+        write_bytes(self._layout.root / "README.md", self._readme().encode("ascii"), durable=True)
 
     def scene(self, scene_index: int) -> "KittiSceneWriter":
         """Open a scene anew."""
         split = self._manifest.split_of(scene_index)
         frames = self._frames(scene_index)
         for frame in frames:
-            for kind in KITTI_KINDS:
+            for kind in self._kinds:
                 self._layout.file(split, kind, frame).unlink(missing_ok=True)
         return KittiSceneWriter(self._layout, split, frames)
 
     def finish(self) -> None:
         """Do nothing: no file of this format needs all scenes."""
+
+    def _readme(self) -> str:
+        sensors = self._manifest.recipe.get("sensors", {})
+        stereo, names = sensors.get("right") is not None, ", ".join(sensors.get("lidars") or {})
+        return _README.format(
+            per_scene=self._manifest.observations_per_scene,
+            cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
+            additions=(_STEREO_README if stereo else "") + (_LIDARS_README.format(names=names) if names else ""),
+        )
 
     def _frames(self, scene_index: int) -> range:
         per_scene = self._manifest.observations_per_scene
@@ -108,14 +132,17 @@ class KittiSceneWriter:
         if observation.lidar is None:
             raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
         rows = [kitti_label(target.annotation, observation.camera, where).line() for target in files.targets]
+        baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
         contents = {
             "depth_2": encode_depth(observation.rgbd.depth, _STEPS_PER_METRE, where),
             "velodyne": point_bytes(observation.lidar),
             "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
             "velodyne_beams": beam_bytes(observation.lidar),
-            "calib": calib_text(observation.camera, observation.T_camera_lidar).encode("ascii"),
+            "calib": calib_text(observation.camera, observation.T_camera_lidar, baseline).encode("ascii"),
             "label_2": ("\n".join(rows or [DONT_CARE]) + "\n").encode("ascii"),
             "planes": plane_text(observation.T_world_camera).encode("ascii"),
+            **_stereo_files(observation),
+            **_more_lidar_files(observation),
         }
         frame = self._frames[observation.observation_index]
         files.rgb.save(self._layout.file(self._split, "image_2", frame))
@@ -124,6 +151,26 @@ class KittiSceneWriter:
 
     def finish(self) -> None:
         """Do nothing: no file of this format covers a scene."""
+
+
+def _stereo_files(observation: Observation) -> dict[str, bytes]:
+    """Return the files of the right camera by kind."""
+    stereo = observation.stereo
+    if stereo is None:
+        return {}
+    contents = {"image_3": encode_rgb(stereo.rgb), "disp_occ": encode_disparity(stereo.disparity)}
+    return contents if stereo.matched is None else contents | {"disp_sgbm": encode_disparity(stereo.matched)}
+
+
+def _more_lidar_files(observation: Observation) -> dict[str, bytes]:
+    """Return the files of the LiDARs beside the main one by kind."""
+    if not observation.lidars:
+        return {}
+    contents = {"calib_lidars": lidars_text(observation.lidars).encode("ascii")}
+    for name, item in observation.lidars.items():
+        contents[f"velodyne_{name}"] = point_bytes(item.scan)
+        contents[f"velodyne_{name}_ids"] = item.scan.instance_ids.astype("<i4").tobytes()
+    return contents
 
 
 def point_bytes(scan: LidarScan) -> bytes:

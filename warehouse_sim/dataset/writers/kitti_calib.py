@@ -1,6 +1,7 @@
 """KITTI's calibration and ground plane files, and the demand behind them: camera and LiDAR stand level."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Float
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.schema import Observation
+from warehouse_sim.schema import MountedScan, Observation
 
 _LARGEST_CAMERA_TILT = math.radians(0.1)
 # Real KITTI's own LiDAR is mounted up to about one degree off.
@@ -59,15 +60,26 @@ def require_level(observation: Observation, where: str) -> None:
         )
 
 
-def calib_text(camera: PinholeCamera, T_camera_lidar: Transform) -> str:
+def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:
     """Return the seven lines of a calib file.
 
-    One camera serves as all four, so that its frame is the reference frame of the labels; the IMU is the LiDAR.
+    The left camera serves as P0 and P2, so that its frame is the reference frame of the labels, the right one as P1 and
+    P3; without a right camera the one serves as all four. The IMU is the LiDAR.
+
+    Args:
+        camera: Intrinsics of both cameras.
+        T_camera_lidar: Pose of the main LiDAR in the left camera's frame.
+        baseline: From the left camera to the right one (m); 0 = there is none.
     """
-    P = np.hstack([camera.K, np.zeros((3, 1))])
-    values = (P, P, P, P, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
-    rows = (" ".join(f"{value:.12e}" for value in (matrix + 0.0).ravel()) for matrix in values)
-    return "".join(f"{key}: {row}\n" for key, row in zip(CALIB_KEYS, rows, strict=True))
+    left = np.hstack([camera.K, np.zeros((3, 1))])
+    right = np.hstack([camera.K, [[-camera.fx * baseline], [0.0], [0.0]]])
+    values = (left, right, left, right, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
+    return "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(CALIB_KEYS, values, strict=True))
+
+
+def lidars_text(lidars: Mapping[str, MountedScan]) -> str:
+    """Return the poses of further LiDARs, one line ``Tr_NAME_to_cam:`` with 3 x 4 numbers each."""
+    return "".join(f"Tr_{name}_to_cam: {_row(item.T_camera_lidar[:3])}\n" for name, item in lidars.items())
 
 
 def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
@@ -98,6 +110,10 @@ def plane_text(T_world_camera: Transform) -> str:
     a, b, c = invert(T_world_camera)[:3, 2] + 0.0
     row = " ".join(f"{value:.9e}" for value in (a, b, c, T_world_camera[2, 3]))
     return f"# Plane\nWidth 4\nHeight 1\n{row}\n"
+
+
+def _row(matrix: np.ndarray) -> str:
+    return " ".join(f"{value:.12e}" for value in (matrix + 0.0).ravel())
 
 
 def _angle(a: np.ndarray, b: np.ndarray) -> float:

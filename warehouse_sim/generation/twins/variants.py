@@ -30,8 +30,8 @@ class Variant:
         return self.absent == other.absent
 
     def same_surfaces_as(self, other: "Variant") -> bool:
-        """Return whether a LiDAR reads the same from both."""
-        return self.same_things_as(other) and self.scene.materials is other.scene.materials
+        """Return whether a LiDAR reads the same from both, whatever they look like."""
+        return self.same_things_as(other) and _infrared(self.scene) == _infrared(other.scene)
 
 
 Relight = Callable[[SceneSpec, dict[str, Any]], SceneSpec]
@@ -79,3 +79,10 @@ def _resurfaced(scene: SceneSpec, twin: MaterialTwin) -> SceneSpec:
         return replace(looks[twin.swap[name]], name=name) if name in twin.swap else material
 
     return replace(scene, materials={name: look(name, item) for name, item in scene.materials.items()})
+
+
+def _infrared(scene: SceneSpec) -> dict[str, tuple[float, ...]]:
+    """Return all of each material that beams meet: what it emits, and its colour, they do not."""
+    return {
+        name: (item.remission, item.roughness, item.metallic, item.opacity) for name, item in scene.materials.items()
+    }

@@ -46,6 +46,7 @@ class LoadedScene:
         self.geometry: SceneGeometry = (
             kept.geometry if kept is not None else SceneGeometry(context, spec, textures, meshes)
         )
+        self.geometry.glow_as(spec)
         self._field = FieldTexture(context, gatherer.field_of(spec))
         lights = order_lights(spec.lights, spec.viewpoints)
         if kept is not None and _stand_as_before(lights, [item.light for item in kept.lighting.lights]):

@@ -28,23 +28,27 @@ class SceneGeometry:
     def __init__(
         self, context: moderngl.Context, spec: SceneSpec, textures: TextureLibrary, meshes: MeshLibrary
     ) -> None:
-        self._spec = spec
+        self._context, self._textures, self._spec = context, textures, spec
         self.materials = MaterialTable(context, spec.materials, textures)
         self.table = build_part_table(spec, self.materials.row)
         self.objects = ObjectIndex.of(self.table)
         self.batches = meshes.require(self.table.meshes)
 
     def is_of(self, spec: SceneSpec) -> bool:
-        """Return whether it would be the same for ``spec``: the very same objects, models and materials."""
+        """Return whether it would be the same for ``spec``: the very same objects and models, painted alike."""
         mine = self._spec
         if mine.models is not spec.models and not _same_items(mine.models, spec.models):
             return False
-        if mine.materials is not spec.materials and mine.materials != spec.materials:
-            return False
-        if list(mine.materials) != list(spec.materials):  # their order numbers them
-            return False
         pairs = zip(mine.instances, spec.instances, strict=False)
-        return len(mine.instances) == len(spec.instances) and all(a is b for a, b in pairs)
+        same_objects = len(mine.instances) == len(spec.instances) and all(a is b for a, b in pairs)
+        return same_objects and spec.painted_like(mine)
+
+    def glow_as(self, spec: SceneSpec) -> None:
+        """Let materials emit what they do in ``spec``, of which it is."""
+        if spec.materials is not self._spec.materials and spec.materials != self._spec.materials:
+            self.materials.release()
+            self.materials = MaterialTable(self._context, spec.materials, self._textures)
+        self._spec = spec
 
     def release(self) -> None:
         """Free the device memory; meshes stay in their library."""

@@ -1,16 +1,11 @@
-"""The sensors of one vehicle and how they are mounted."""
+"""The camera of a rig: image size and focal length."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.sensors.lidar import LidarConfig
-from warehouse_sim.sensors.rgbd import RgbdConfig
 
 
 @dataclass(frozen=True)
@@ -54,26 +49,3 @@ class CameraConfig:
 
 # KITTI's rectified colour camera 2, whose images vary about 1242 x 375 and are often cut to 1224 x 370.
 CAMERA_PRESETS = {"kitti": CameraConfig(1224, 370, 721.5377)}
-
-
-@dataclass(frozen=True)
-class RigConfig:
-    """One RGB-D camera and, if wanted, one LiDAR that is level with it."""
-
-    camera: CameraConfig = CAMERA_PRESETS["kitti"]
-    """A preset's name (kitti) or width, height, focal_px."""
-    rgbd: RgbdConfig = field(default_factory=RgbdConfig)
-    """Noise of colour and depth."""
-    lidar: LidarConfig | None = field(default_factory=LidarConfig)
-    """Beams and noise of the LiDAR; null = none."""
-    lidar_position: tuple[float, float, float] = (-0.27, 0.0, 0.08)
-    """Where the LiDAR sits as seen from the camera: forward, left, up (m); KITTI has it 27 cm behind, 8 cm above."""
-
-    def make_camera(self) -> PinholeCamera:
-        """Return the rig's camera."""
-        return self.camera.make()
-
-    def T_camera_lidar(self) -> Transform:
-        """Return the LiDAR's pose (x forward, y left, z up) in the camera frame (x right, y down, z forward)."""
-        R_camera_lidar = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-        return make_transform(R_camera_lidar, R_camera_lidar @ np.asarray(self.lidar_position))

@@ -27,6 +27,7 @@ def test_what_is_written_is_read_back() -> None:
     data = {"camera": {"width": 64, "height": 48, "focal_px": 50}, "lidar": {"azimuth_range_deg": [-45, 45]}}
     rig = from_mapping(RigConfig, data, "here")
     assert from_mapping(RigConfig, to_mapping(rig), "again") == rig
+    assert set(to_mapping(rig)) == {"camera", "rgbd", "lidar", "lidar_position"}
 
 
 @pytest.mark.parametrize(
@@ -36,6 +37,16 @@ def test_what_is_written_is_read_back() -> None:
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
         ({"camera": {"focal_px": -1}}, "focal lengths must be positive"),
         ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
+        ({"right": {"baseline": 0}}, "here: right: baseline must be positive, found 0.0"),
+        ({"right": {"matching": {"disparities": 100}}}, "disparities must be a multiple of 16, found 100"),
+        ({"lidars": {"ids": {"lidar": "vlp16"}}}, "not ids or beams; found 'ids'"),
+        ({"lidars": {"a_b": {"lidar": "vlp16"}}}, "is small letters and digits, not ids or beams; found 'a_b'"),
+        ({"lidar": None, "lidars": {"a": {"lidar": "vlp16"}}}, "give lidar, too"),
+        ({"camera_height": 0.05}, "camera_height must exceed 0.1 m, found 0.05"),
+        (
+            {"lidar_mount": {"carrier": "roof"}},
+            "lidar_mount: carrier must be one of 'camera', 'vehicle', found",
+        ),
     ],
 )
 def test_wrong_settings_are_named_with_their_place(data: dict, message: str) -> None:

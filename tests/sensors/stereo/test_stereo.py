@@ -1,0 +1,75 @@
+import cv2
+import numpy as np
+import pytest
+
+from tests.sensors.targets import plane
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.color import ColorConfig
+from warehouse_sim.sensors.shot import Shot
+from warehouse_sim.sensors.stereo import (
+    SgbmConfig,
+    StereoConfig,
+    T_camera_right,
+    match_sgbm,
+    read_stereo,
+    true_disparity,
+)
+
+CAMERA = PinholeCamera.from_focal(320, 120, 400.0)
+
+
+def textured(shift: float) -> np.ndarray:
+    """A picture of blurred noise, its content moved to the left by ``shift`` (px)."""
+    noise = np.random.default_rng(5).integers(0, 256, (120, 400, 3)).astype(np.float32)
+    smooth = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 1.2), None, 0, 255, cv2.NORM_MINMAX)
+    move = np.float32([[1, 0, -shift], [0, 1, 0]])
+    return cv2.warpAffine(smooth, move, (400, 120), flags=cv2.INTER_CUBIC)[:, :320].clip(0, 255).astype(np.uint8)
+
+
+def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
+    depth = np.array([[0.0, 2.0, 8.0]], np.float32)
+    np.testing.assert_allclose(true_disparity(depth, 720.0, 0.5), [[0.0, 180.0, 45.0]])
+
+
+def test_it_is_the_difference_between_the_columns_in_which_a_point_appears() -> None:
+    config = StereoConfig(baseline=0.3)
+    point = np.array([0.4, 0.1, 5.0])
+    moved = point - T_camera_right(config)[:3, 3]
+    left, right = CAMERA.project(point), CAMERA.project(moved)
+    depth = np.full((1, 1), point[2], np.float32)
+    assert left[0] - right[0] == pytest.approx(float(true_disparity(depth, CAMERA.fx, config.baseline)[0, 0]))
+    assert left[1] == right[1]
+
+
+@pytest.mark.parametrize("shift", [4.0, 17.5, 40.0])
+def test_matching_finds_the_shift_of_a_textured_wall(shift: float) -> None:
+    found = match_sgbm(textured(0.0), textured(shift), SgbmConfig(disparities=64))
+    known = found > 0
+    # What lies left of the shift is not in the right picture.
+    assert not known[:, : int(shift) - 3].any()
+    assert known[:, int(shift) + 8 : 300].mean() > 0.95
+    assert np.abs(found[known] - shift).mean() < 0.25
+
+
+def test_a_wall_without_texture_is_not_matched() -> None:
+    grey = np.full((120, 320, 3), 128, np.uint8)
+    assert (match_sgbm(grey, grey, SgbmConfig(disparities=64)) > 0).mean() < 0.05
+
+
+def test_noise_of_the_right_picture_is_its_own() -> None:
+    left, config = plane(4.0, camera=CAMERA), StereoConfig(baseline=0.2, matching=SgbmConfig(disparities=64))
+    right = RenderBuffers(textured(20.0), left.depth, left.instance_ids)
+
+    def read(seed: int):
+        rng = np.random.default_rng(seed)
+        return read_stereo(left, textured(0.0), right, Shot(CAMERA), ColorConfig(), config, rng)
+
+    first, again, other = read(0), read(0), read(1)
+    assert np.array_equal(first.rgb, again.rgb)
+    assert first.matched is not None
+    assert again.matched is not None
+    assert np.array_equal(first.matched, again.matched)
+    assert not np.array_equal(first.rgb, other.rgb)
+    assert np.array_equal(first.disparity, other.disparity)
+    assert np.abs(first.matched[first.matched > 0] - 20.0).mean() < 0.3

@@ -1,0 +1,8 @@
+"""The sensors of one vehicle and how they are mounted."""
+
+from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
+from warehouse_sim.sensors.rig.config import RigConfig
+from warehouse_sim.sensors.rig.mount import Mount, MountedLidar
+from warehouse_sim.sensors.rig.shipped import rig_names
+
+__all__ = ["CAMERA_PRESETS", "CameraConfig", "Mount", "MountedLidar", "RigConfig", "rig_names"]

@@ -1,0 +1,68 @@
+"""Where a sensor sits: forward, left and up of the camera or of the vehicle, and turned."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.schema import Viewpoint
+from warehouse_sim.sensors.lidar import LidarConfig
+
+# From axes x forward, y left, z up to a camera's x right, y down, z forward.
+_CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A place and a direction on the rig; turned by yaw, then pitch, then roll about the axes that turn along."""
+
+    carrier: Literal["camera", "vehicle"] = "camera"
+    """Seen from the camera, with which it tilts and lifts, or from the vehicle's origin on the floor."""
+    forward: float = 0.0
+    """Along the optical axis, or along the vehicle (m)."""
+    left: float = 0.0
+    """To the left (m)."""
+    up: float = 0.0
+    """Upwards (m)."""
+    roll_deg: float = 0.0
+    """About the forward axis (deg); positive lowers the right side."""
+    pitch_deg: float = 0.0
+    """About the left axis (deg); positive looks up."""
+    yaw_deg: float = 0.0
+    """About the up axis (deg); positive looks left."""
+
+    def T_body_sensor(self) -> Transform:
+        """Return the pose of the sensor (x forward, y left, z up) in the same axes of what carries it."""
+        roll, pitch, yaw = np.deg2rad([self.roll_deg, self.pitch_deg, self.yaw_deg])
+        rotation = rotation_z(yaw) @ rotation_y(-pitch) @ rotation_x(roll)
+        return make_transform(rotation, np.array([self.forward, self.left, self.up]))
+
+    def T_camera_sensor(self, viewpoint: Viewpoint | None = None) -> Transform:
+        """Return the pose of the sensor (x forward, y left, z up) in the camera frame (x right, y down, z forward).
+
+        Args:
+            viewpoint: Where camera and vehicle are; not needed for what sits on the camera.
+
+        Raises:
+            ConfigError: The sensor sits on a vehicle, but nothing carries the camera.
+        """
+        if self.carrier == "camera":
+            return make_transform(_CAMERA_FROM_BODY) @ self.T_body_sensor()
+        if viewpoint is None or viewpoint.T_world_vehicle is None:
+            raise ConfigError(
+                "sensors: a LiDAR is mounted on the vehicle, but no vehicle carries this camera; "
+                "mount it on the camera, or take another viewpoints.kind than free"
+            )
+        return invert(viewpoint.T_world_camera) @ viewpoint.T_world_vehicle @ self.T_body_sensor()
+
+
+@dataclass(frozen=True)
+class MountedLidar:
+    """One more LiDAR of a rig."""
+
+    lidar: LidarConfig
+    """A preset's name, or ``model`` with what differs from it."""
+    mount: Mount = field(default_factory=Mount)
+    """Where it sits."""

@@ -1,0 +1,39 @@
+"""Rigs that come with the package, one YAML file each."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from warehouse_sim.errors import ConfigError, UnknownNameError
+from warehouse_sim.resources import data_folder
+
+
+def rig_names() -> list[str]:
+    """Return the names of the shipped rigs, sorted."""
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
+def rig_settings(name_or_path: Any, where: str) -> dict[str, Any]:
+    """Return the settings of a rig given by shipped name ("kitti") or by the path of a YAML file.
+
+    Raises:
+        ConfigError: Neither, or the file is no mapping.
+    """
+    path = Path(str(name_or_path))
+    if path.suffix not in (".yaml", ".yml"):
+        if name_or_path not in rig_names():
+            problem = UnknownNameError("rig (a shipped name or the path of a .yaml file)", str(path), rig_names())
+            raise ConfigError(f"{where}: {problem}")
+        path = _folder() / f"{name_or_path}.yaml"
+    try:
+        settings = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
+        raise ConfigError(f"{where}: {path} cannot be read ({' '.join(str(problem).split())})") from problem
+    if not isinstance(settings, dict) or "rig" in settings:
+        raise ConfigError(f"{where}: {path}: a rig is a mapping of settings that names no other rig")
+    return settings
+
+
+def _folder() -> Path:
+    return data_folder("scenes") / "rigs"

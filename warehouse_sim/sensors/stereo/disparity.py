@@ -1,0 +1,52 @@
+"""Disparity of a rectified pair: true from depth, or matched from two pictures."""
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from warehouse_sim.sensors.stereo.config import SgbmConfig
+
+_STEPS = 16.0
+"""OpenCV tells disparities in sixteenths of a pixel."""
+
+
+def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
+    """Return the disparity ``d = f b / z`` (px) of a clean depth image (m), 0 where there is nothing.
+
+    What the left camera sees at column u, the right one has at u - d, unless something hides it there.
+    """
+    seen = depth > 0
+    return np.where(seen, focal_px * baseline / np.where(seen, depth, 1.0), 0.0).astype(np.float32)
+
+
+def match_sgbm(
+    left: UInt8[np.ndarray, "h w 3"], right: UInt8[np.ndarray, "h w 3"], config: SgbmConfig
+) -> Float32[np.ndarray, "h w"]:
+    """Return the disparity (px) of the left picture that semi-global matching finds, 0 = none.
+
+    The costs of steps of one and of more pixels are 8 and 32 times channels times block area, as OpenCV advises. The
+    mode with five directions runs on one thread, so that the same pictures give the same bytes.
+    """
+    area = 3 * config.block_size**2
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=0,
+        numDisparities=config.disparities,
+        blockSize=config.block_size,
+        P1=8 * area,
+        P2=32 * area,
+        disp12MaxDiff=config.left_right_px,
+        uniquenessRatio=config.uniqueness_percent,
+        speckleWindowSize=config.speckle_px,
+        speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_SGBM,
+    )
+    # OpenCV gives no value in the first columns, where the largest disparity would leave the picture: a margin does it.
+    margin = config.disparities
+    wide = [cv2.copyMakeBorder(_grey(rgb), 0, 0, margin, 0, cv2.BORDER_REPLICATE) for rgb in (left, right)]
+    found = matcher.compute(*wide)[:, margin:].astype(np.float32) / np.float32(_STEPS)
+    columns = np.arange(found.shape[1], dtype=np.float32)
+    return np.where((found > 0) & (found <= columns), found, np.float32(0.0))
+
+
+def _grey(rgb: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w"]:
+    return cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
