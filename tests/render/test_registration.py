@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.render.known_box import OFF_CENTRE, SIZE, polygon_centroid, random_placements, ray_box_depth
 from tests.render.referee import cast_image
 from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.geometry.boxes import box_corners
@@ -11,8 +12,6 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import (
     invert,
     level_camera,
-    make_transform,
-    matrix_from_quat_wxyz,
     transform_points,
 )
 from warehouse_sim.render import Renderer
@@ -21,42 +20,6 @@ from warehouse_sim.schema import SceneSpec
 pytestmark = pytest.mark.gl
 
 KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
-OFF_CENTRE = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8)
-SIZE = np.array([0.6, 0.4, 0.3])
-
-
-def random_placements(count: int) -> list[np.ndarray]:
-    """Poses of a box in the camera frame that keep it whole in the image of ``OFF_CENTRE``."""
-    rng = np.random.default_rng(7)
-    found: list[np.ndarray] = []
-    while len(found) < count:
-        z = rng.uniform(1.5, 6.0)
-        pixel = rng.uniform((0, 0), (OFF_CENTRE.width, OFF_CENTRE.height))
-        ray = (pixel - (OFF_CENTRE.cx, OFF_CENTRE.cy)) / (OFF_CENTRE.fx, OFF_CENTRE.fy)
-        T = make_transform(matrix_from_quat_wxyz(rng.normal(size=4)), np.array([*ray * z, z]))
-        corners = OFF_CENTRE.project(transform_points(T, box_corners(SIZE)))
-        if corners.min() > 2 and (corners.max(axis=0) < (OFF_CENTRE.width - 3, OFF_CENTRE.height - 3)).all():
-            found.append(T)
-    return found
-
-
-def polygon_centroid(points: np.ndarray) -> np.ndarray:
-    x, y = points.T
-    x2, y2 = np.roll(x, -1), np.roll(y, -1)
-    cross = x * y2 - x2 * y
-    return np.array([((x + x2) * cross).sum(), ((y + y2) * cross).sum()]) / (3.0 * cross.sum())
-
-
-def ray_box_depth(T_camera_object: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return z-depth (0 = missed) and normals where rays with z = 1 m meet a box, by the slab method in 64 bits."""
-    T = invert(T_camera_object)
-    directions = rays @ T[:3, :3].T
-    a, b = (-SIZE / 2 - T[:3, 3]) / directions, (SIZE / 2 - T[:3, 3]) / directions
-    enter, leave = np.minimum(a, b), np.maximum(a, b)
-    axis = enter.argmax(axis=1)
-    depth = np.where(enter.max(axis=1) < leave.min(axis=1), enter.max(axis=1), 0.0)
-    sign = -np.sign(np.take_along_axis(directions, axis[:, None], axis=1))
-    return depth, sign * np.eye(3)[axis] @ T_camera_object[:3, :3].T
 
 
 def test_masks_and_depth_lie_where_the_camera_projects(renderer: Renderer) -> None:
@@ -66,7 +29,7 @@ def test_masks_and_depth_lie_where_the_camera_projects(renderer: Renderer) -> No
     all_rays = OFF_CENTRE.rays()
     # The box stands at the world's origin; the camera moves around it.
     renderer.load(make_scene([model], [("box", np.eye(4))]))
-    for T_camera_object in random_placements(200):
+    for T_camera_object in random_placements(200, margin=2):
         buffers = renderer.render(OFF_CENTRE, invert(T_camera_object))
         rows, columns = np.nonzero(buffers.instance_ids)
         corners = OFF_CENTRE.project(transform_points(T_camera_object, box_corners(SIZE)))

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from tests.render.known_box import OFF_CENTRE
 from tests.render.referee import Truth, cast_image
 from tests.render.scenes import rack_wall
 from warehouse_sim.generation.recipe import load_recipe
@@ -17,8 +18,6 @@ from warehouse_sim.schema import RenderBuffers, SceneSpec
 
 KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
 HALF = PinholeCamera.from_focal(612, 185, 360.76885)
-OFF_CENTRE = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8)
-"""Oblong pixels and a principal point far from the middle."""
 
 
 @dataclass(frozen=True, eq=False)

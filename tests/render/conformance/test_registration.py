@@ -6,15 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.render.conformance.subject import OFF_CENTRE, Subject
+from tests.render.conformance.subject import Subject
+from tests.render.known_box import OFF_CENTRE, SIZE, polygon_centroid, random_placements, ray_box_depth
 from tests.render.scenes import box_model, make_scene
 from warehouse_sim.geometry.boxes import box_corners
-from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
+from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.schema import Material, RenderBuffers, SceneSpec
 
 pytestmark = pytest.mark.gl
 
-SIZE = np.array([0.6, 0.4, 0.3])
 PLACEMENTS = 24
 
 
@@ -33,43 +33,9 @@ def glowing_box() -> SceneSpec:
     return make_scene([box_model("box", SIZE, "glow")], [("box", np.eye(4))], materials=glow, ambient=0.0)
 
 
-def random_placements(count: int) -> list[np.ndarray]:
-    """Poses of a box in the camera frame that keep it whole in the image of ``OFF_CENTRE``."""
-    rng = np.random.default_rng(7)
-    found: list[np.ndarray] = []
-    while len(found) < count:
-        z = rng.uniform(1.5, 6.0)
-        pixel = rng.uniform((0, 0), (OFF_CENTRE.width, OFF_CENTRE.height))
-        ray = (pixel - (OFF_CENTRE.cx, OFF_CENTRE.cy)) / (OFF_CENTRE.fx, OFF_CENTRE.fy)
-        T = make_transform(matrix_from_quat_wxyz(rng.normal(size=4)), np.array([*ray * z, z]))
-        corners = OFF_CENTRE.project(transform_points(T, box_corners(SIZE)))
-        if corners.min() > 4 and (corners.max(axis=0) < (OFF_CENTRE.width - 5, OFF_CENTRE.height - 5)).all():
-            found.append(T)
-    return found
-
-
-def polygon_centroid(points: np.ndarray) -> np.ndarray:
-    x, y = points.T
-    x2, y2 = np.roll(x, -1), np.roll(y, -1)
-    cross = x * y2 - x2 * y
-    return np.array([((x + x2) * cross).sum(), ((y + y2) * cross).sum()]) / (3.0 * cross.sum())
-
-
 def image_centroid(weight: np.ndarray) -> np.ndarray:
     rows, columns = np.indices(weight.shape)
     return np.array([(columns * weight).sum(), (rows * weight).sum()]) / weight.sum()
-
-
-def ray_box_depth(T_camera_object: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return z-depth (0 = missed) and normals where rays with z = 1 m meet a box, by the slab method in 64 bits."""
-    T = invert(T_camera_object)
-    directions = rays @ T[:3, :3].T
-    a, b = (-SIZE / 2 - T[:3, 3]) / directions, (SIZE / 2 - T[:3, 3]) / directions
-    enter, leave = np.minimum(a, b), np.maximum(a, b)
-    axis = enter.argmax(axis=1)
-    depth = np.where(enter.max(axis=1) < leave.min(axis=1), enter.max(axis=1), 0.0)
-    sign = -np.sign(np.take_along_axis(directions, axis[:, None], axis=1))
-    return depth, sign * np.eye(3)[axis] @ T_camera_object[:3, :3].T
 
 
 def depth_offset(buffers: RenderBuffers, T_camera_object: np.ndarray) -> np.ndarray:
@@ -89,7 +55,7 @@ def depth_offset(buffers: RenderBuffers, T_camera_object: np.ndarray) -> np.ndar
 def measure(subject: Subject) -> Offsets:
     subject.renderer.load(glowing_box())
     mask, rgb, depth = [], [], []
-    for T_camera_object in random_placements(PLACEMENTS):
+    for T_camera_object in random_placements(PLACEMENTS, margin=4):
         buffers = subject.renderer.render(OFF_CENTRE, invert(T_camera_object))
         corners = OFF_CENTRE.project(transform_points(T_camera_object, box_corners(SIZE)))
         exact = polygon_centroid(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float))
