@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float, Float32, Int
 from warehouse_sim.render.coarse_scene import CoarseScene
 from warehouse_sim.render.lamps import GROUND, lamp_geometry
 from warehouse_sim.render.light_grid import LightGrid, lay_grid, neighbours
+from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
 AXES = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
@@ -128,10 +129,8 @@ def _reach_of(
     squared = np.einsum("ij,ij->i", to_lamp, to_lamp)
     distance = np.sqrt(squared)
     share = np.einsum("ij,ij->i", to_lamp, normals) / (distance * squared)
-    if light.kind == "spot":
-        inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
-        cosine = np.einsum("ij,j->i", to_lamp, -np.asarray(light.direction, np.float32)) / distance
-        share *= np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
+    cosine = np.einsum("ij,j->i", to_lamp, -np.asarray(light.direction, np.float32)) / distance
+    share *= relative_intensity(light, cosine)
     lit = np.flatnonzero(share > 0.0)
     if light.casts_shadow:
         lit = lit[~solid.blocked(points[lit], to_lamp[lit], np.ones(len(lit)))]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.render.lamps import importance, points_before
 from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
 from warehouse_sim.schema import Light, Viewpoint
 
 MAX_LIGHTS = 16
 """Lamps that are shaded; of more, those that matter most."""
-_AHEAD = 4.0  # metres before a camera where its picture is taken to be
 
 # std140 layout of one element of the array ``lights`` in lamps.glsl.
 LIGHT = np.dtype(
@@ -46,13 +46,12 @@ def order_lights(lights: Sequence[Light], viewpoints: Sequence[Viewpoint]) -> li
 
     What matters is the illuminance that a lamp could give a few metres before the viewpoints, on average.
     """
-    before = np.array([view.T_world_camera[:3, 3] + _AHEAD * view.T_world_camera[:3, 2] for view in viewpoints])
+    before = points_before(viewpoints)
 
-    def importance(light: Light) -> float:
-        squared = ((before.reshape(-1, 3) - np.asarray(light.position, float)) ** 2).sum(axis=1)
-        return light.intensity * float(np.mean(1.0 / np.maximum(squared, 1.0))) if len(squared) else light.intensity
+    def weight(light: Light) -> float:
+        return importance(light, before) if len(before) else light.intensity
 
-    chosen = sorted(lights, key=lambda light: -importance(light))[:MAX_LIGHTS]
+    chosen = sorted(lights, key=lambda light: -weight(light))[:MAX_LIGHTS]
     return sorted(chosen, key=lambda light: not (light.casts_shadow and light.kind == "spot"))
 
 
