@@ -99,5 +99,5 @@ def _annotate(item, ids, window) -> ObjectAnnotation:
     return ObjectAnnotation(
         instance_id, model.class_name, model.obj_id, T, model.size, amodal, mask_box_xyxy(visible), offset,
         silhouette[top : bottom + 1, left : right + 1], int(silhouette.sum()), int(silhouette[window].sum()),
-        int(visible.sum()), int(visible.sum()),
+        int(visible.sum()), int(visible.sum()), illuminance=100.0 * instance_id,
     )  # fmt: skip

@@ -8,7 +8,8 @@ from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
 def row(**changes):
     """One ground truth with a perfect estimate, changed in some columns."""
     perfect = {
-        "scene_id": 0, "image_id": 0, "gt_index": 0, "obj_id": 1, "class_name": "pallet",
+        "scene_id": 0, "image_id": 0, "gt_index": 0, "obj_id": 1, "class_name": "pallet", "object_name": "epal1",
+        "illuminance": 150.0,
         "distance": 3.0, "visible_fraction": 1.0, "diameter": 1.449, "prediction": 0, "score": 0.9,
         "add": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0, "within_5cm_5deg": 1.0,
         "face": "-x", "depth": 0.0, "lateral": 0.0, "vertical": 0.0, "yaw": 0.0, "pitch": 0.0,

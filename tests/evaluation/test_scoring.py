@@ -98,6 +98,16 @@ def test_bins_by_distance_hold_the_objects_at_that_distance(data, score):
     assert {summary.label: summary.gt_count for summary in got.groups["class"]} == {"carton": 4, "pallet": 16}
 
 
+def test_light_on_the_objects_comes_from_the_scene_records(data, score, tmp_path):
+    got = score(estimates_of(data))
+    assert set(got.table.illuminance) == {100.0, 200.0, 300.0, 400.0, 500.0}
+    assert [summary.gt_count for summary in got.groups["illuminance"]] == [0, 0, 4, 8, 8, 0]
+    elsewhere = shutil.copytree(data, tmp_path / "data")
+    shutil.rmtree(elsewhere / "scenes")
+    predictions = write_estimates(estimates_of(data), tmp_path / "method_x.csv")
+    assert np.isnan(evaluate(predictions, elsewhere, "test").table.illuminance).all()
+
+
 def test_what_is_hardly_visible_is_left_out_and_its_estimate_costs_nothing(data, score):
     images = DatasetReader(data).images("test")
     hidden = sum(target.visible_fraction < 0.9 for image in images for target in image.targets)
@@ -174,5 +184,5 @@ def test_scores_do_not_depend_on_where_files_lie(data, score, tmp_path):
 
 def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
     (tmp_path / "scores.json").write_text('{"format": 99}')
-    with pytest.raises(EvaluationError, match="not a score of format 1"):
+    with pytest.raises(EvaluationError, match="not a score of format 2"):
         read_scores(tmp_path)

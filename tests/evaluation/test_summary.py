@@ -55,3 +55,12 @@ def test_classes_are_groups_of_their_own():
 def test_the_same_rows_give_the_same_intervals():
     rows = table(*[row(scene_id=i // 4, add=0.02 * i) for i in range(24)])
     assert summarise("a", rows, METRICS, GROUPS).intervals == summarise("a", rows, METRICS, GROUPS).intervals
+
+
+def test_bins_by_light_leave_out_what_is_not_known_and_objects_go_by_name():
+    rows = [row(illuminance=lux) for lux in (10.0, 99.9, 100.0, 5000.0, np.nan)] + [row(object_name="gma")]
+    groups = split_groups(table(*rows), GROUPS)
+    assert {label: int(rows.sum()) for label, rows in groups["illuminance"]} == {
+        "0-50 lx": 1, "50-100 lx": 1, "100-200 lx": 2, "200-400 lx": 0, "400-800 lx": 0, "over 800 lx": 1,
+    }  # fmt: skip
+    assert {label: int(rows.sum()) for label, rows in groups["object"]} == {"epal1": 5, "gma": 1}

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int, Shaped
 from warehouse_sim.errors import EvaluationError
 
 _WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction")
-_TEXT = ("class_name", "face", "limiting_error")
+_TEXT = ("class_name", "object_name", "face", "limiting_error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +24,13 @@ class ErrorTable:
     """Position of the ground truth among the targets of its image."""
     obj_id: Int[np.ndarray, " n"]
     class_name: Shaped[np.ndarray, " n"]
+    object_name: Shaped[np.ndarray, " n"]
+    """Name of the CAD geometry."""
     distance: Float[np.ndarray, " n"]
     """From the camera to the true object origin (m)."""
     visible_fraction: Float[np.ndarray, " n"]
+    illuminance: Float[np.ndarray, " n"]
+    """Mean of the visible surface (lx), nan where the dataset does not tell."""
     diameter: Float[np.ndarray, " n"]
     """Of the object (m)."""
     prediction: Int[np.ndarray, " n"]

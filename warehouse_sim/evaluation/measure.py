@@ -17,6 +17,7 @@ from warehouse_sim.evaluation.docking import (
     failure_axes,
 )
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
+from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.evaluation.pairing import Pair, pair_up
 from warehouse_sim.evaluation.pose_error import (
     add,
@@ -47,6 +48,7 @@ def measure(
     images: Sequence[ImageRecord],
     objects: Mapping[int, ObjectInfo],
     config: MeasureConfig,
+    illuminance: Mapping[Place, float] | None = None,
 ) -> ErrorTable:
     """Match predictions to the ground truths of ``images`` and measure the errors of each.
 
@@ -55,6 +57,7 @@ def measure(
         images: Images with their targets.
         objects: Geometry by object id.
         config: What counts, and how it is measured.
+        illuminance: Of the ground truths (lx), as far as it is known.
 
     Returns:
         One row a counted ground truth, by scene, image and position in the image.
@@ -66,6 +69,9 @@ def measure(
     for obj_id in sorted(wanted):
         mine = [pair for pair in pairs if pair.target.obj_id == obj_id]
         rows += _rows(mine, predictions, objects[obj_id], points[obj_id], config.fork)
+    lux = illuminance or {}
+    for row in rows:
+        row["illuminance"] = lux.get((row["scene_id"], row["image_id"], row.pop("instance_id")), np.nan)
     rows.sort(key=lambda row: (row["scene_id"], row["image_id"], row["gt_index"]))
     return table_from_rows(rows)
 
@@ -104,7 +110,9 @@ def _describe(pair: Pair, info: ObjectInfo, face: DockingFace) -> dict[str, Any]
         "image_id": pair.image.image_id,
         "gt_index": pair.target.gt_index,
         "obj_id": info.obj_id,
+        "instance_id": pair.target.instance_id,
         "class_name": info.class_name,
+        "object_name": info.name,
         "distance": float(np.linalg.norm(pair.target.T_camera_object[:3, 3])),
         "visible_fraction": pair.target.visible_fraction,
         "diameter": info.diameter,

@@ -15,7 +15,7 @@ from warehouse_sim.evaluation.summary import GroupConfig, Summary
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 1
+_FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Scores:
     overall: Summary
     """All ground truths."""
     groups: dict[str, tuple[Summary, ...]]
-    """The same metrics by class, distance and visible fraction."""
+    """The same metrics by class, object, distance, visible fraction and light."""
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
     seconds_per_image: float | None

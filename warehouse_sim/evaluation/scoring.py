@@ -14,6 +14,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.docking import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
@@ -42,7 +43,7 @@ def evaluate(
     estimates = pose_csv.read(predictions)
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
     _check_geometry(images, set(reader.objects), data)
-    table = measure(estimates, images, reader.objects, config.measure)
+    table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images))
     if len(table) == 0:
         raise EvaluationError(
             f"{data}: split {split!r} has no ground truth that is visible enough to count; "

@@ -20,6 +20,8 @@ class GroupConfig:
     """Lower edges (m) of the distance bins, rising; the last bin has no end."""
     visible_fraction_edges: tuple[float, ...] = (0.1, 0.3, 0.5, 0.7, 0.9)
     """Lower edges of the bins by visible share (0-1), rising; the last bin ends at 1."""
+    illuminance_edges: tuple[float, ...] = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0)
+    """Lower edges (lx) of the bins by light on the visible surface, rising; the last bin has no end."""
     bootstrap_draws: int = 1000
     """Resamples of the scenes for the 95 % intervals, >= 100."""
     bootstrap_seed: int = 0
@@ -82,12 +84,17 @@ def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: Grou
 
 
 def split_groups(table: ErrorTable, config: GroupConfig) -> dict[str, list[tuple[str, Bool[np.ndarray, " n"]]]]:
-    """Return the groups of each split, by name: ("class" | "distance" | "visible_fraction") -> (label, rows)."""
-    classes = sorted(set(table.class_name.tolist()))
+    """Return the groups of each split, by the name of what it splits by -> (label, rows).
+
+    Ground truths whose light is not known are in no bin of "illuminance".
+    """
+    classes, objects = (sorted(set(names.tolist())) for names in (table.class_name, table.object_name))
     return {
         "class": [(name, table.class_name == name) for name in classes],
+        "object": [(name, table.object_name == name) for name in objects],
         "distance": _bins(table.distance, (*config.distance_edges, np.inf), " m"),
         "visible_fraction": _bins(table.visible_fraction, (*config.visible_fraction_edges, 1.0), ""),
+        "illuminance": _bins(table.illuminance, (*config.illuminance_edges, np.inf), " lx"),
     }
 
 

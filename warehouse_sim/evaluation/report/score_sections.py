@@ -21,7 +21,15 @@ _TABLE_SHARES = {
     "dock_0mm": "Docked",
     "dock_10mm": "Docked +10\u00a0mm",
 }
-_TABLE_TITLES = {"class": "By class", "distance": "By distance", "visible_fraction": "By visible fraction"}
+_TABLE_TITLES = {
+    "class": "By class",
+    "object": "By object",
+    "distance": "By distance",
+    "visible_fraction": "By visible fraction",
+    "illuminance": "By light on the object",
+}
+_NOT_ALONE = ("class", "object")
+"""Splits that say nothing when all ground truths are in one group."""
 
 
 def evaluation_section(source: EvaluationSource, label: str, case_count: int) -> dict[str, Any]:
@@ -36,7 +44,7 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
     if scores.overall.dockable_count:
         drawings.append(("Lateral and yaw share the room beside the tines", charts.sweep_chart(table, faces, fork)))
         drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
-    groups = {name: group for name, group in scores.groups.items() if name != "class" or len(group) > 1}
+    groups = {name: group for name, group in scores.groups.items() if name not in _NOT_ALONE or len(group) > 1}
     return {
         "label": label,
         "identity": _identity_line(source),
