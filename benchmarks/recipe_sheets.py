@@ -1,6 +1,6 @@
 """Draw the thumbnails of scenes/README.md: four views of each recipe, one a scene.
 
-python benchmarks/recipe_sheets.py industrial approach    # some recipes; all but smoke without names
+python benchmarks/recipe_sheets.py industrial approach    # some recipes; without names all that look like no other
 """
 
 from pathlib import Path
@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 import tyro
 
+from warehouse_sim.config import read_yaml
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render import open_renderer
-from warehouse_sim.resources import recipe_names
+from warehouse_sim.resources import find_recipe, recipe_names
 
 FOLDER = Path(__file__).parents[1] / "docs" / "images" / "recipes"
 WIDTH = 800
@@ -24,12 +25,12 @@ def main(recipes: tyro.conf.Positional[tuple[str, ...]] = (), seed: int = 0, qua
     """Write docs/images/recipes/NAME.jpg for each recipe.
 
     Args:
-        recipes: Names of shipped recipes; all but smoke by default.
+        recipes: Names of shipped recipes; all but smoke and those that extend another by default.
         seed: Seed of the scenes.
         quality: JPEG quality, 1-100.
     """
     with open_renderer("raster") as renderer:
-        for name in recipes or [item for item in recipe_names() if item != "smoke"]:
+        for name in recipes or [item for item in recipe_names() if _has_a_look_of_its_own(item)]:
             recipe, views = load_recipe(name), []
             for index in range(SCENES):
                 prepared = prepare_scene(recipe, seed, index)
@@ -43,6 +44,10 @@ def main(recipes: tyro.conf.Positional[tuple[str, ...]] = (), seed: int = 0, qua
             path = FOLDER / f"{name}.jpg"
             cv2.imwrite(str(path), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
             print(f"output: {path}")
+
+
+def _has_a_look_of_its_own(recipe: str) -> bool:
+    return recipe != "smoke" and "extends" not in read_yaml(find_recipe(recipe))
 
 
 if __name__ == "__main__":

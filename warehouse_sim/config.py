@@ -20,16 +20,25 @@ def load_yaml(cls: type[T], path: Path, error: type[ConfigError] = ConfigError) 
     Raises:
         error: The file is missing, is not YAML, or holds a key or value that ``cls`` does not take.
     """
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise error(f"{path}: cannot be read ({problem.strerror}); check the path") from problem
-    except (yaml.YAMLError, UnicodeDecodeError) as problem:
-        raise error(f"{path}: is not valid YAML ({' '.join(str(problem).split())})") from problem
+    data = read_yaml(path, error)
     try:
         return from_mapping(cls, data if data is not None else {}, str(path))
     except ConfigError as problem:
         raise error(str(problem)) from problem
+
+
+def read_yaml(path: Path, error: type[ConfigError] = ConfigError) -> Any:
+    """Return the plain data of the YAML file at ``path``.
+
+    Raises:
+        error: The file is missing or is not YAML.
+    """
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise error(f"{path}: cannot be read ({problem.strerror}); check the path") from problem
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        raise error(f"{path}: is not valid YAML ({' '.join(str(problem).split())})") from problem
 
 
 def from_mapping(cls: type[T], data: Any, where: str) -> T:

@@ -5,6 +5,7 @@ import yaml
 
 from warehouse_sim.config import load_yaml, to_mapping
 from warehouse_sim.errors import RecipeError
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import data_folder, recipe_names
 from warehouse_sim.scene import SceneRecipe
 
@@ -60,8 +61,7 @@ def test_a_resolved_recipe_reads_back_equal(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", recipe_names())
 def test_shipped_recipes_are_read_and_read_back(name: str) -> None:
-    whole = yaml.safe_load((data_folder("scenes") / f"{name}.yaml").read_text())
-    recipe = SceneRecipe.from_plain(whole["scene"], name)
+    recipe = load_recipe(name).scene
     assert SceneRecipe.from_plain(to_mapping(recipe), name) == recipe
     assert "pallet" in recipe.targets
 

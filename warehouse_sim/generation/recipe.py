@@ -1,10 +1,12 @@
 """A whole recipe file: the scene's distribution and what is done with each draw of it."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-from warehouse_sim.config import load_yaml
+from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import ConfigError, RecipeError
+from warehouse_sim.generation.extends import overlay, read_chain
 from warehouse_sim.generation.occlusion.config import OcclusionConfig
 from warehouse_sim.generation.twins.config import TwinsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
@@ -39,23 +41,37 @@ class Recipe:
 
 
 def load_recipe(name_or_path: str) -> Recipe:
-    """Read a recipe by shipped name ("demo") or path.
+    """Read a recipe by shipped name ("demo") or path; what it ``extends`` is read and checked before it.
 
     Raises:
         UnknownNameError: Neither a shipped name nor a file.
-        RecipeError: The file holds something that a recipe does not take.
+        RecipeError: The file, or one that it extends, holds something that a recipe does not take.
     """
     path = find_recipe(name_or_path)
-    recipe = load_yaml(Recipe, path, RecipeError)
-    if recipe.scenes < 1:
-        raise RecipeError(f"{path}: scenes must be at least 1, found {recipe.scenes}")
-    for twin in recipe.twins.lights:
-        try:
-            overlaid(recipe.scene.lights, twin.settings, f"{path}: twins.lights {twin.name!r}")
-        except ConfigError as problem:
-            raise RecipeError(str(problem)) from problem
+    settings: dict[str, Any] = {}
+    for file, own in read_chain(path):
+        # A name belongs to one file; all else is handed on.
+        settings = overlay({key: value for key, value in settings.items() if key != "name"}, own)
+        recipe = _checked(settings, str(file))
     recipe = _at_camera_height(recipe)
     return recipe if recipe.name else replace(recipe, name=path.stem)
+
+
+def _checked(settings: dict[str, Any], where: str) -> Recipe:
+    """Return the recipe of plain settings.
+
+    Raises:
+        RecipeError: A key or value does not belong there.
+    """
+    try:
+        recipe = from_mapping(Recipe, settings, where)
+        if recipe.scenes < 1:
+            raise RecipeError(f"{where}: scenes must be at least 1, found {recipe.scenes}")
+        for twin in recipe.twins.lights:
+            overlaid(recipe.scene.lights, twin.settings, f"{where}: twins.lights {twin.name!r}")
+    except ConfigError as problem:
+        raise RecipeError(str(problem)) from problem
+    return recipe
 
 
 def _at_camera_height(recipe: Recipe) -> Recipe:
