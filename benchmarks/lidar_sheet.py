@@ -128,9 +128,9 @@ def _measure(remission: float, distance: float, config: LidarConfig) -> tuple[fl
     sweeps = [scan(caster, narrow, np.eye(4), np.random.default_rng([int(distance), seed])) for seed in range(4)]
     sweep = make_sweep(narrow)
     # Rings within 3 deg of straight ahead.
-    flat = np.flatnonzero(np.abs(sweep.directions[: sweep.shape[1], 2]) < 0.052)
+    flat = np.flatnonzero(np.abs(sweep.directions[:: sweep.shape[1], 2]) < 0.052)
     chosen = [result.points[np.isin(result.ring, flat), 0] for result in sweeps]
-    pulses = len(sweeps) * len(flat) * sweep.shape[0]
+    pulses = len(sweeps) * len(flat) * sweep.shape[1]
     x = np.concatenate(chosen)
     return len(x) / pulses, float(x.std()) if len(x) > 1 else float("nan")
 

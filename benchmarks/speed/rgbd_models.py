@@ -8,12 +8,16 @@ import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, draw_subject
+from warehouse_sim.generation.workers import keep_freed_memory
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.color import ColorConfig, read_color
 from warehouse_sim.sensors.depth import MODELS
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.shot import Motion, Shot
+from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
 
 MOTION = Motion(np.array([0.0, 0.0, 2.0]), np.array([0.0, 0.3, 0.0]))
@@ -24,13 +28,19 @@ LITTLE_LIGHT = 6.0
 
 def rgbd_models(settings: Settings) -> dict[str, Any]:
     """Return the row: the default camera, and a table of all models."""
+    keep_freed_memory()  # as workers do
     subject = draw_subject(settings)
-    camera, view, caster = subject.camera, subject.views[0], RayCaster(subject.scene)
+    camera, caster = subject.camera, RayCaster(subject.scene)
+    repeats = 1 if settings.quick else 9
     with open_renderer("raster") as renderer:
         renderer.load(subject.scene)
-        buffers = renderer.render(camera, view, normals=True)
+        buffers = renderer.render(camera, subject.views[0], normals=True)
+        there = subject.views[0] @ T_camera_right(StereoConfig())
+        right = renderer.render(camera, there)
+        drawn = _cost(repeats, renderer.render, camera, there)
+    view, rng = subject.views[0], np.random.default_rng(0)
     shot = Shot(camera, LITTLE_LIGHT, surfaces=see_surfaces(subject.scene, caster, camera, view))
-    moving, rng = replace(shot, motion=MOTION), np.random.default_rng(0)
+    moving = replace(shot, motion=MOTION)
     cases: dict[str, tuple[Any, ...]] = {
         "materials of the pixels": (see_surfaces, subject.scene, caster, camera, view),
         **{f"depth: {kind}": (model().read, buffers, shot, rng) for kind, model in MODELS.items()},
@@ -39,15 +49,31 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         "colour, with filter": (read_color, buffers, shot, ColorConfig(bayer=True), rng),
         "colour, with JPEG": (read_color, buffers, shot, ColorConfig(jpeg_quality=90), rng),
     }
-    repeats = 1 if settings.quick else 9
+    costs = {name: _cost(repeats, *call) for name, call in cases.items()}
+    costs["right picture: drawn"] = drawn
+    costs |= _stereo(repeats, camera, buffers, right, rng)
     whole = _cost(repeats, read_rgbd, buffers, shot, RgbdConfig(), rng)
     return {
         "what": "the errors of the default RGB-D camera on a frame",
         "ours_cpu_s": whole.cpu_s,
         "ours_wall_s": whole.wall_s,
         "target": "<= 0.025",
-        "models_cpu_s": {name: _cost(repeats, *call).cpu_s for name, call in cases.items()},
+        "models_cpu_s": {name: cost.cpu_s for name, cost in costs.items()},
         "size_wh": [camera.width, camera.height],
+    }
+
+
+def _stereo(
+    repeats: int, camera: PinholeCamera, left: RenderBuffers, right: RenderBuffers, rng: np.random.Generator
+) -> dict[str, Cost]:
+    """Return what the second camera adds to a frame, once its picture is drawn."""
+    config, shot = StereoConfig(matching=None), Shot(camera, LITTLE_LIGHT)
+    rgb = [read_color(seen, shot, ColorConfig(), rng) for seen in (left, right)]
+    return {
+        "right picture: read, true disparity": _cost(
+            repeats, read_stereo, left, rgb[0], right, shot, ColorConfig(), config, rng
+        ),
+        "disparity: semi-global matching": _cost(repeats, match_sgbm, *rgb, SgbmConfig()),
     }
 
 

@@ -15,7 +15,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.generation.workers import prepare_worker
+from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
 from warehouse_sim.render import BACKENDS, open_renderer
 from warehouse_sim.render.renderer import Renderer
 
@@ -81,6 +81,7 @@ def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
 def _in_this_process(job: _Job, scene_indices: list[int]) -> Iterator[int]:
     if not scene_indices:
         return
+    keep_freed_memory()
     with open_renderer(job.backend) as renderer:
         for index in scene_indices:
             _make_scene(job, index, renderer)

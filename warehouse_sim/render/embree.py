@@ -12,6 +12,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float, Float32, Int32
@@ -24,6 +25,7 @@ from warehouse_sim.optional import require
 _TRIANGLES, _INSTANCE = 0, 121  # RTCGeometryType
 _INDEX, _VERTEX = 0, 1  # RTCBufferType
 _UINT3, _FLOAT3, _FLOAT3X4_ROW_MAJOR = 0x5003, 0x9003, 0x9134  # RTCFormat
+_COHERENT = 1 << 16  # RTCRayQueryFlags
 _ROBUST = 1 << 2  # RTCSceneFlags: no ray slips through the edge that two triangles share
 _NATIVE_PACKETS = {16: 34, 8: 33, 4: 32}  # RTCDeviceProperty that tells whether packets of a width run natively
 
@@ -51,25 +53,39 @@ _FUNCTIONS = {
 
 # Rows of the structure RTCRayHit16 (or 8, or 4), each as long as the packet; all four bytes an entry.
 _ORIGIN, _DIRECTION, _FAR, _MASK = slice(0, 3), slice(4, 7), 8, 9
-_NORMAL, _PIECE, _PLACE = slice(12, 15), 18, 19
+_NORMAL, _PIECE, _PLACE = (12, 13, 14), 18, 19
 _ROWS = 21
 _NOTHING = 0xFFFFFFFF
 _PACKETS_AT_ONCE = 512
 """As many as fit into a core's cache."""
 
 
+class _Query(ctypes.Structure):
+    """RTCIntersectArguments: how to look for hits."""
+
+    _fields_: ClassVar = [
+        ("flags", ctypes.c_int),
+        ("features", ctypes.c_int),
+        *((name, _POINTER) for name in ("context", "filter", "intersect")),
+        ("least_width", ctypes.c_float),
+    ]
+
+
+_ALONGSIDE = _Query(flags=_COHERENT, features=-1)
+
+
 @dataclass(frozen=True, eq=False)
 class PacketHits:
-    """What rays meet first; piece and normal mean nothing where ``place`` is -1."""
+    """What rays meet first; normals mean nothing where ``place`` is -1."""
 
     distance: Float32[np.ndarray, " n"]
     """In units of the ray's direction; infinite when nothing is hit."""
     place: Int32[np.ndarray, " n"]
     """Number of the placement, -1 = nothing."""
     piece: Int32[np.ndarray, " n"]
-    """Number of the mesh within its group."""
+    """Number of the mesh within its group; 0 when nothing is hit."""
     normal: Float32[np.ndarray, "n 3"]
-    """Normal in the group's frame, of any length."""
+    """Normal in the group's frame, of any length; components lie one after the other in memory."""
 
 
 class PlacedMeshes:
@@ -99,21 +115,30 @@ class PlacedMeshes:
         weakref.finalize(self, _release, self._library, [self._scene, *scenes], self._buffers)
         self._require_ok("building")
 
-    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> PacketHits:
-        """Return what rays from ``origins`` (m) along ``directions`` of any length meet first."""
+    def cast(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], *, coherent: bool = False
+    ) -> PacketHits:
+        """Return what rays meet first.
+
+        Args:
+            origins: Starting points (m).
+            directions: Of any length.
+            coherent: Whether rays that follow one another mostly go the same way: then a packet of them is followed as
+                one, which is faster.
+        """
         count = len(directions)
         hits = PacketHits(
             np.empty(count, np.float32),
             np.empty(count, np.int32),
             np.empty(count, np.int32),
-            np.empty((count, 3), np.float32),
+            np.empty((3, count), np.float32).T,
         )
         width = _packet_width()
         packets = _aligned((max(1, min(_PACKETS_AT_ONCE, -(-count // width))), _ROWS, width))
         step = len(packets) * width
         for start in range(0, count, step):
             rays = slice(start, min(start + step, count))
-            self._cast_packets(packets, origins[rays], directions[rays])
+            self._cast_packets(packets, origins[rays], directions[rays], coherent)
             _read(packets, rays, hits)
         self._require_ok("casting rays")
         return hits
@@ -123,6 +148,7 @@ class PlacedMeshes:
         packets: Float32[np.ndarray, "k r w"],
         origins: Float[np.ndarray, "n 3"],
         directions: Float[np.ndarray, "n 3"],
+        coherent: bool,
     ) -> None:
         """Cast n <= k w rays in ``packets``."""
         count, width = len(directions), packets.shape[2]
@@ -134,12 +160,14 @@ class PlacedMeshes:
             packets[full, _FAR, rest:] = -np.inf  # no rays: what fills up the last packet
         words = packets.view(np.uint32)
         words[:, _MASK] = words[:, _PLACE] = _NOTHING
+        words[:, _PIECE] = 0
         valid = np.full(2 * width, -1, np.int32)
         valid_address = valid.ctypes.data + -valid.ctypes.data % (4 * width)
         intersect = getattr(self._library, f"rtcIntersect{width}")
+        query = ctypes.addressof(_ALONGSIDE) if coherent else None
         first, step = packets.ctypes.data, packets.strides[0]
         for address in range(first, first + (full + (rest > 0)) * step, step):
-            intersect(valid_address, self._scene, address, None)
+            intersect(valid_address, self._scene, address, query)
 
     def _group_scene(self, meshes: Sequence[TriangleMesh]) -> int:
         scene = self._new_scene()
@@ -218,9 +246,11 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
 def _fill(rows: Float32[np.ndarray, "k 3 w"], vectors: Float[np.ndarray, "n 3"]) -> None:
     """Put vectors into the packets, in order; what the last packet has more is left alone."""
     full, rest = divmod(len(vectors), rows.shape[2])
-    rows[:full] = vectors[: len(vectors) - rest].reshape(full, rows.shape[2], 3).transpose(0, 2, 1)
-    if rest:
-        rows[full, :, :rest] = vectors[-rest:].T
+    for i in range(3):
+        component = vectors[:, i]
+        rows[:full, i] = component[: len(vectors) - rest].reshape(full, rows.shape[2])
+        if rest:
+            rows[full, i, :rest] = component[-rest:]
 
 
 def _read(packets: Float32[np.ndarray, "k r w"], rays: slice, hits: PacketHits) -> None:
@@ -229,7 +259,8 @@ def _read(packets: Float32[np.ndarray, "k r w"], rays: slice, hits: PacketHits) 
     hits.distance[rays] = packets[:, _FAR].ravel()[:count]
     hits.place[rays] = words[:, _PLACE].ravel()[:count]
     hits.piece[rays] = words[:, _PIECE].ravel()[:count]
-    hits.normal[rays] = packets[:, _NORMAL].transpose(0, 2, 1).reshape(-1, 3)[:count]
+    for i, row in enumerate(_NORMAL):
+        hits.normal[rays, i] = packets[:, row].ravel()[:count]
 
 
 def _release(library: ctypes.CDLL, scenes: list[int], buffers: list[Int32[np.ndarray, "..."]]) -> None:

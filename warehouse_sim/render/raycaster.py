@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float32, Int32
+from jaxtyping import Float, Float32, Int, Int32
 
 from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import SceneSpec
@@ -52,9 +52,10 @@ class RayCaster:
         )
         # One more row answers for rays that hit nothing, whose place is -1.
         self._owner = np.array([*(instance.instance_id for instance in placed), 0], np.int32)
-        rotations = [instance.T_world_object[:3, :3] for instance in placed]
-        self._rotation = np.array([*rotations, np.zeros((3, 3))], np.float32)
-        self._first_piece = np.zeros(len(placed) + 1, np.int64)
+        rotations = np.array([*(instance.T_world_object[:3, :3] for instance in placed), np.zeros((3, 3))], np.float32)
+        # By row and column, as whole columns are worked on.
+        self._rotation = np.ascontiguousarray(rotations.transpose(1, 2, 0))
+        self._first_piece = np.full(len(placed) + 1, -1, np.intp)
         starts = np.cumsum([0, *(len(solid[name]) for name in group_of)])
         self._first_piece[:-1] = [starts[group_of[instance.model]] for instance in placed]
         paints = [part.material for name in group_of for part in solid[name]]
@@ -64,23 +65,38 @@ class RayCaster:
         number_of = {name: number for number, name in enumerate(self.materials)}
         self._material = np.array([*(number_of[paint] for paint in paints), -1], np.int32)
 
-    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> RayHits:
+    def cast(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], *, coherent: bool = False
+    ) -> RayHits:
         """Return what rays meet first.
 
         Args:
             origins: Starting points in the world (m).
             directions: Directions in the world, of any length.
+            coherent: Whether rays that follow one another mostly go the same way, which makes them faster.
         """
-        hits = self._meshes.cast(origins, directions)
-        missed = hits.place < 0
-        normals = np.einsum("nij,nj->ni", self._rotation[hits.place], hits.normal)
-        length = np.sqrt(np.einsum("ni,ni->n", normals, normals))[:, None]
-        piece = np.where(missed, -1, self._first_piece[hits.place] + hits.piece)
+        hits = self._meshes.cast(origins, directions, coherent=coherent)
+        place = hits.place.astype(np.intp)  # -1 = the last row
+        piece = self._first_piece[place]
+        piece += hits.piece
         return RayHits(
             distance=hits.distance,
-            instance_ids=self._owner[hits.place],
-            normals=np.divide(normals, length, out=np.zeros_like(normals), where=length > 0),
+            instance_ids=self._owner[place],
+            normals=self._world_normals(place, hits.normal),
             remission=self._remission[piece],
             materials=self._material[piece],
             pieces=piece.astype(np.int32),
         )
+
+    def _world_normals(
+        self, place: Int[np.ndarray, " n"], normal: Float32[np.ndarray, "n 3"]
+    ) -> Float32[np.ndarray, "n 3"]:
+        """Return unit normals in the world, component by component; zero where ``place`` is -1."""
+        turned = np.empty((3, len(place)), np.float32)
+        for row, component in zip(self._rotation, turned, strict=True):
+            np.multiply(row[0][place], normal[:, 0], out=component)
+            component += row[1][place] * normal[:, 1]
+            component += row[2][place] * normal[:, 2]
+        length = np.sqrt(turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2])
+        turned /= np.maximum(length, np.finfo(np.float32).tiny)
+        return turned.T

@@ -9,6 +9,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
+from warehouse_sim.sensors.pixel_rays import pixel_tangents
 
 Image = Float32[np.ndarray, "h w"]
 _STRIDE = 2
@@ -38,7 +39,7 @@ def see_surfaces(scene: SceneSpec, caster: RayCaster, camera: PinholeCamera, T_w
     """
     rays = camera_rays(camera)[::_STRIDE, ::_STRIDE]
     in_world = np.einsum("nj,ij->ni", rays.reshape(-1, 3), T_world_camera[:3, :3].astype(np.float32))
-    hits = caster.cast(np.broadcast_to(T_world_camera[:3, 3], in_world.shape), in_world)
+    hits = caster.cast(np.broadcast_to(T_world_camera[:3, 3], in_world.shape), in_world, coherent=True)
     met = [scene.materials[name] for name in caster.materials]
     # One more row answers for rays that meet nothing, whose material is -1.
     table = np.array([*((item.remission, item.roughness, item.metallic) for item in met), (0, 0, 0)], np.float32)
@@ -50,10 +51,7 @@ def see_surfaces(scene: SceneSpec, caster: RayCaster, camera: PinholeCamera, T_w
 def camera_rays(camera: PinholeCamera) -> Float32[np.ndarray, "h w 3"]:
     """Return for each pixel the point of its ray at z = 1 m in the camera frame."""
     rays = np.ones((camera.height, camera.width, 3), np.float32)
-    rays[..., 0] = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
-    rays[..., 1] = ((np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[
-        :, None
-    ]
+    rays[..., 0], rays[..., 1] = pixel_tangents(camera)
     return rays
 
 
@@ -64,8 +62,7 @@ def facing_cosine(normals: Float32[np.ndarray, "h w 3"], camera: PinholeCamera) 
         normals: Unit normals in the camera frame.
         camera: Intrinsics.
     """
-    x = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
-    y = ((np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[:, None]
+    x, y = pixel_tangents(camera)
     along = normals[..., 0] * x + normals[..., 1] * y + normals[..., 2]
     return np.abs(along) / np.sqrt(np.float32(1.0) + x * x + y * y)
 

@@ -22,18 +22,18 @@ def test_each_ring_has_its_elevation_and_covers_the_turn_once() -> None:
     sweep = make_sweep(LidarConfig())
     grid = sweep.directions.reshape(*sweep.shape, 3).astype(float)
     elevation = np.sort(LASERS["hdl64e"]().elevation)[::-1]
-    np.testing.assert_allclose(np.arcsin(grid[..., 2]), np.broadcast_to(elevation, sweep.shape), atol=1e-6)
-    azimuth = np.sort(np.arctan2(grid[..., 1], grid[..., 0]), axis=0)
-    gap = np.degrees(np.diff(azimuth, axis=0))
+    np.testing.assert_allclose(np.arcsin(grid[..., 2]), np.broadcast_to(elevation[:, None], sweep.shape), atol=1e-6)
+    azimuth = np.sort(np.arctan2(grid[..., 1], grid[..., 0]), axis=1)
+    gap = np.degrees(np.diff(azimuth, axis=1))
     assert gap.min() == pytest.approx(0.1728, abs=1e-3)
     assert gap.max() <= 0.1728 * 4 / 3 + 1e-3  # where the turn closes: it holds 2083 and a third of the steps
 
 
-def test_a_row_of_the_grid_looks_one_way() -> None:
+def test_a_column_of_the_grid_looks_one_way() -> None:
     sweep = make_sweep(LidarConfig())
     grid = sweep.directions.reshape(*sweep.shape, 3)
-    azimuth = np.arctan2(grid[..., 1], grid[..., 0])[1:-1]
-    assert np.degrees(np.ptp(azimuth, axis=1)).max() <= 0.1728 + 1e-3
+    azimuth = np.arctan2(grid[..., 1], grid[..., 0])[:, 1:-1]
+    assert np.degrees(np.ptp(azimuth, axis=0)).max() <= 0.1728 + 1e-3
 
 
 def test_rays_fire_in_time_where_the_head_points() -> None:
@@ -57,7 +57,7 @@ def test_part_of_a_turn_stays_within_its_limits() -> None:
     azimuth = np.degrees(np.arctan2(sweep.directions[:, 1], sweep.directions[:, 0]))
     assert azimuth.min() > -30.1
     assert azimuth.max() < 60.1
-    assert sweep.shape == (len(np.arange(-30.0, 60.0, 0.1728)), 16)
+    assert sweep.shape == (16, len(np.arange(-30.0, 60.0, 0.1728)))
     assert not sweep.closed
     assert sweep.time.min() >= 0
     assert sweep.ring.max() == 15

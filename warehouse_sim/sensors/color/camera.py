@@ -58,8 +58,11 @@ def _balance(config: ColorConfig, rng: np.random.Generator) -> Float32[np.ndarra
 @lru_cache(maxsize=8)
 def _falloff(camera: PinholeCamera, share: float) -> Float32[np.ndarray, "h w 1"]:
     """Return the light that reaches each pixel relative to the axis: cos^4 of the angle to it, softened."""
-    x = (np.arange(camera.width) - camera.cx) / camera.fx
-    y = ((np.arange(camera.height) - camera.cy) / camera.fy)[:, None]
+    if camera.distortion is None:
+        x = (np.arange(camera.width) - camera.cx) / camera.fx
+        y = ((np.arange(camera.height) - camera.cy) / camera.fy)[:, None]
+    else:
+        x, y, _ = np.moveaxis(camera.rays(), -1, 0)
     cosine4 = (1.0 + x * x + y * y) ** -2.0
     factor = (1.0 - share * (1.0 - cosine4)).astype(np.float32)[..., None]
     factor.setflags(write=False)

@@ -6,7 +6,7 @@ from jaxtyping import Float32, Int
 from warehouse_sim.render.raycaster import RayCaster, RayHits
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes, strongest_echoes, thin_echoes
-from warehouse_sim.sensors.lidar.sweep import Sweep
+from warehouse_sim.sensors.lidar.sweep import Sweep, columns
 
 _PROBE_AT = 0.571
 """Centroid of the outer thirds of a round beam, in half angles: (4 / pi) (1 - t^2)^1.5 with t = 0.265."""
@@ -34,13 +34,13 @@ def footprint_echoes(
         origins: Where they start in the world (m).
         directions: Unit vectors in the world.
     """
-    hits = raycaster.cast(origins, directions)
+    hits = raycaster.cast(origins, directions, coherent=True)
     echoes = thin_echoes(hits, directions)
     if not any(config.divergence_mrad):
         return echoes, len(directions)
     beams, sides = _edges(hits, sweep)
-    rays = _probes(directions[beams], sides, config.divergence_mrad)
-    probes = thin_echoes(raycaster.cast(origins[beams], rays), rays)
+    rays = _probes(columns(directions, beams), sides, config.divergence_mrad)
+    probes = thin_echoes(raycaster.cast(columns(origins, beams), rays, coherent=True), rays)
     mixed, shares = _shares(echoes, probes, beams, sides)
     blended = strongest_echoes(shares, pulse_length=config.pulse_length, extinction=config.extinction)
     for whole, part in (
@@ -59,11 +59,11 @@ def _edges(hits: RayHits, sweep: Sweep) -> tuple[Int[np.ndarray, " m"], Int[np.n
     found = []
     number = np.arange(distance.size).reshape(sweep.shape)
     every, but_first, but_last = slice(None), slice(1, None), slice(-1)
-    pairs = [(0, but_last, every, 1, but_first, every), (3, every, but_last, 2, every, but_first)]
+    pairs = [(0, every, but_last, 1, every, but_first), (3, but_last, every, 2, but_first, every)]
     if sweep.closed:
-        pairs.append((0, slice(-1, None), every, 1, slice(1), every))
-    for side_of_a, row_a, ring_a, side_of_b, row_b, ring_b in pairs:
-        a, b = (row_a, ring_a), (row_b, ring_b)
+        pairs.append((0, every, slice(-1, None), 1, every, slice(1)))
+    for side_of_a, ring_a, column_a, side_of_b, ring_b, column_b in pairs:
+        a, b = (ring_a, column_a), (ring_b, column_b)
         with np.errstate(invalid="ignore"):  # both infinite: no step
             edge = np.abs(distance[a] - distance[b]) > _SMALLEST_STEP
         edge &= (piece[a] != piece[b]) | (owner[a] != owner[b])
@@ -77,18 +77,27 @@ def _edges(hits: RayHits, sweep: Sweep) -> tuple[Int[np.ndarray, " m"], Int[np.n
 def _probes(
     axes: Float32[np.ndarray, "m 3"], sides: Int[np.ndarray, " m"], divergence_mrad: tuple[float, float]
 ) -> Float32[np.ndarray, "m 3"]:
-    """Return the directions of rays through the outer third of beams, on the given side of each."""
+    """Return the directions of rays through the outer third of beams, on the given side of each.
+
+    To the left of a direction (x, y, z) that is not vertical is the level unit vector (-y, x, 0) / l, above it
+    (-x z, -y z, l^2) / l, with l^2 = x^2 + y^2.
+
+    Args:
+        axes: Unit vectors along the beams.
+        sides: Left 0, right 1, up 2, down 3.
+        divergence_mrad: Full widths of the beam, level and upright.
+    """
     half = np.asarray(divergence_mrad, np.float32) * np.float32(0.5e-3 * _PROBE_AT)
-    left = _left(axes)
-    sign = np.where(sides % 2 == 0, np.float32(1.0), np.float32(-1.0))[:, None]
-    return axes + sign * np.where((sides < 2)[:, None], left * half[0], np.cross(axes, left) * half[1])
-
-
-def _left(directions: Float32[np.ndarray, "n 3"]) -> Float32[np.ndarray, "n 3"]:
-    """Return level unit vectors to the left of directions that are not vertical."""
-    x, y = directions[:, 0], directions[:, 1]
-    level = 1.0 / np.sqrt(x * x + y * y)
-    return np.stack([-y * level, x * level, np.zeros_like(x)], axis=1)
+    leftward, upward = np.array([[half[0], -half[0], 0, 0], [0, 0, half[1], -half[1]]], np.float32)[:, sides]
+    x, y, z = axes.T
+    level = np.sqrt(x * x + y * y)
+    rays = np.empty((3, len(sides)), np.float32)
+    np.add(z, upward * level, out=rays[2])
+    leftward /= level
+    upward *= z / level
+    rays[0] = x - leftward * y - upward * x
+    rays[1] = y + leftward * x - upward * y
+    return rays.T
 
 
 def _shares(

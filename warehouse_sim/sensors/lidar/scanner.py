@@ -10,7 +10,7 @@ from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.footprint import footprint_echoes
 from warehouse_sim.sensors.lidar.motion import EgoMotion
 from warehouse_sim.sensors.lidar.receiver import intensity, noticed, quantised, range_sigma, relative_power
-from warehouse_sim.sensors.lidar.sweep import Sweep, make_sweep
+from warehouse_sim.sensors.lidar.sweep import Sweep, columns, make_sweep
 
 
 def scan(
@@ -83,10 +83,10 @@ def _along(
     distance: Float32[np.ndarray, " m"],
 ) -> Float32[np.ndarray, "m 3"]:
     """Return the points on some rays; worked on in columns, as the rays are stored."""
-    columns = np.take(directions.T, beams, axis=1)
-    columns *= distance
-    columns += np.take(origins.T, beams, axis=1)
-    return np.ascontiguousarray(columns.T)
+    points = columns(directions, beams).T
+    points *= distance
+    points += columns(origins, beams).T
+    return np.ascontiguousarray(points.T)
 
 
 def _in_frame(points: Float32[np.ndarray, "n 3"], T_world_lidar: Transform) -> Float32[np.ndarray, "n 3"]:

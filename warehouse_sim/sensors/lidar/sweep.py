@@ -12,10 +12,10 @@ from warehouse_sim.sensors.lidar.lasers import LASERS
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Rays on a grid: rows look alike in azimuth, not in time, and go from the topmost ring down."""
+    """Rays on a grid, ring by ring from the topmost down; columns look alike in azimuth, not in time."""
 
     shape: tuple[int, int]
-    """Azimuths and rings."""
+    """Rings and azimuths."""
     closed: bool
     """Whether the last azimuth is a neighbour of the first."""
     origins: Float32[np.ndarray, "n 3"]
@@ -35,9 +35,9 @@ class Sweep:
 def make_sweep(config: LidarConfig) -> Sweep:
     """Return the rays of one turn.
 
-    A laser that looks to the left of the head gets to an azimuth earlier than one that looks to its right; in a row of
-    the grid, rays stand at most half a step beside one another. Rays start where the calibration of Velodyne's drivers
-    puts them: offset perpendicular to the ray, upwards and to the left.
+    A laser that looks to the left of the head gets to an azimuth earlier than one that looks to its right; in a column
+    of the grid, rays stand at most half a step beside one another. Rays start where the calibration of Velodyne's
+    drivers puts them: offset perpendicular to the ray, upwards and to the left.
     """
     lasers = LASERS[config.model]()
     top_down = np.argsort(lasers.rings())[:: config.every_nth_beam]
@@ -46,25 +46,31 @@ def make_sweep(config: LidarConfig) -> Sweep:
     closed = bool(last - first > 2.0 * np.pi - step / 2.0)
     # A full turn must not fire twice in the direction where it closes; any other one includes both ends.
     count = round((last - first) / step) if closed else int((last - first) / step + 1e-6) + 1
-    lead = np.round(lasers.azimuth[top_down] / step).astype(int)
-    row = np.arange(count)[:, None]
-    cycle = (row - lead) % count if closed else row - lead + lead.max()
+    aside, up, left, delay = (item[top_down, None] for item in (lasers.azimuth, lasers.up, lasers.left, lasers.delay))
+    lead = np.round(aside / step).astype(int)
+    column = np.arange(count)
+    cycle = (column - lead) % count if closed else column - lead + lead.max()
     forward = -first / step + (0 if closed else lead.max())
     period = step / (2.0 * np.pi * config.turns_per_second)
-    azimuth = first + row * step + (lasers.azimuth[top_down] - lead * step)
-    elevation = np.broadcast_to(lasers.elevation[top_down], azimuth.shape)
+    azimuth = first + column * step + (aside - lead * step)
+    elevation = np.broadcast_to(lasers.elevation[top_down, None], azimuth.shape)
     return Sweep(
         shape=azimuth.shape,
         closed=closed,
-        origins=_vectors(*_origins(azimuth, elevation, lasers.up[top_down], lasers.left[top_down])),
+        origins=_vectors(*_origins(azimuth, elevation, up, left)),
         directions=_vectors(
             np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
         ),
-        time=_fixed(cycle * period + lasers.delay[top_down], np.float32),
+        time=_fixed(cycle * period + delay, np.float32),
         forward_time=float(np.clip(forward, 0, cycle.max()) * period),
-        ring=_fixed(np.broadcast_to(np.arange(len(top_down)), azimuth.shape), np.int32),
-        firing_order=_fixed(np.lexsort((np.tile(top_down, count), cycle.ravel())), np.intp),
+        ring=_fixed(np.broadcast_to(np.arange(len(top_down))[:, None], azimuth.shape), np.int32),
+        firing_order=_fixed(np.lexsort((np.repeat(top_down, count), cycle.ravel())), np.intp),
     )
+
+
+def columns(vectors: Float32[np.ndarray, "n 3"], chosen: Int[np.ndarray, " m"]) -> Float32[np.ndarray, "m 3"]:
+    """Return some of the vectors, which are stored component by component, in the same way."""
+    return np.take(vectors.T, chosen, axis=1).T
 
 
 def _origins(azimuth: np.ndarray, elevation: np.ndarray, up: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -1,0 +1,101 @@
+"""Sweeps by two worker processes side by side, as generating datasets runs them: rays a second on the wall."""
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.synchronize import Barrier
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.writers.kitti import beam_bytes, point_bytes
+from warehouse_sim.generation.workers import prepare_worker
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.schema import SceneSpec
+from warehouse_sim.sensors.lidar import LidarConfig, scan
+
+WORKERS = 2
+ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class _Share:
+    """What one process did."""
+
+    start: float
+    """On the clock that all processes share (s)."""
+    end: float
+    cpu_s: float
+
+
+def sweep_to_bytes(
+    raycaster: RayCaster, config: LidarConfig, T_world_lidar: Transform, rng: np.random.Generator
+) -> int:
+    """Make a sweep and all that is written of it: points with intensity, instance ids, rings and times; in bytes."""
+    found = scan(raycaster, config, T_world_lidar, rng)
+    return len(point_bytes(found)) + len(found.instance_ids.astype("<i4").tobytes()) + len(beam_bytes(found))
+
+
+def side_by_side(
+    scene: SceneSpec, config: LidarConfig, T_world_lidars: list[Transform], rays: float, beams: int, sweeps: int
+) -> dict[str, Any]:
+    """Return what two processes achieve together, in that of some rounds in which other work took least of the cores.
+
+    Args:
+        scene: What is swept.
+        config: The LiDAR.
+        T_world_lidars: Where from, in turns.
+        rays: Rays of a sweep, in the mean over these places.
+        beams: Beams of a sweep.
+        sweeps: How many each process makes a round.
+    """
+    context = get_context("spawn")
+    barrier = context.Barrier(WORKERS)
+    with ProcessPoolExecutor(WORKERS, context, _begin, (barrier,)) as pool:
+        jobs = [pool.submit(_sweep, scene, config, T_world_lidars, sweeps, number) for number in range(WORKERS)]
+        rounds = list(zip(*(job.result() for job in jobs), strict=True))
+    found = [_together(shares, rays, beams, WORKERS * sweeps) for shares in rounds]
+    return max(found, key=lambda item: item["cores_held"]) | {"rounds": len(rounds)}
+
+
+def _together(shares: Sequence[_Share], rays: float, beams: int, sweeps: int) -> dict[str, Any]:
+    """Return the rates of one round."""
+    wall = max(share.end for share in shares) - min(share.start for share in shares)
+    cpu = sum(share.cpu_s for share in shares)
+    return {
+        "sweeps": sweeps,
+        "rays_per_wall_s": rays * sweeps / wall,
+        "beams_per_wall_s": beams * sweeps / wall,
+        "rays_per_cpu_s": rays * sweeps / cpu,
+        "beams_per_cpu_s": beams * sweeps / cpu,
+        # Below 1, other work had its share of the two cores, or one process waited for the other.
+        "cores_held": cpu / wall / WORKERS,
+    }
+
+
+def _begin(barrier: Barrier) -> None:
+    global _barrier
+    prepare_worker()
+    _barrier = barrier
+
+
+def _sweep(
+    scene: SceneSpec, config: LidarConfig, T_world_lidars: list[Transform], sweeps: int, number: int
+) -> list[_Share]:
+    raycaster, rng = RayCaster(scene), np.random.default_rng(number)
+    for T_world_lidar in T_world_lidars[:2]:
+        sweep_to_bytes(raycaster, config, T_world_lidar, rng)
+    shares = []
+    for _ in range(ROUNDS):
+        _barrier.wait()
+        cpu, start = time.process_time(), time.monotonic()
+        for turn in range(sweeps):
+            sweep_to_bytes(raycaster, config, T_world_lidars[turn % len(T_world_lidars)], rng)
+        shares.append(_Share(start, time.monotonic(), time.process_time() - cpu))
+    return shares
+
+
+_barrier: Barrier
