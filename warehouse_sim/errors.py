@@ -49,5 +49,9 @@ class TrainingError(WarehouseSimError):
     """A run folder or its data cannot be used for training or prediction."""
 
 
+class InputError(WarehouseSimError):
+    """Images, masks and a camera that were given to an estimator do not fit together."""
+
+
 class EvaluationError(WarehouseSimError):
     """Predictions cannot be scored against the dataset."""

@@ -271,6 +271,8 @@ class StereoReading:
     """The clean truth behind it."""
     disparity: Float32[np.ndarray, "h w"]
     """True disparity of the left picture, f b / z (px), 0 = nothing there."""
+    in_both: Bool[np.ndarray, "h w"]
+    """Pixels of the left picture whose surface the right camera sees, too."""
     matched: Float32[np.ndarray, "h w"] | None = None
     """Disparity that matching the two pictures as read gives (px), 0 = none."""
 
@@ -369,7 +371,7 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
-    """One estimated pose; a row of the BOP pose CSV."""
+    """One estimated pose; its first six fields are a row of the BOP pose CSV."""
 
     scene_id: int
     image_id: int
@@ -378,3 +380,13 @@ class PoseEstimate:
     T_camera_object: Transform
     time: float = -1.0
     """Seconds for the whole image, -1 = unknown."""
+    name: str = ""
+    """Name of the CAD geometry; empty = unknown."""
+    class_name: str = ""
+    """Detection class; empty = unknown."""
+    detection: int = -1
+    """Which of the image's detections it belongs to, -1 = unknown."""
+    predicted_error: float | None = None
+    """RMS distance (m) of the surface from its true place that is as likely exceeded as not; None = not calibrated."""
+    error_bound: float | None = None
+    """The same distance (m) that is exceeded in one case of ten; None = not calibrated."""

@@ -31,6 +31,7 @@ CHECKS = [
     "kitti images",
     "kitti points in boxes",
     "kitti and bop labels",
+    "kitti and bop cameras",
     "kitti and bop images",
 ]
 
@@ -189,6 +190,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
             "bop masks",
             "bop poses on images",
             "kitti and bop labels",
+            "kitti and bop cameras",
             "kitti and bop images",
         },
     ),
@@ -202,6 +204,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
             "bop masks",
             "bop poses on images",
             "kitti and bop labels",
+            "kitti and bop cameras",
             "kitti and bop images",
         },
     ),
@@ -306,7 +309,12 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "six calib lines",
         edit_text(KITTI / "calib/000000.txt", "Tr_imu_to_velo: ", ""),
-        {"kitti calib", "kitti points in boxes"},
+        {"kitti calib", "kitti points in boxes", "kitti and bop cameras"},
+    ),
+    (
+        "lens that the recipe does not have",
+        edit_json(BOP / "scene_camera.json", lambda d: d["0"].update(cam_distortion=[-0.2, 0.05, 0, 0, 0])),
+        {"bop poses on images", "kitti and bop cameras"},
     ),
     (
         "rotated LiDAR",

@@ -16,10 +16,12 @@ from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.generation.twins import base_variant
-from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import open_renderer
-from warehouse_sim.schema import Observation, SceneSpec
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.schema import LidarScan, Observation, SceneSpec
 from warehouse_sim.sensors.color import ColorConfig
+from warehouse_sim.sensors.lidar import scan
 from warehouse_sim.sensors.rig import RigConfig
 
 pytestmark = pytest.mark.gl
@@ -43,6 +45,19 @@ def rig_of(name: str) -> RigConfig:
     return RigConfig.from_plain({"rig": name}, "here")
 
 
+def same_instances(observation: Observation, sweep: LidarScan, T_camera_lidar: np.ndarray) -> float:
+    """Return at how many of the pixels whose depth is that of a point the image holds the point's instance, 0-1."""
+    points = transform_points(T_camera_lidar, sweep.points.astype(float))
+    ahead = points[:, 2] > 0.3
+    u, v = np.rint(observation.camera.project(points[ahead])).astype(int).T
+    inside = (u >= 0) & (u < observation.camera.width) & (v >= 0) & (v < observation.camera.height)
+    z, ids = points[ahead, 2][inside], sweep.instance_ids[ahead][inside]
+    u, v = u[inside], v[inside]
+    met = np.abs(observation.buffers.depth[v, u] - z) < 0.02
+    assert met.sum() > 400
+    return float((observation.buffers.instance_ids[v, u] == ids)[met].mean())
+
+
 @pytest.mark.parametrize(
     ("name", "kind"),
     [("kitti", "level"), ("forklift_mast", "forklift_mast"), ("forklift_forks", "forklift_forks"), ("amr", "amr")],
@@ -58,6 +73,12 @@ def test_the_calibration_that_is_written_is_the_one_that_was_used(name: str, kin
     assert found.count > 500
     assert found.median_m < 1e-3
     assert found.shift_px < 0.1
+    assert same_instances(observation, observation.lidar, T_camera_lidar) > 0.99
+    # As read, noise is all that is added: half of the errors of a normal distribution lie within 0.6745 of its sigma.
+    T_world_lidar = observation.T_world_camera @ T_camera_lidar
+    noisy = scan(RayCaster(scene_of(kind)), rig.lidar, T_world_lidar, np.random.default_rng(0))
+    as_read = residuals(noisy.points, T_camera_lidar, observation.buffers.depth, observation.camera)
+    assert 0.5 * rig.lidar.range_noise < as_read.median_m < 1e-3 + 0.6745 * rig.lidar.range_noise
     assert set(observation.lidars) == set(rig.lidars)
     for item in observation.lidars.values():
         assert len(item.scan.points) > 20
@@ -89,6 +110,8 @@ def test_the_right_picture_is_the_left_one_moved_by_the_true_disparity() -> None
     assert visible.mean() > 0.4
     ids = cv2.remap(stereo.buffers.instance_ids.astype(np.float32), there, v, cv2.INTER_NEAREST)
     assert (ids == left.instance_ids)[visible].mean() > 0.99
+    np.testing.assert_array_equal(stereo.in_both & (there < 0), False)
+    assert (stereo.in_both == visible)[there >= 0].mean() > 0.98
     moved = cv2.remap(stereo.buffers.rgb, there, v, cv2.INTER_LINEAR).astype(float)
     assert np.median(np.abs(moved - left.rgb)[visible]) <= 2.0
     still = np.abs(stereo.buffers.rgb.astype(float) - left.rgb)[visible]
@@ -113,7 +136,9 @@ def with_rig(recipe: Recipe, rig: RigConfig) -> Recipe:
 
 def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     more = {"rear": {"lidar": "safety2d", "mount": {"carrier": "vehicle", "up": 0.3, "yaw_deg": 180}}}
-    recipe = with_rig(load_recipe("smoke"), RigConfig.from_plain({"rig": "kitti", "lidars": more}, "here"))
+    recipe = with_rig(
+        load_recipe("smoke"), RigConfig.from_plain({"rig": "kitti", "lidars": more, "clean": True}, "here")
+    )
     manifest = make_manifest(recipe, GenerateConfig(scenes=1, formats=("kitti",)))
     store = DatasetStore(tmp_path / "data", manifest)
     store.begin(target_models(recipe), recipe.sensors.make_camera())
@@ -129,6 +154,13 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     assert observation.stereo is not None
     fits = observation.stereo.disparity < 255.9
     assert np.abs(steps / 256.0 - observation.stereo.disparity)[fits].max() < 1 / 256
+    seen = cv2.imread(str(folder / "disp_noc/000000.png"), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(seen, np.where(observation.stereo.in_both, steps, 0))
+    assert 0.4 < (seen > 0).mean() < (steps > 0).mean()
+    clean = cv2.imread(str(folder / "depth_clean_2/000000.png"), cv2.IMREAD_UNCHANGED) / 256.0
+    assert np.abs(clean - observation.buffers.depth).max() <= 0.5 / 256 + 1e-5
+    assert np.array_equal(cv2.imread(str(folder / "image_clean_2/000000.png"))[..., ::-1], observation.buffers.rgb)
+    assert manifest.recipe["sensors"]["clean"] is True
     right = cv2.imread(str(folder / "image_3/000000.png"))[..., ::-1]
     assert np.array_equal(right, observation.stereo.rgb)
     cloud = np.fromfile(folder / "velodyne_rear/000000.bin", "<f4").reshape(-1, 4)

@@ -55,7 +55,7 @@ class FilmCaster:
             return None
         through = np.isin(buffers.instance_ids, [item.instance_id for item in targets])
         rows, columns = np.nonzero(through)
-        on_plane = (np.column_stack([columns, rows]) - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+        on_plane = camera.tangents_at(columns, rows)
         directions = on_plane @ T_world_camera[:3, :2].T + T_world_camera[:3, 2]
         hits = self._caster.cast(np.broadcast_to(T_world_camera[:3, 3], directions.shape), directions)
         # Directions have length 1 along the optical axis, so that distances are depths.

@@ -50,6 +50,11 @@ class ObservationFiles:
         return SharedFile(encode_rgb(self.observation.rgbd.rgb))
 
     @cached_property
+    def rgb_clean(self) -> SharedFile:
+        """The colour image as it was drawn, as PNG."""
+        return SharedFile(encode_rgb(self.observation.buffers.rgb))
+
+    @cached_property
     def targets(self) -> tuple[LabelledTarget, ...]:
         """The labelled targets: every target of which at least one pixel is visible, in order of instance id.
 

@@ -55,13 +55,22 @@ def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, wher
         DatasetError: A depth is negative, not finite, or beyond the format's range; nothing is wrapped or clipped.
     """
     nearest, farthest = float(depth.min()), float(depth.max())
-    limit = (_LARGEST + 0.499) / steps_per_metre
+    limit = _farthest(steps_per_metre)
     if not (nearest >= 0.0 and farthest <= limit):
         raise DatasetError(
             f"{where}: depth {nearest if nearest < 0 else farthest:.3f} m does not fit into 16 bits "
             f"(0 to {_LARGEST / steps_per_metre:.3f} m); lower the depth sensor's largest range"
         )
     steps = depth * np.float32(steps_per_metre)
+    return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
+
+
+def encode_clean_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float) -> bytes:
+    """Return the 16-bit PNG of a clean depth image (m), 0 = nothing there, or farther than 16 bits can say.
+
+    No sensor's range ends the truth, so that what does not fit is left out; a reading would be refused.
+    """
+    steps = np.where(depth <= _farthest(steps_per_metre), depth, np.float32(0.0)) * np.float32(steps_per_metre)
     return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
 
 
@@ -111,6 +120,11 @@ def png_size_wh(path: Path) -> tuple[int, int]:
     if len(header) < 24 or header[:8] != b"\x89PNG\r\n\x1a\n" or header[12:16] != b"IHDR":
         raise DatasetError(f"{path}: is not a PNG image")
     return int.from_bytes(header[16:20], "big"), int.from_bytes(header[20:24], "big")
+
+
+def _farthest(steps_per_metre: float) -> float:
+    """Return the largest depth (m) that rounds to a step of 16 bits."""
+    return (_LARGEST + 0.499) / steps_per_metre
 
 
 def _decode(path: Path) -> np.ndarray:

@@ -88,6 +88,14 @@ class BopSceneLayout:
         """Return the file of a depth image."""
         return self.root / "depth" / f"{image_id:06d}.png"
 
+    def rgb_clean(self, image_id: int) -> Path:
+        """Return the file of a colour image as it was drawn."""
+        return self.root / "rgb_clean" / f"{image_id:06d}.png"
+
+    def depth_clean(self, image_id: int) -> Path:
+        """Return the file of a depth image without errors of a sensor."""
+        return self.root / "depth_clean" / f"{image_id:06d}.png"
+
     def mask(self, image_id: int, gt_index: int, visible: bool) -> Path:
         """Return the mask of a target: its visible part or the part of its whole silhouette that lies in the image."""
         return self.root / ("mask_visib" if visible else "mask") / f"{image_id:06d}_{gt_index:06d}.png"
@@ -123,8 +131,15 @@ KITTI_KINDS = {
     "planes": "txt",
 }
 """Folders of a KITTI frame's files and how the files end; velodyne_ids and velodyne_beams are this package's own."""
-_STEREO_KINDS = {"image_3": "png", "disp_occ": "png"}
+_STEREO_KINDS = {"image_3": "png", "disp_occ": "png", "disp_noc": "png"}
 _MATCHED_KINDS = {"disp_sgbm": "png"}
+_CLEAN_KINDS = {"image_clean_2": "png", "depth_clean_2": "png"}
+_CLEAN_STEREO_KINDS = {"image_clean_3": "png"}
+
+
+def stores_clean(recipe: dict[str, Any]) -> bool:
+    """Return whether a dataset of this resolved recipe holds clean depth and colour beside the readings."""
+    return bool(recipe.get("sensors", {}).get("clean"))
 
 
 def kitti_kinds(recipe: dict[str, Any]) -> dict[str, str]:
@@ -139,11 +154,13 @@ def kitti_kinds(recipe: dict[str, Any]) -> dict[str, str]:
         kinds |= _STEREO_KINDS
         if right.get("matching") is not None:
             kinds |= _MATCHED_KINDS
+    if stores_clean(recipe):
+        kinds |= _CLEAN_KINDS | (_CLEAN_STEREO_KINDS if right is not None else {})
     for name in names:
         kinds |= {f"velodyne_{name}": "bin", f"velodyne_{name}_ids": "bin"}
     return kinds | ({"calib_lidars": "txt"} if names else {})
 
 
 def _ending(kind: str) -> str:
-    known = KITTI_KINDS | _STEREO_KINDS | _MATCHED_KINDS | {"calib_lidars": "txt"}
+    known = KITTI_KINDS | _STEREO_KINDS | _MATCHED_KINDS | _CLEAN_KINDS | _CLEAN_STEREO_KINDS | {"calib_lidars": "txt"}
     return "bin" if kind.startswith("velodyne_") else known[kind]

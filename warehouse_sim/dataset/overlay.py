@@ -1,5 +1,7 @@
 """Draw labels on images, for people: boxes in space, colours of ids and depth, captions."""
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
@@ -14,6 +16,8 @@ Color = tuple[int, int, int]
 _NEAR = 0.05
 """Edges are cut at this depth (m); what is behind the camera has no projection."""
 _SUBPIXEL_BITS = 4
+_PIECES = 24
+"""Straight pieces that a line behind a lens is drawn with."""
 
 
 def draw_box_3d(
@@ -54,9 +58,16 @@ def draw_segment(
         return
     if end[2] < _NEAR:
         end = start + (end - start) * (start[2] - _NEAR) / (start[2] - end[2])
-    pixels = np.clip(camera.project(np.stack([start, end])), -1e5, 1e5)
-    p, q = np.round(pixels * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
-    cv2.line(image, p, q, color, width, cv2.LINE_AA, _SUBPIXEL_BITS)
+    ends = np.stack([start, end])
+    if camera.distortion is not None:
+        # Straight in the pinhole's image, curved in this one.
+        share = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
+        tangents = ends[:, :2] / ends[:, 2:]
+        ends = np.column_stack([tangents[0] + share * (tangents[1] - tangents[0]), np.ones(len(share))])
+    pixels = np.clip(camera.project(ends), -1e5, 1e5)
+    places = np.round(pixels * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
+    for p, q in pairwise(places):
+        cv2.line(image, p, q, color, width, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
 def colorize_ids(instance_ids: Int[np.ndarray, "h w"]) -> Image:

@@ -10,13 +10,14 @@ from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.image_io import decode_depth, decode_mask, decode_rgb
 from warehouse_sim.dataset.json_file import read_json, read_table
-from warehouse_sim.dataset.layout import BopLayout, BopSceneLayout, DatasetLayout
+from warehouse_sim.dataset.layout import BopLayout, BopSceneLayout, DatasetLayout, stores_clean
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.plain import is_rigid, take
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 
 
@@ -110,6 +111,25 @@ class DatasetReader:
         steps = decode_depth(self._scene(image).depth(image.image_id))
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
+    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image as it was drawn, without errors of a camera.
+
+        Raises:
+            DatasetError: The dataset was made without clean images.
+        """
+        self._require_clean()
+        return decode_rgb(self._scene(image).rgb_clean(image.image_id))
+
+    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Read the depth without errors of a sensor: metres, 0 = nothing there, or farther than the file can say.
+
+        Raises:
+            DatasetError: The dataset was made without clean images.
+        """
+        self._require_clean()
+        steps = decode_depth(self._scene(image).depth_clean(image.image_id))
+        return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
+
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels."""
         return decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=True))
@@ -117,6 +137,15 @@ class DatasetReader:
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's whole silhouette, as far as it lies in the image."""
         return decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=False))
+
+    @property
+    def has_clean(self) -> bool:
+        """Whether there are clean images beside those that were read."""
+        return stores_clean(self.manifest.recipe)
+
+    def _require_clean(self) -> None:
+        if not self.has_clean:
+            raise DatasetError(f"{self.root}: holds no clean images; generate it with sensors.clean: true")
 
     def _scene(self, image: ImageRecord) -> BopSceneLayout:
         return self._bop.scene(image.split, image.scene_id)
@@ -186,11 +215,15 @@ def _read_pose(data: Any, rotation: str, translation: str, where: str) -> Transf
 def _read_camera(data: Any, size_wh: tuple[int, int], where: str) -> PinholeCamera:
     fx, skew, cx, _, fy, cy, *last = _numbers(data, "cam_K", 9, where)
     if skew != 0.0 or last != [0.0, 0.0, 1.0]:
-        raise DatasetError(f"{where}: cam_K must be an undistorted pinhole camera without skew")
+        raise DatasetError(f"{where}: cam_K must be a pinhole camera without skew")
+    lens = _numbers(data, "cam_distortion", 5, where).tolist() if "cam_distortion" in data else None
     try:
-        return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy))
+        distortion = None if lens is None else Distortion(*lens)
+        camera = PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
+        camera.require_clear_lens()
     except ValueError as problem:
         raise DatasetError(f"{where}: cam_K is no camera ({problem})") from problem
+    return camera
 
 
 def _read_box(data: Any, key: str, where: str) -> tuple[float, float, float, float]:

@@ -26,6 +26,7 @@ _CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] =
     ("kitti images", frozenset({"kitti"}), kitti.images),
     ("kitti points in boxes", frozenset({"kitti"}), kitti.points),
     ("kitti and bop labels", frozenset({"kitti", "bop"}), agreement.labels),
+    ("kitti and bop cameras", frozenset({"kitti", "bop"}), agreement.cameras),
     ("kitti and bop images", frozenset({"kitti", "bop"}), agreement.images),
 )
 """Name, formats that a dataset must have for it, and the function."""

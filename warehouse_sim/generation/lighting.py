@@ -119,8 +119,7 @@ def _rays(
 ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "n 3"]]:
     """Return the camera's place in the world (m), and the directions through pixels."""
     T = viewpoint.T_world_camera
-    local = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(len(u))], axis=1)
-    return T[:3, 3], local @ T[:3, :3].T
+    return T[:3, 3], camera.rays_at(u, v) @ T[:3, :3].T
 
 
 def _spread(instance_ids: Int32[np.ndarray, "h w"], target: int) -> Int32[np.ndarray, "k 2"]:

@@ -12,6 +12,7 @@ from warehouse_sim.generation.light_meter import LightMeter
 from warehouse_sim.generation.lighting import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer, Silhouette
 from warehouse_sim.scene.lighting import ev_of_exposure
@@ -75,8 +76,9 @@ class _Watch:
     """Observes, and remembers of each viewpoint what twins can share."""
 
     def __init__(self, rig: RigConfig, renderer: Renderer, with_twins: bool) -> None:
-        self._rig, self._renderer, self._with_twins = rig, renderer, with_twins
+        self._rig, self._with_twins = rig, with_twins
         self._camera = rig.make_camera()
+        self._renderer = renderer if self._camera.distortion is None else LensRenderer(renderer)
         self._views: dict[int, _View] = {}
         self._caster: tuple[Variant, RayCaster] | None = None
         self._meter: LightMeter | None = None

@@ -17,9 +17,8 @@ class ViewPyramid:
 
     @classmethod
     def of(cls, camera: PinholeCamera) -> "ViewPyramid":
-        """Return the pyramid through the outer borders of the image's outer pixels."""
-        left, right = (-0.5 - camera.cx) / camera.fx, (camera.width - 0.5 - camera.cx) / camera.fx
-        top, bottom = (-0.5 - camera.cy) / camera.fy, (camera.height - 0.5 - camera.cy) / camera.fy
+        """Return the pyramid through the outer borders of the image's outer pixels; behind a lens, one around it."""
+        left, right, top, bottom = camera.tangent_bounds()
         planes = np.array([[1.0, 0.0, -left], [-1.0, 0.0, right], [0.0, 1.0, -top], [0.0, -1.0, bottom]])
         return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True))
 

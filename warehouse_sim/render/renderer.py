@@ -8,6 +8,7 @@ from typing import Protocol, Self
 import numpy as np
 from jaxtyping import Bool
 
+from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
@@ -69,10 +70,15 @@ class Renderer(Protocol):
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene; all channels are sampled at the same pixel centres.
 
+        Backends draw pinholes; ``lens.LensRenderer`` around one draws cameras with a lens, too.
+
         Args:
             camera: Intrinsics; the principal point may lie anywhere.
             T_world_camera: Pose of the OpenCV camera.
             normals: Whether to fill ``RenderBuffers.normals``.
+
+        Raises:
+            RenderError: The camera has a lens.
         """
 
     def silhouettes(
@@ -94,3 +100,13 @@ class Renderer(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the renderer."""
+
+
+def require_pinhole(camera: PinholeCamera) -> None:
+    """Refuse a camera whose lens distorts: graphics libraries draw straight lines straight.
+
+    Raises:
+        RenderError: It has one.
+    """
+    if camera.distortion is not None:
+        raise RenderError("backends draw cameras without distortion only; draw with LensRenderer(renderer)")

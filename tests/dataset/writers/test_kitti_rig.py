@@ -21,7 +21,7 @@ SENSORS = {"right": {"baseline": 0.25, "matching": None}, "lidars": {"rear": {}}
 def with_more(observation: Observation) -> Observation:
     depth = observation.buffers.depth
     disparity = np.where(depth > 0, CAMERA.fx * 0.25 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
-    stereo = StereoReading(0.25, observation.rgbd.rgb[:, ::-1].copy(), observation.buffers, disparity)
+    stereo = StereoReading(0.25, observation.rgbd.rgb[:, ::-1].copy(), observation.buffers, disparity, disparity < 5.0)
     assert observation.lidar is not None
     return replace(observation, stereo=stereo, lidars={"rear": MountedScan(T_CAMERA_LIDAR, observation.lidar)})
 
@@ -40,10 +40,10 @@ def root(tmp_path: Path) -> Path:
 
 def test_kinds_follow_the_recipes_sensors() -> None:
     assert kitti_kinds({}) == kitti_kinds({"sensors": {"camera": {}}}) == KITTI_KINDS
-    added = {"image_3", "disp_occ", "velodyne_rear", "velodyne_rear_ids", "calib_lidars"}
+    added = {"image_3", "disp_occ", "disp_noc", "velodyne_rear", "velodyne_rear_ids", "calib_lidars"}
     assert set(kitti_kinds({"sensors": SENSORS})) - set(KITTI_KINDS) == added
     matched = {"right": {"baseline": 0.25, "matching": {}}}
-    assert set(kitti_kinds({"sensors": matched})) - set(KITTI_KINDS) == {"image_3", "disp_occ", "disp_sgbm"}
+    assert set(kitti_kinds({"sensors": matched})) - set(KITTI_KINDS) == {"image_3", "disp_occ", "disp_noc", "disp_sgbm"}
 
 
 def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:

@@ -29,11 +29,12 @@ def depth_of(caster: RayCaster, camera: PinholeCamera, T_world_camera: np.ndarra
     return np.where(np.isfinite(hits.distance), hits.distance, 0.0).reshape(camera.height, camera.width)
 
 
+@pytest.mark.parametrize("lens", [None, "kitti_raw", "wide"])
 @pytest.mark.parametrize("name", ["amr", "forklift_forks", "forklift_mast", "kitti"])
 def test_points_lie_on_the_depth_image_and_not_under_another_calibration(
-    name: str, scene: SceneSpec, caster: RayCaster
+    name: str, lens: str | None, scene: SceneSpec, caster: RayCaster
 ) -> None:
-    rig = RigConfig.from_plain({"rig": name}, "here")
+    rig = RigConfig.from_plain({"rig": name} if lens is None else {"rig": name, "camera": lens}, "here")
     T_world_camera = scene.viewpoints[3].T_world_camera
     T_world_vehicle = make_transform(rotation_z(-0.45), np.array([-0.3, 2.6, 0.0]))
     viewpoint = Viewpoint(T_world_camera, T_world_vehicle=T_world_vehicle)

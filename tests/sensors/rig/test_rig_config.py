@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.rig import RigConfig
 
@@ -33,7 +36,7 @@ def test_what_is_written_is_read_back() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"camera": "kitty"}, "here: camera: 'kitty' is no camera preset; known: kitti"),
+        ({"camera": "kitty"}, "here: camera: 'kitty' is no camera preset; known: kitti, kitti_raw, wide"),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
         ({"camera": {"focal_px": -1}}, "focal lengths must be positive"),
         ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
@@ -67,3 +70,45 @@ def test_the_lidar_sits_behind_and_above_the_camera_as_in_kitti() -> None:
 def test_the_registry_knows_the_sensors() -> None:
     assert {"rgbd", "lidar"} <= set(SENSORS.names())
     assert SENSORS.get("lidar")().range_noise == 0.02
+
+
+def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:
+    spelled = {"width": 640, "height": 360, "focal_px": 500, "distortion": {"k1": -0.2, "p2": 0.001}}
+    rig = from_mapping(RigConfig, {"camera": spelled}, "here")
+    assert rig.make_camera().distortion == Distortion(k1=-0.2, p2=0.001)
+    assert from_mapping(RigConfig, to_mapping(rig), "again") == rig
+    assert "distortion" not in to_mapping(RigConfig())["camera"]
+    nothing = from_mapping(RigConfig, {"camera": {"distortion": {"k1": 0}}}, "here")
+    assert nothing.make_camera() == RigConfig().make_camera()
+
+
+@pytest.mark.parametrize(
+    ("camera", "message"),
+    [
+        ({"preset": "kitti", "distortion": {"k1": -0.37, "k2": 0.2, "k3": -0.07}}, "inside its borders"),
+        ({"distortion": {"k4": 0.1}}, "here: camera: distortion: k4 is not a setting; known: k1, k2, p1, p2, k3"),
+        ({"preset": "gopro"}, "here: camera: 'gopro' is no camera preset; known: kitti, kitti_raw, wide"),
+    ],
+)
+def test_a_lens_that_cannot_be_is_named_with_its_place(camera: dict, message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        from_mapping(RigConfig, {"camera": camera}, "here")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_preset_can_be_changed_in_part() -> None:
+    camera = from_mapping(RigConfig, {"camera": {"preset": "kitti_raw", "height": 376}}, "here").make_camera()
+    raw = from_mapping(RigConfig, {"camera": "kitti_raw"}, "here").make_camera()
+    assert camera == replace(raw, height=376)
+
+
+def test_the_wide_preset_shows_equal_angles_as_equal_lengths() -> None:
+    camera = from_mapping(RigConfig, {"camera": "wide"}, "here").make_camera()
+    rays = camera.rays()
+    angle = np.arctan(np.hypot(rays[..., 0], rays[..., 1]))
+    u, v = np.meshgrid(np.arange(camera.width) - camera.cx, np.arange(camera.height) - camera.cy)
+    assert np.abs(np.hypot(u, v) / camera.fx - angle).max() < 0.003
+    ends = rays[360, 0, 0], rays[360, -1, 0], rays[0, 640, 1], rays[-1, 640, 1]
+    left, right, top, bottom = np.degrees(np.arctan(ends))
+    assert (round(right - left), round(bottom - top)) == (95, 53)

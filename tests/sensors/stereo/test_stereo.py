@@ -13,6 +13,7 @@ from warehouse_sim.sensors.stereo import (
     T_camera_right,
     match_sgbm,
     read_stereo,
+    seen_in_both,
     true_disparity,
 )
 
@@ -40,6 +41,27 @@ def test_it_is_the_difference_between_the_columns_in_which_a_point_appears() -> 
     depth = np.full((1, 1), point[2], np.float32)
     assert left[0] - right[0] == pytest.approx(float(true_disparity(depth, CAMERA.fx, config.baseline)[0, 0]))
     assert left[1] == right[1]
+
+
+def test_what_a_nearer_thing_hides_or_the_right_picture_ends_before_is_not_in_both() -> None:
+    config = StereoConfig(baseline=0.3)
+    near, far = 2.0, 6.0  # disparities of 60 and 20 px
+
+    def seen_from(eye: float) -> np.ndarray:
+        depth = np.full((CAMERA.height, CAMERA.width), far, np.float32)
+        left, right = (round(CAMERA.cx + CAMERA.fx * (x - eye) / near) for x in (-0.1, 0.3))
+        depth[:, left : right + 1] = near
+        return true_disparity(depth, CAMERA.fx, config.baseline)
+
+    left, right = seen_from(0.0), seen_from(config.baseline)
+    both = seen_in_both(left, right)
+    assert (both == both[0]).all()
+    hidden = np.flatnonzero(~both[0] & (np.arange(CAMERA.width) >= 20))
+    edge = np.flatnonzero(left[0] > 30)[0]
+    # f b (1 / z_near - 1 / z_far) = 40 columns of the far wall, directly to the left of the near thing.
+    assert np.array_equal(hidden, np.arange(edge - 40, edge))
+    assert not both[:, :20].any()
+    assert not seen_in_both(np.zeros_like(left), right).any()
 
 
 @pytest.mark.parametrize("shift", [4.0, 17.5, 40.0])

@@ -8,7 +8,9 @@ from warehouse_sim.dataset.checks.kitti import read_labels
 from warehouse_sim.dataset.checks.subject import Findings, Subject
 from warehouse_sim.dataset.image_io import decode_depth
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.dataset.writers.kitti_calib import calib_camera, parse_calib
 from warehouse_sim.dataset.writers.kitti_label import KittiLabel
+from warehouse_sim.geometry.lens import Distortion
 
 _SAME_PLACE = 1e-5
 # Half a step of each format's depth, and float rounding.
@@ -30,6 +32,22 @@ def labels(subject: Subject) -> Findings:
             _same(findings, subject, row, image, target, f"{where}, label {target.gt_index + 1}")
             count += 1
     findings.examined = f"{count} labels with their poses"
+    return findings
+
+
+def cameras(subject: Subject) -> Findings:
+    """Both formats hold the same intrinsics and the same lens."""
+    findings, count = Findings(), 0
+    for image in subject.images():
+        path = subject.kitti.file(image.split, "calib", _frame(subject, image))
+        size_wh = image.camera.width, image.camera.height
+        camera = calib_camera(parse_calib(path.read_text(encoding="ascii"), str(path)), size_wh)
+        same_k = np.allclose(camera.K, image.camera.K, rtol=1e-9)
+        lenses = [item.distortion or Distortion() for item in (camera, image.camera)]
+        same_lens = np.allclose(lenses[0].coefficients, lenses[1].coefficients, rtol=1e-9, atol=1e-12)
+        findings.require(same_k and same_lens, f"{path}: is another camera than BOP's")
+        count += 1
+    findings.examined = f"{count} pairs of cameras"
     return findings
 
 

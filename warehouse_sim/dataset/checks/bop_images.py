@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
 from warehouse_sim.dataset.checks.subject import Findings, Subject
 from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.reader import ImageRecord
@@ -15,10 +16,15 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 def images(subject: Subject) -> Findings:
     """Colour and depth images can be read and have the camera's size."""
-    findings, count = Findings(), 0
+    findings, count, reader = Findings(), 0, subject.reader
     for image in subject.images():
         shape = image.camera.height, image.camera.width
-        for name, pixels in (("rgb", subject.reader.rgb(image)), ("depth", subject.reader.depth(image))):
+        pictures = {"rgb": reader.rgb(image), "depth": reader.depth(image)}
+        if reader.has_clean:
+            pictures |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
+            where = f"{subject.bop.scene(image.split, image.scene_id).depth_clean(image.image_id)}"
+            findings.require(reads(pictures["depth_clean"], pictures["depth"]), f"{where}: {NOT_ITS_TRUTH}")
+        for name, pixels in pictures.items():
             where = f"{subject.bop.scene(image.split, image.scene_id).root / name}: image {image.image_id}"
             findings.require(pixels.shape[:2] == shape, f"{where}: is {pixels.shape[:2]}, the camera {shape} (h, w)")
             findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")

@@ -29,10 +29,11 @@ def files(subject: Subject) -> Findings:
     for split, scene in subject.scenes():
         layout = subject.bop.scene(split, scene)
         tables = {f"scene_{name}.json" for name in _TABLES}
-        compare_names(findings, layout.root, {"rgb", "depth", "mask", "mask_visib"} | tables)
+        pictures = ("rgb", "depth", *(("rgb_clean", "depth_clean") if subject.reader.has_clean else ()))
+        compare_names(findings, layout.root, {*pictures, "mask", "mask_visib"} | tables)
         poses = read_table(layout.table("gt"))
         masks = {f"{image_id:06d}_{i:06d}.png" for image_id, row in poses.items() for i in range(len(row))}
-        for name, expected in (("rgb", images), ("depth", images), ("mask", masks), ("mask_visib", masks)):
+        for name, expected in (*((name, images) for name in pictures), ("mask", masks), ("mask_visib", masks)):
             compare_names(findings, layout.root / name, expected)
             count += len(expected)
     findings.examined = f"{count} images and masks"

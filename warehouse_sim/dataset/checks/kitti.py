@@ -6,22 +6,25 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
 from warehouse_sim.dataset.checks.subject import Findings, Subject, compare_names
 from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.layout import kitti_kinds
 from warehouse_sim.dataset.scene_record import RecordedObject
 from warehouse_sim.dataset.split import SPLITS, Split
-from warehouse_sim.dataset.writers.kitti_calib import parse_calib
+from warehouse_sim.dataset.writers.kitti_calib import CALIB_KEYS, parse_calib, recipe_distortion
 from warehouse_sim.dataset.writers.kitti_label import KittiLabel, parse_label
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 
 _SAME_PLACE = 1e-5
 # Range noise puts points a little outside. Where a beam meets an edge, its point can lie between two surfaces: a few
 # points a sweep and object, more of them the more points it has.
 _BOX_MARGIN = 0.1
-# A beam that meets two surfaces reads a range between them: some at every edge of an object, few over all.
-_MIXED_POINTS, _MIXED_SHARE, _MIXED_SHARE_OVERALL = 4, 0.1, 0.01
+# A beam that meets two surfaces reads a range between them: some at every edge of an object, few over all. What is seen
+# through a gap has little else.
+_MIXED_POINTS, _MIXED_SHARE, _MIXED_SHARE_OVERALL = 8, 0.1, 0.01
 
 
 def files(subject: Subject) -> Findings:
@@ -66,13 +69,14 @@ def labels(subject: Subject) -> Findings:
 
 
 def calib(subject: Subject) -> Findings:
-    """Every calib file has its seven lines, rigid and without a rotation hidden in P2; every plane is the floor."""
+    """Calib files have seven lines, rigid, no rotation hidden in P2, and the recipe's lens; planes are the floor."""
     findings, count = Findings(), 0
     for split, scene, observation, frame in subject.frames():
         path = subject.kitti.file(split, "calib", frame)
         matrices = parse_calib(_text(path), str(path))
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
+        findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x the recipe's distortion")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
             R = matrices[key][:, :3]
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
@@ -143,6 +147,11 @@ def images(subject: Subject) -> Findings:
             steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)"
         )
         findings.require(bool(steps.any()), f"{depth_path}: holds nothing but zeros")
+        if "depth_clean_2" in kinds:
+            clean_path = subject.kitti.file(split, "depth_clean_2", frame)
+            findings.require(reads(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
+            clean_path = subject.kitti.file(split, "image_clean_2", frame)
+            findings.require(png_size_wh(clean_path) == size_wh, f"{clean_path}: is not as large as image_2")
         if "image_3" in kinds:
             _right_image(findings, subject, split, frame, size_wh)
         if "bop" not in subject.manifest.formats:
@@ -157,6 +166,10 @@ def _right_image(findings: Findings, subject: Subject, split: Split, frame: int,
     image, steps = decode_rgb(rgb_path), decode_depth(disparity_path)
     findings.require(image.shape[1::-1] == size_wh, f"{rgb_path}: is not as large as image_2")
     findings.require(steps.shape == size_wh[::-1], f"{disparity_path}: is not as large as image_2")
+    seen_path = subject.kitti.file(split, "disp_noc", frame)
+    seen = decode_depth(seen_path)
+    part = seen.shape == steps.shape and bool(((seen == 0) | (seen == steps)).all())
+    findings.require(part, f"{seen_path}: is no part of disp_occ")
     findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
 
 
@@ -224,6 +237,20 @@ def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Su
     moved = np.zeros((3, 4))
     moved[0, 3] = 0.0 if right is None else -matrices["P2"][0, 0] * right["baseline"]
     return bool(np.abs(matrices["P3"] - matrices["P2"] - moved).max() < _SAME_PLACE)
+
+
+def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
+    """Return whether each camera has the lens of the recipe, and no other lines than for that."""
+    recipe = subject.manifest.recipe
+    wanted = recipe_distortion(recipe)
+    eyes = ("02", "03") if recipe.get("sensors", {}).get("right") is not None else ("02",)
+    if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in "KD"}:
+        return False
+    if not wanted:
+        return True
+    lens = Distortion(**wanted).coefficients
+    same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
+    return same_k and all(np.allclose(matrices[f"D_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
 
 
 def _are_beams(content: bytes, count: int) -> bool:

@@ -9,9 +9,9 @@ from typing import Any
 
 from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.image_io import encode_depth, encode_mask
+from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask
 from warehouse_sim.dataset.json_file import read_table, write_json
-from warehouse_sim.dataset.layout import BopLayout, BopSceneLayout, DatasetLayout
+from warehouse_sim.dataset.layout import BopLayout, BopSceneLayout, DatasetLayout, stores_clean
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.writers.bop_labels import (
@@ -20,6 +20,7 @@ from warehouse_sim.dataset.writers.bop_labels import (
     camera_row,
     coco_annotation,
     coco_image,
+    lens_row,
     pose_row,
     visibility_row,
 )
@@ -41,6 +42,14 @@ Synthetic warehouse scenes made by warehouse-sim; how to make them again is in .
 - scene_gt_info.json has one key more than BOP asks for, instance_id: the object's number in ../scenes/.
 - models/ is the CAD surface; models_eval/ is the same surface with evenly spread vertices.
 """
+_CLEAN_INFO = """\
+- rgb_clean/ and depth_clean/ (our own) hold what rgb/ and depth/ would be without errors of the camera; a clean depth
+  that does not fit into 16 bits is 0.
+"""
+_LENS_INFO = """\
+- Images are not rectified: scene_camera.json has one key more than BOP asks for, cam_distortion, with k1 k2 p1 p2 k3 as
+  in OpenCV (in camera.json: distortion). cam_K is that of the pinhole; masks, boxes and depth are those of the image.
+"""
 
 
 class BopWriter:
@@ -49,15 +58,17 @@ class BopWriter:
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self._root, self._manifest = root, manifest
         self._layout = BopLayout(DatasetLayout(root).format_folder("bop"))
+        self._clean = stores_clean(manifest.recipe)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
         self._layout.root.mkdir(exist_ok=True)
         write_models(self._layout.root, models)
         defaults = {key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy", "width", "height")}
-        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE})
+        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera, "distortion")})
         splits = ", ".join(f"{name} {len(scenes)} scenes" for name, scenes in self._manifest.splits.items())
-        text = _INFO.format(splits=splits, scale=DEPTH_SCALE)
+        text = _INFO.format(splits=splits, scale=DEPTH_SCALE) + (_CLEAN_INFO if self._clean else "")
+        text += "" if camera.distortion is None else _LENS_INFO
         write_bytes(self._layout.root / "dataset_info.md", text.encode("utf-8"), durable=True)
 
     def scene(self, scene_index: int) -> "BopSceneWriter":
@@ -65,7 +76,7 @@ class BopWriter:
         layout = self._layout.scene(self._manifest.split_of(scene_index), scene_index)
         if layout.root.exists():
             shutil.rmtree(layout.root)
-        return BopSceneWriter(layout, self._objects)
+        return BopSceneWriter(layout, self._objects, self._clean)
 
     def finish(self) -> None:
         """Write the targets of the test split."""
@@ -94,9 +105,9 @@ class BopWriter:
 class BopSceneWriter:
     """Write one scene: its images as they come, then its tables."""
 
-    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo]) -> None:
-        self._layout, self._objects = layout, objects
-        for name in ("rgb", "depth", "mask", "mask_visib"):
+    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], clean: bool) -> None:
+        self._layout, self._objects, self._clean = layout, objects, clean
+        for name in ("rgb", "depth", "mask", "mask_visib", *(("rgb_clean", "depth_clean") if clean else ())):
             (layout.root / name).mkdir(parents=True)
         self._cameras: dict[int, dict[str, Any]] = {}
         self._poses: dict[int, list[dict[str, Any]]] = {}
@@ -116,6 +127,10 @@ class BopSceneWriter:
         files.rgb.save(self._layout.rgb(image_id))
         depth_png = encode_depth(observation.rgbd.depth, 1000.0 / DEPTH_SCALE, where)
         write_bytes(self._layout.depth(image_id), depth_png)
+        if self._clean:
+            files.rgb_clean.save(self._layout.rgb_clean(image_id))
+            clean_png = encode_clean_depth(observation.buffers.depth, 1000.0 / DEPTH_SCALE)
+            write_bytes(self._layout.depth_clean(image_id), clean_png)
         for gt_index, target in enumerate(files.targets):
             self._require_known(target.annotation.obj_id, where)
             write_bytes(self._layout.mask(image_id, gt_index, visible=False), encode_mask(target.mask))

@@ -7,14 +7,15 @@ import numpy as np
 
 from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.image_io import encode_depth, encode_disparity, encode_rgb
-from warehouse_sim.dataset.layout import DatasetLayout, KittiLayout, kitti_kinds
+from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
+from warehouse_sim.dataset.layout import DatasetLayout, KittiLayout, kitti_kinds, stores_clean
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.dataset.writers.kitti_calib import (
     calib_text,
     lidars_text,
     plane_text,
+    recipe_distortion,
     require_level,
     require_level_recipe,
 )
@@ -43,8 +44,19 @@ _README = """# Dataset in the KITTI object detection format
 {additions}"""
 _ONE_CAMERA, _TWO_CAMERAS = "P0 to P3 are the same camera", "P0 and P2 are the left camera, P1 and P3 the right one"
 _STEREO_README = """\
-- image_3: the right camera. disp_occ: true disparity of image_2, also where image_3 does not see it. disp_sgbm, if
-  there: what semi-global matching finds in the noisy pair. 16 bit, pixels * 256, 0 = none, or 256 and more.
+- image_3: the right camera. disp_occ: true disparity of image_2, also where image_3 does not see it. disp_noc: where it
+  does. disp_sgbm, if there: what semi-global matching finds in the noisy pair. 16 bit, pixels * 256, 0 = none, or 256
+  and more.
+"""
+_LENS_README = """\
+- Images are not rectified: P2 is that of the pinhole, and calib goes on after its seven lines with K_02 and D_02, k1 k2
+  p1 p2 k3 as in OpenCV and in KITTI's raw calib_cam_to_cam.txt (with a right camera K_03 and D_03, too). Labels, boxes
+  and depth are those of the image; readers that know P2 only must rectify it first. Disparities are those of the
+  rectified pair, f b / z with the f of P2, stored at the pixels of image_2.
+"""
+_CLEAN_README = """\
+- image_clean_2, depth_clean_2 (our own): image_2 and depth_2 without errors of the camera{right}; a clean depth that
+  does not fit into 16 bits is 0.
 """
 _LIDARS_README = """\
 - velodyne_NAME, velodyne_NAME_ids: further LiDARs ({names}), each in its own frame; calib_lidars (our own) holds their
@@ -95,18 +107,22 @@ class KittiWriter:
         for frame in frames:
             for kind in self._kinds:
                 self._layout.file(split, kind, frame).unlink(missing_ok=True)
-        return KittiSceneWriter(self._layout, split, frames)
+        return KittiSceneWriter(self._layout, split, frames, stores_clean(self._manifest.recipe))
 
     def finish(self) -> None:
         """Do nothing: no file of this format needs all scenes."""
 
     def _readme(self) -> str:
         sensors = self._manifest.recipe.get("sensors", {})
+        clean = stores_clean(self._manifest.recipe)
         stereo, names = sensors.get("right") is not None, ", ".join(sensors.get("lidars") or {})
         return _README.format(
             per_scene=self._manifest.observations_per_scene,
             cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
-            additions=(_STEREO_README if stereo else "") + (_LIDARS_README.format(names=names) if names else ""),
+            additions=(_STEREO_README if stereo else "")
+            + (_LENS_README if recipe_distortion(self._manifest.recipe) else "")
+            + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if clean else "")
+            + (_LIDARS_README.format(names=names) if names else ""),
         )
 
     def _frames(self, scene_index: int) -> range:
@@ -117,8 +133,8 @@ class KittiWriter:
 class KittiSceneWriter:
     """Write the frames of one scene."""
 
-    def __init__(self, layout: KittiLayout, split: Split, frames: range) -> None:
-        self._layout, self._split, self._frames = layout, split, frames
+    def __init__(self, layout: KittiLayout, split: Split, frames: range, clean: bool) -> None:
+        self._layout, self._split, self._frames, self._clean = layout, split, frames, clean
 
     def write(self, files: ObservationFiles) -> None:
         """Write one frame.
@@ -143,9 +159,12 @@ class KittiSceneWriter:
             "planes": plane_text(observation.T_world_camera).encode("ascii"),
             **_stereo_files(observation),
             **_more_lidar_files(observation),
+            **(_clean_files(observation) if self._clean else {}),
         }
         frame = self._frames[observation.observation_index]
         files.rgb.save(self._layout.file(self._split, "image_2", frame))
+        if self._clean:
+            files.rgb_clean.save(self._layout.file(self._split, "image_clean_2", frame))
         for kind, content in contents.items():
             write_bytes(self._layout.file(self._split, kind, frame), content)
 
@@ -158,8 +177,19 @@ def _stereo_files(observation: Observation) -> dict[str, bytes]:
     stereo = observation.stereo
     if stereo is None:
         return {}
-    contents = {"image_3": encode_rgb(stereo.rgb), "disp_occ": encode_disparity(stereo.disparity)}
+    contents = {
+        "image_3": encode_rgb(stereo.rgb),
+        "disp_occ": encode_disparity(stereo.disparity),
+        "disp_noc": encode_disparity(np.where(stereo.in_both, stereo.disparity, np.float32(0.0))),
+    }
     return contents if stereo.matched is None else contents | {"disp_sgbm": encode_disparity(stereo.matched)}
+
+
+def _clean_files(observation: Observation) -> dict[str, bytes]:
+    """Return what no format shares of the clean truth by kind."""
+    contents = {"depth_clean_2": encode_clean_depth(observation.buffers.depth, _STEPS_PER_METRE)}
+    stereo = observation.stereo
+    return contents if stereo is None else contents | {"image_clean_3": encode_rgb(stereo.buffers.rgb)}
 
 
 def _more_lidar_files(observation: Observation) -> dict[str, bytes]:

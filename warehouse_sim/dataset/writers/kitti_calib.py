@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import MountedScan, Observation
 
@@ -60,11 +61,16 @@ def require_level(observation: Observation, where: str) -> None:
         )
 
 
+_LENS_KEYS = ("K", "D")
+"""Lines of KITTI's raw calibration for pictures that are not rectified."""
+
+
 def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:
-    """Return the seven lines of a calib file.
+    """Return the seven lines of a calib file; behind a lens two more for each camera.
 
     The left camera serves as P0 and P2, so that its frame is the reference frame of the labels, the right one as P1 and
-    P3; without a right camera the one serves as all four. The IMU is the LiDAR.
+    P3; without a right camera the one serves as all four. The IMU is the LiDAR. A lens does not fit into P2, which is
+    that of the pinhole: K_02 and D_02 (k1 k2 p1 p2 k3) follow, as in KITTI's calib_cam_to_cam.txt, K_03 and D_03 too.
 
     Args:
         camera: Intrinsics of both cameras.
@@ -74,7 +80,12 @@ def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float
     left = np.hstack([camera.K, np.zeros((3, 1))])
     right = np.hstack([camera.K, [[-camera.fx * baseline], [0.0], [0.0]]])
     values = (left, right, left, right, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
-    return "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(CALIB_KEYS, values, strict=True))
+    text = "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(CALIB_KEYS, values, strict=True))
+    if camera.distortion is None:
+        return text
+    rows = {"K": _row(camera.K), "D": _row(np.array(camera.distortion.coefficients))}
+    names = [f"{key}_{eye}" for eye in (("02", "03") if baseline else ("02",)) for key in _LENS_KEYS]
+    return text + "".join(f"{name}: {rows[name[0]]}\n" for name in names)
 
 
 def lidars_text(lidars: Mapping[str, MountedScan]) -> str:
@@ -86,23 +97,36 @@ def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows colu
     """Read a calib file as strictly as the strictest reader does.
 
     Raises:
-        DatasetError: Not the seven lines in order, each ``KEY: v v ...`` with single blanks.
+        DatasetError: Not the seven lines in order, each ``KEY: v v ...`` with single blanks, alone or with those of
+            one or two lenses.
     """
     lines = text.split("\n")
-    if len(lines) != len(CALIB_KEYS) + 1 or lines[-1]:
+    lens_keys = [f"{key}_{eye}" for eye in ("02", "03") for key in _LENS_KEYS]
+    more = len(lines) - len(CALIB_KEYS) - 1
+    if more not in (0, len(_LENS_KEYS), len(lens_keys)) or lines[-1]:
         raise DatasetError(f"{where}: {len(CALIB_KEYS)} lines and no blank one are expected")
-    matrices = {}
-    for key, line in zip(CALIB_KEYS, lines, strict=False):
-        name, *words = line.split(" ")
-        columns = 3 if key == "R0_rect" else 4
-        try:
-            values = np.array([float(word) for word in words])
-        except ValueError as problem:
-            raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
-        if name != f"{key}:" or values.size != 3 * columns or not np.isfinite(values).all():
-            raise DatasetError(f"{where}: expected '{key}:' and {3 * columns} numbers, found {line[:60]!r}")
-        matrices[key] = values.reshape(3, columns)
-    return matrices
+    shapes = {key: (3, 3 if key == "R0_rect" else 4) for key in CALIB_KEYS}
+    shapes |= {key: (3, 3) if key[0] == "K" else (1, 5) for key in lens_keys[:more]}
+    return {key: _matrix(line, key, shape, where) for line, (key, shape) in zip(lines, shapes.items(), strict=False)}
+
+
+def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size_wh: tuple[int, int]) -> PinholeCamera:
+    """Return camera 2 of a calib file as read, with its lens if it has one.
+
+    Args:
+        matrices: What ``parse_calib`` returns.
+        size_wh: Width and height of the images (px), which the file does not hold.
+    """
+    (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
+    distortion = Distortion(*matrices["D_02"][0].tolist()) if "D_02" in matrices else None
+    return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
+
+
+def recipe_distortion(recipe: dict[str, Any]) -> dict[str, float] | None:
+    """Return the distortion that a resolved recipe gives its camera; None or empty where it gives none."""
+    camera = recipe.get("sensors", {}).get("camera")
+    found = camera.get("distortion") if isinstance(camera, dict) else None
+    return found if found and any(found.values()) else None
 
 
 def plane_text(T_world_camera: Transform) -> str:
@@ -110,6 +134,18 @@ def plane_text(T_world_camera: Transform) -> str:
     a, b, c = invert(T_world_camera)[:3, 2] + 0.0
     row = " ".join(f"{value:.9e}" for value in (a, b, c, T_world_camera[2, 3]))
     return f"# Plane\nWidth 4\nHeight 1\n{row}\n"
+
+
+def _matrix(line: str, key: str, shape: tuple[int, int], where: str) -> Float[np.ndarray, "rows columns"]:
+    name, *words = line.split(" ")
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError as problem:
+        raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
+    count = shape[0] * shape[1]
+    if name != f"{key}:" or values.size != count or not np.isfinite(values).all():
+        raise DatasetError(f"{where}: expected '{key}:' and {count} numbers, found {line[:60]!r}")
+    return values.reshape(shape)
 
 
 def _row(matrix: np.ndarray) -> str:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int32
 
-from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.boxes import along_edges, box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.raycaster import RayCaster, RayHits
@@ -103,8 +103,10 @@ def look_at(
     corners = transform_points(invert(T_world_camera) @ instance.T_world_object, box_corners(size))
     if corners[:, 2].min() < _NEAR:
         return None
-    pixels = _pixels(camera.project(corners), camera, rays)
-    on_plane = (pixels - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+    # Behind a lens, edges are curved and may bulge out of the box around their ends.
+    outline = corners if camera.distortion is None else along_edges(corners)
+    pixels = _pixels(camera.project(outline), camera, rays)
+    on_plane = camera.tangents_at(*pixels.T)
     R, eye = T_world_camera[:3, :3], T_world_camera[:3, 3]
     directions = on_plane @ R[:, :2].T + R[:, 2]
     own = cast_in_frame(alone, instance.T_world_object, eye, directions)
@@ -126,7 +128,7 @@ def cast_in_frame(
     return caster.cast(np.broadcast_to(start, directions.shape), directions @ R)
 
 
-def _pixels(corners: Float[np.ndarray, "8 2"], camera: PinholeCamera, most: int) -> Float[np.ndarray, "n 2"]:
+def _pixels(corners: Float[np.ndarray, "k 2"], camera: PinholeCamera, most: int) -> Float[np.ndarray, "n 2"]:
     """Return pixel centres in the box around projected corners: all of them, or ``most`` spread evenly.
 
     The box is cut at the canvas of three image widths and heights on which silhouettes are counted.

@@ -70,7 +70,7 @@ class ActiveStereo(DepthModel):
         disparity = true + np.float32(self.noise_scale * self.subpixel_px) * unit_noise(size, rng, window)
         steps = np.rint(disparity / np.float32(self.disparity_step))
         read = np.divide(unit / np.float32(self.disparity_step), steps, out=np.zeros_like(true), where=steps > 0)
-        lost = baseline_shadow(np.float32(shot.camera.fx * self.baseline) * inverse)
+        lost = baseline_shadow(np.float32(shot.camera.fx * self.baseline) * inverse, shot.camera)
         lost |= (true > np.float32(self.search_px)) | (inverse <= 0)
         lost |= self._unmatched(buffers, shot, np.exp(np.float32(_RAGGED) * unit_noise(size, rng, window)))
         return np.where(lost, np.float32(0.0), read)

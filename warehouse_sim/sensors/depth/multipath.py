@@ -5,6 +5,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.sensors.pixel_rays import pixel_stretch
 from warehouse_sim.sensors.surfaces import camera_rays
 
 _STRIDE = 4
@@ -41,6 +42,8 @@ def multipath_bias(
     cosine = np.maximum(np.abs(np.einsum("hwc,hwc->hw", n, rays)) / length, np.float32(0.1))
     lit = np.divide(cosine, r * r, out=np.zeros_like(r), where=r > 0)
     area = np.float32(_STRIDE**2 / (camera.fx * camera.fy)) * z * z / (length * cosine)
+    if camera.distortion is not None:
+        area /= np.linalg.det(pixel_stretch(camera)[pick])
     patch = np.concatenate([points, n, np.stack([r, rho * lit, area], axis=-1)], axis=-1)
     total, weighted = np.zeros_like(r), np.zeros_like(r)
     for radius, inner, outer in _RINGS:

@@ -65,7 +65,7 @@ class StructuredLight(DepthModel):
         truth, scale = buffers.depth, shot.camera.fx / self.focal_px
         angle = np.arccos(np.minimum(facing_cosine(buffers.normals, shot.camera), np.float32(1.0)))
         theta = np.minimum(angle, np.float32(np.deg2rad(self.max_angle_deg)))
-        lost = baseline_shadow(np.float32(shot.camera.fx * self.baseline) * inverse_depth(truth))
+        lost = baseline_shadow(np.float32(shot.camera.fx * self.baseline) * inverse_depth(truth), shot.camera)
         lost |= angle > np.float32(np.deg2rad(self.max_angle_deg))
         depth = jitter_jumps(truth, np.float32(scale * self.noise_scale) * lateral_sigma(theta), rng)
         unit = np.float32(self.focal_px * self.baseline)

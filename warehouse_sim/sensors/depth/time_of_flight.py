@@ -11,6 +11,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_not_negative, require_positive
 from warehouse_sim.sensors.depth.multipath import multipath_bias
 from warehouse_sim.sensors.depth.noise import odd_window, unit_noise
+from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.shot import Shot
 from warehouse_sim.sensors.surfaces import facing_cosine, sent_back
 
@@ -121,7 +122,5 @@ class TimeOfFlight(DepthModel):
 
 def cosine_of_view(shot: Shot) -> Float32[np.ndarray, "h w"]:
     """Return z over range for each pixel."""
-    camera = shot.camera
-    x = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
-    y = ((np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[:, None]
+    x, y = pixel_tangents(shot.camera)
     return np.float32(1.0) / np.sqrt(np.float32(1.0) + x * x + y * y)

@@ -38,6 +38,8 @@ class RigConfig:
     """More LiDARs by name (small letters and digits)."""
     right: StereoConfig | None = None
     """The second camera; null = none."""
+    clean: bool = False
+    """Whether datasets hold the clean depth and colour beside what the cameras read."""
     camera_height: float | None = None
     """Height of the camera above the floor (m), > 0.1, where the recipe's viewpoints say none; null = their own."""
 
@@ -65,7 +67,7 @@ class RigConfig:
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
-        added = ("lidar_mount", "lidars", "right", "camera_height")
+        added = ("lidar_mount", "lidars", "right", "clean", "camera_height")
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         return {name: value for name, value in plain.items() if name not in added or value}
 

@@ -1,7 +1,15 @@
 """A second camera to the right of the first: what it reads, and disparities, true and matched."""
 
 from warehouse_sim.sensors.stereo.config import SgbmConfig, StereoConfig
-from warehouse_sim.sensors.stereo.disparity import match_sgbm, true_disparity
+from warehouse_sim.sensors.stereo.disparity import match_sgbm, seen_in_both, true_disparity
 from warehouse_sim.sensors.stereo.pair import T_camera_right, read_stereo
 
-__all__ = ["SgbmConfig", "StereoConfig", "T_camera_right", "match_sgbm", "read_stereo", "true_disparity"]
+__all__ = [
+    "SgbmConfig",
+    "StereoConfig",
+    "T_camera_right",
+    "match_sgbm",
+    "read_stereo",
+    "seen_in_both",
+    "true_disparity",
+]

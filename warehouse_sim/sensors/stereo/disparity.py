@@ -2,12 +2,14 @@
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.sensors.stereo.config import SgbmConfig
 
 _STEPS = 16.0
 """OpenCV tells disparities in sixteenths of a pixel."""
+_SAME_PX = 1.0
+"""How far apart disparities of one surface may be in the two pictures (px)."""
 
 
 def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
@@ -17,6 +19,28 @@ def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline:
     """
     seen = depth > 0
     return np.where(seen, focal_px * baseline / np.where(seen, depth, 1.0), 0.0).astype(np.float32)
+
+
+def seen_in_both(left: Float32[np.ndarray, "h w"], right: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
+    """Return which pixels of the left picture the right camera sees, too.
+
+    A pixel at column u with disparity d is seen at u - d, if that is in the right picture and one of the two columns
+    there has the same disparity. This is the check of left against right (Fua 1993) on the truth; what fails it is
+    hidden by something nearer, or outside.
+
+    Args:
+        left: True disparity of the left picture (px), 0 = nothing there.
+        right: True disparity of the right picture (px), 0 = nothing there.
+    """
+    height, width = left.shape
+    there = np.arange(width, dtype=np.float32) - left
+    before = np.clip(there, 0, width - 1).astype(np.int32)
+    after = np.minimum(before + 1, width - 1)
+    row = width * np.arange(height, dtype=np.int32)[:, None]
+    # Grazing surfaces change by almost a pixel from column to column, what hides others by more.
+    same = np.abs(np.take(right, row + before) - left) <= _SAME_PX
+    same |= np.abs(np.take(right, row + after) - left) <= _SAME_PX
+    return same & (left > 0) & (there >= 0)
 
 
 def match_sgbm(

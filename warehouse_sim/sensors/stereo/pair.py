@@ -8,7 +8,8 @@ from warehouse_sim.schema import RenderBuffers, StereoReading
 from warehouse_sim.sensors.color import ColorConfig, read_color
 from warehouse_sim.sensors.shot import Shot
 from warehouse_sim.sensors.stereo.config import StereoConfig
-from warehouse_sim.sensors.stereo.disparity import match_sgbm, true_disparity
+from warehouse_sim.sensors.stereo.disparity import true_disparity
+from warehouse_sim.sensors.stereo.rectified import both_see, match
 
 
 def T_camera_right(config: StereoConfig) -> Transform:
@@ -37,10 +38,12 @@ def read_stereo(
         rng: Source of the right picture's errors alone.
     """
     right_rgb = read_color(right, right_shot, color, rng)
+    disparities = [true_disparity(seen.depth, right_shot.camera.fx, config.baseline) for seen in (left, right)]
     return StereoReading(
         baseline=config.baseline,
         rgb=right_rgb,
         buffers=right,
-        disparity=true_disparity(left.depth, right_shot.camera.fx, config.baseline),
-        matched=None if config.matching is None else match_sgbm(left_rgb, right_rgb, config.matching),
+        disparity=disparities[0],
+        in_both=both_see(disparities[0], disparities[1], right_shot.camera),
+        matched=None if config.matching is None else match(left_rgb, right_rgb, config.matching, right_shot.camera),
     )

@@ -1,0 +1,19 @@
+import cv2
+import numpy as np
+
+from warehouse_sim.dataset.overlay import draw_segment
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+
+
+def test_a_straight_edge_is_drawn_as_the_curve_that_the_lens_shows() -> None:
+    camera = PinholeCamera(200, 120, 120.0, 120.0, 99.5, 59.5, Distortion(k1=-0.25, k2=0.05))
+    ends = np.array([-0.55, -0.35, 1.0]), np.array([1.65, -1.05, 3.0])
+    image = np.zeros((120, 200, 3), np.uint8)
+    draw_segment(image, camera, *ends, (255, 255, 255))
+    share = np.linspace(0.02, 0.98, 200)[:, None]
+    on_edge = np.round(camera.project(ends[0] + share * (ends[1] - ends[0]))).astype(int)
+    assert (image[on_edge[:, 1], on_edge[:, 0]].max(axis=-1) > 40).all()
+    drawn = np.argwhere(image[..., 0] > 128).astype(np.float32)
+    way_y, way_x, y, x = cv2.fitLine(drawn, cv2.DIST_L2, 0, 0.01, 0.01).ravel()
+    assert np.abs(way_y * (drawn[:, 1] - x) - way_x * (drawn[:, 0] - y)).max() > 1.5
