@@ -1,5 +1,6 @@
 """Where the data folders (scenes, assets, models, benchmarks) live: in the wheel or beside the package."""
 
+import os
 from pathlib import Path
 
 from warehouse_sim.errors import UnknownNameError, WarehouseSimError
@@ -42,3 +43,33 @@ def find_recipe(name_or_path: str) -> Path:
 def suite_names() -> list[str]:
     """Return the names of the shipped benchmark suites, sorted."""
     return sorted(path.stem for path in (data_folder("benchmarks") / "suites").glob("*.yaml"))
+
+
+def model_names() -> list[str]:
+    """Return the names of the bundled estimators, sorted."""
+    return sorted(path.parent.name for path in data_folder("models").glob("*/config.yaml"))
+
+
+def model_dir(name_or_path: str | Path) -> Path:
+    """Return the folder of an estimator given by bundled name ("densefusion-pointcloud") or as a run folder.
+
+    Raises:
+        UnknownNameError: Neither a bundled name nor a folder.
+    """
+    path = Path(name_or_path)
+    if path.is_dir():
+        return path
+    if str(name_or_path) in model_names():
+        return data_folder("models") / str(name_or_path)
+    raise UnknownNameError("estimator (a bundled name or a run folder)", str(name_or_path), model_names())
+
+
+def cache_folder(name: str) -> Path:
+    """Return the folder for what can be made again, such as "crops"; it may not exist yet.
+
+    It is ``warehouse-sim/<name>`` in the user's cache folder (XDG base directory specification), or ``<name>`` in the
+    folder that the environment variable ``WAREHOUSE_SIM_CACHE`` names.
+    """
+    if own := os.environ.get("WAREHOUSE_SIM_CACHE"):
+        return Path(own) / name
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "warehouse-sim" / name

@@ -5,8 +5,7 @@ import numpy as np
 from tests.dataset.toy import PALLET
 from warehouse_sim.geometry.mesh import diameter, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_y, rotation_z, transform_points
-from warehouse_sim.learning.crop_set import CropSet, stack_crops
-from warehouse_sim.learning.crops import Crop, CropConfig
+from warehouse_sim.learning.crops import Crop, CropConfig, CropSet, stack_crops
 from warehouse_sim.learning.objects import ObjectShape
 
 MESH = PALLET.mesh()
@@ -36,26 +35,31 @@ def seen_points(T_camera_object: np.ndarray, count: int, rng: np.random.Generato
     return transform_points(T_camera_object, points[towards][:count]).astype(np.float32)
 
 
-def made_crop(rng: np.random.Generator, side_px: int | None = None, count: int = 400) -> Crop:
-    """One crop; its colours are noise that a network can tell apart."""
+def made_crop(
+    rng: np.random.Generator, side_px: int | None = None, count: int = 400, depth: bool = False, obj_id: int = 1
+) -> Crop:
+    """One crop; its colours are noise that a network can tell apart, its depth an image of points about the true z."""
     T = pose(rng)
     points = seen_points(T, count, rng)
     side = side_px or 1
+    z = rng.normal(T[2, 3], 0.3, (side, side)).astype(np.float32)
     return Crop(
         scene_id=0,
         image_id=0,
         gt_index=0,
-        obj_id=1,
+        obj_id=obj_id,
         T_camera_object=T,
         points=points,
         border_px=rng.integers(1, 9, len(points)).astype(np.uint8),
         pixel=rng.integers(0, side * side, len(points)).astype(np.int32),
         rgb=rng.integers(0, 256, (side, side, 3), dtype=np.uint8) if side_px else None,
+        depth=np.where(rng.random(z.shape) < 0.1, np.float32(0), z) if side_px and depth else None,
+        ray_map=np.array([[0.01, 0.0, -0.2], [0.0, 0.01, -0.1]]) if side_px and depth else None,
     )
 
 
-def made_set(count: int, side_px: int | None = None, seed: int = 0) -> CropSet:
+def made_set(count: int, side_px: int | None = None, seed: int = 0, depth: bool = False, rgb: bool = True) -> CropSet:
     """A few crops as tensors."""
     rng = np.random.default_rng(seed)
-    config = CropConfig(side_px=side_px, stored_points=400)
-    return stack_crops([made_crop(rng, side_px) for _ in range(count)], [pallet_shape()], config)
+    config = CropConfig(side_px=side_px, rgb=rgb or not depth, depth=depth, stored_points=400)
+    return stack_crops([made_crop(rng, side_px, depth=depth) for _ in range(count)], [pallet_shape()], config)

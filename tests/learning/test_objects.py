@@ -25,6 +25,19 @@ def test_shape_is_measured_from_the_dataset(toy_root) -> None:
     np.testing.assert_allclose(shape.centroid, pallet_shape().centroid, atol=0.01)
 
 
+def test_surface_points_are_kept_on_request(toy_root) -> None:
+    info: ObjectInfo = DatasetReader(toy_root).objects[1]
+    assert measure_shape(info, np.random.default_rng(0)).surface == ()
+    shape = measure_shape(info, np.random.default_rng(0), surface_points=500)
+    surface = shape_tensors([shape]).surface
+    assert surface.shape == (1, 500, 3)
+    points = surface[0].double().numpy() * shape.diameter / 2
+    np.testing.assert_allclose(points.mean(axis=0), shape.centroid, atol=0.05)
+    vertices = info.mesh().vertices
+    assert (points > vertices.min(axis=0) - 1e-4).all()
+    assert (points < vertices.max(axis=0) + 1e-4).all()
+
+
 def test_groups_are_padded_with_the_identity() -> None:
     shape = pallet_shape()
     alone = type(shape)(**{**shape.__dict__, "obj_id": 2, "symmetries": shape.symmetries[:1]})

@@ -7,7 +7,9 @@ from warehouse_sim.learning.crops import CropConfig
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.run_folder import (
+    DatasetSource,
     RunConfig,
+    StartingWeights,
     load_network,
     read_config,
     write_config,
@@ -18,7 +20,11 @@ from warehouse_sim.learning.settings import TrainConfig
 
 def made_config(name: str) -> RunConfig:
     network = ESTIMATORS.get(name).network("nano")
-    return RunConfig(name, "1.2.3", "data", "0" * 64, (pallet_shape(),), network, CropConfig(side_px=48), TrainConfig())
+    datasets = (DatasetSource("data", "0" * 64), DatasetSource("more", "1" * 64))
+    crop = CropConfig(side_px=48, depth=True)
+    return RunConfig(
+        name, "1.2.3", datasets, (pallet_shape(),), network, crop, TrainConfig(), StartingWeights("other", "2" * 64)
+    )
 
 
 @pytest.mark.parametrize("name", ESTIMATORS.names())

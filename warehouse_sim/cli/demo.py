@@ -55,13 +55,13 @@ def demo(
             raise DatasetError(f"{data}: the generated dataset fails its own checks; please report this as a bug")
     with clock.stage("train"):
         if not (run / "result.json").is_file():
-            train(estimator, data, run, resume=run.exists(), config=TrainConfig(max_minutes=max_minutes, seed=seed))
+            train(estimator, (data,), run, resume=run.exists(), config=TrainConfig(max_minutes=max_minutes, seed=seed))
     scored = []
     methods = {estimator: PredictConfig(), f"{estimator}-icp": PredictConfig(refine="icp")}
     for method, config in methods.items():
         predictions, folder = out / "predictions" / f"{method}.csv", out / "scores" / method
         with clock.stage(f"predict {method}"):
-            predict(run, data, predictions, config=config)
+            predict(str(run), data, predictions, config=config)
         with clock.stage(f"evaluate {method}"):
             evaluate(predictions, data, folder)
         scored.append(folder)

@@ -5,28 +5,40 @@ from typing import Annotated
 
 import tyro
 
-from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.cli.console import finish, say, share_progress
 from warehouse_sim.learning.settings import TrainConfig
 
 
 def train(
     estimator: tyro.conf.Positional[str],
-    data: Path,
+    data: tuple[Path, ...],
     out: Path,
     resume: bool = False,
+    init: str | None = None,
+    cache: Path | None = None,
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(),  # noqa: B008  frozen
 ) -> None:
-    """Train an estimator on the train split and watch it on val; test is never read.
+    """Train an estimator on the train split, watch it on val, and fit there how its confidence tells its error.
+
+    Test is never read.
 
     Args:
         estimator: Name of an estimator, see ``warehouse-sim list``.
-        data: Dataset folder.
+        data: One or several dataset folders; objects of one number must be one geometry.
         out: Run folder to make: weights, resolved config, curves, result.
         resume: Go on with a run that was interrupted.
+        init: Bundled estimator or run folder whose weights training begins with; fresh ones by default.
+        cache: Folder that keeps the crops for the next training, by default ``warehouse-sim/crops`` in your cache
+            folder; ``none`` keeps them in memory.
         config: How to train.
     """
-    from warehouse_sim.learning.train import train as run
+    from warehouse_sim.estimators.calibrate import LEAST_SAMPLES, calibrate
+    from warehouse_sim.learning.training.train import train as run
 
     with share_progress("training") as progress:
-        run(estimator, data, out, config, resume, progress)
-    finish(out, "predict", out, "--data", data, "--out", out / "predictions.csv")
+        run(estimator, data, out, config, resume, progress, init, cache)
+    with share_progress("calibrating") as progress:
+        curves = calibrate(out, data, progress=progress).curves
+    if not curves:
+        say(f"val shows too few objects (fewer than {LEAST_SAMPLES}) to tell errors from confidence")
+    finish(out, "predict", out, "--data", data[0], "--out", out / "predictions.csv")

@@ -1,8 +1,7 @@
 """What can be trained by name: each method fixes the inputs of a network and its widths at each size."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from warehouse_sim.registry import Registry
 
@@ -10,6 +9,13 @@ if TYPE_CHECKING:
     from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
 
 Size = Literal["nano", "small", "full"]
+
+
+class NetworkAtSize(Protocol):
+    """Gives a method's network at a size."""
+
+    def __call__(self, size: Size, faithful: bool = False) -> "DenseFusionConfig":
+        """Return the network's configuration; ``faithful`` keeps the original's quirks."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +27,18 @@ class Method:
     """One line for people."""
     inputs: str
     """What it reads of an observation."""
-    network: "Callable[[Size], DenseFusionConfig]"
+    network: NetworkAtSize
     """The network's configuration at a size."""
 
 
 ESTIMATORS = Registry("estimator")
-ESTIMATORS.add("densefusion", "warehouse_sim.learning.networks.family:DENSEFUSION")
-ESTIMATORS.add("densefusion-pointcloud", "warehouse_sim.learning.networks.family:DENSEFUSION_POINTCLOUD")
+for _name in (
+    "densefusion",
+    "densefusion-early",
+    "densefusion-middle-1",
+    "densefusion-middle-2",
+    "densefusion-depth",
+    "densefusion-pointcloud",
+    "object-coordinates",
+):
+    ESTIMATORS.add(_name, f"warehouse_sim.learning.networks.family:{_name.upper().replace('-', '_')}")

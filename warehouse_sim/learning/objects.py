@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -31,10 +31,20 @@ class ObjectShape:
     """Covariance of the surface about its centroid (m^2), 3x3 row by row."""
     symmetries: tuple[tuple[float, ...], ...]
     """The symmetry group, each a 4x4 matrix row by row (m)."""
+    surface: tuple[float, ...] = ()
+    """Points spread evenly over the surface, 3 values each (m); only where the nearest-point loss needs them."""
+    class_name: str = ""
+    """Detection class of the geometry."""
 
 
-def measure_shape(info: ObjectInfo, rng: np.random.Generator) -> ObjectShape:
-    """Return the shape of an object of a dataset, its moments over the area of its CAD surface."""
+def measure_shape(info: ObjectInfo, rng: np.random.Generator, surface_points: int = 0) -> ObjectShape:
+    """Return the shape of an object of a dataset, its moments over the area of its CAD surface.
+
+    Args:
+        info: The object.
+        rng: Source of the samples.
+        surface_points: Points of the surface to keep.
+    """
     points, _ = sample_surface(info.mesh(), _MOMENT_SAMPLES, rng)
     return ObjectShape(
         obj_id=info.obj_id,
@@ -43,6 +53,8 @@ def measure_shape(info: ObjectInfo, rng: np.random.Generator) -> ObjectShape:
         centroid=tuple(map(float, points.mean(axis=0))),
         covariance=tuple(map(float, np.cov(points.T, bias=True).ravel())),
         symmetries=tuple(tuple(map(float, T.ravel())) for T in info.symmetry.transforms),
+        surface=tuple(np.round(points[:surface_points], 4).ravel().tolist()),
+        class_name=info.class_name,
     )
 
 
@@ -54,6 +66,13 @@ class ShapeTensors(NamedTuple):
     the whole surface."""
     symmetry_rotation: Float[Tensor, "c g 3 3"]
     symmetry_translation: Float[Tensor, "c g 3"]
+    surface: Float[Tensor, "c m 3"]
+    """Points of the surfaces; none unless the nearest-point loss is used."""
+
+    def is_symmetric(self) -> Bool[Tensor, " c"]:
+        """Return which classes have more than one look-alike pose."""
+        turned = (self.symmetry_rotation - torch.eye(3, device=self.anchors.device)).abs().amax(dim=(1, 2, 3))
+        return (turned > 1e-4) | (self.symmetry_translation.abs().amax(dim=(1, 2)) > 1e-4)
 
     def to(self, device: torch.device) -> "ShapeTensors":
         """Return the same shapes on ``device``."""
@@ -72,7 +91,14 @@ def shape_tensors(shapes: Sequence[ObjectShape]) -> ShapeTensors:
         for shape in shapes
     ])  # fmt: skip
     anchors = np.stack([_anchors(shape) for shape in shapes]) / half[:, None, None]
-    arrays = (anchors, groups[..., :3, :3], groups[..., :3, 3] / half[:, None, None])
+    fewest = min(len(shape.surface) for shape in shapes)
+    surface = np.array([shape.surface[:fewest] for shape in shapes]).reshape(len(shapes), fewest // 3, 3)
+    arrays = (
+        anchors,
+        groups[..., :3, :3],
+        groups[..., :3, 3] / half[:, None, None],
+        surface / half[:, None, None],
+    )
     return ShapeTensors(*(torch.tensor(array, dtype=torch.float32) for array in arrays))
 
 

@@ -16,6 +16,14 @@ def matrix_from_quat_wxyz(quat_wxyz: Float[Tensor, "*batch 4"]) -> Float[Tensor,
     return torch.stack([torch.stack(row, dim=-1) for row in rows], dim=-2)
 
 
+def multiply_quat_wxyz(a: Float[Tensor, "*batch 4"], b: Float[Tensor, "*batch 4"]) -> Float[Tensor, "*batch 4"]:
+    """Return the quaternion of the rotation b followed by the rotation a."""
+    w, v = a[..., :1], a[..., 1:]
+    other_w, other_v = b[..., :1], b[..., 1:]
+    scalar = w * other_w - (v * other_v).sum(dim=-1, keepdim=True)
+    return torch.cat([scalar, w * other_v + other_w * v + torch.linalg.cross(v, other_v)], dim=-1)
+
+
 def matrix_from_vector(vector: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*batch 3 3"]:
     """Return rotations about the axes of ``vector`` by its length (rad)."""
     half = vector / 2.0

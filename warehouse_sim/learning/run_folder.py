@@ -12,19 +12,40 @@ import yaml
 from warehouse_sim.config import load_yaml, to_mapping
 from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.learning.crops import CropConfig
+from warehouse_sim.learning.crops.config import CropConfig
 from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.learning.objects import ObjectShape
 from warehouse_sim.learning.settings import TrainConfig
 
-CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS = (
+CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS, EVENTS = (
     "config.yaml",
     "weights.safetensors",
     "train.log",
     "curves.csv",
     "result.json",
     "checkpoints",
+    "tensorboard",
 )
+
+
+@dataclass(frozen=True)
+class DatasetSource:
+    """A dataset that was trained on."""
+
+    name: str
+    """Name of its folder."""
+    sha256: str
+    """Digest of its manifest.json."""
+
+
+@dataclass(frozen=True)
+class StartingWeights:
+    """Weights of another run that training began with."""
+
+    name: str
+    """Bundled name or path of the run folder, as it was given."""
+    sha256: str
+    """Digest of its weights."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +56,8 @@ class RunConfig:
     """Registered name."""
     version: str
     """Version of warehouse-sim that trained it."""
-    dataset: str
-    """Folder name of the training data."""
-    dataset_sha256: str
-    """Digest of its manifest.json."""
+    datasets: tuple[DatasetSource, ...]
+    """The training data."""
     objects: tuple[ObjectShape, ...]
     """Known objects, in the order of the network's classes."""
     network: DenseFusionConfig
@@ -47,6 +66,8 @@ class RunConfig:
     """How targets are cut out."""
     train: TrainConfig
     """How it was trained."""
+    started_from: StartingWeights | None = None
+    """Trained weights that it began with; none for fresh ones."""
 
 
 def dataset_digest(root: Path) -> str:

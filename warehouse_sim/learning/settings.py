@@ -30,12 +30,38 @@ class AugmentConfig:
     """Largest relative change of brightness, contrast and each channel, 0-1."""
 
 
+SymmetryLoss = Literal["group", "none", "nearest"]
+
+
+@dataclass(frozen=True)
+class LossConfig:
+    """What training minimises; lengths are in half diameters of the object."""
+
+    symmetry: SymmetryLoss = "group"
+    """group: nearest equivalent of the true pose over the declared group; none: symmetric looks are told apart;
+    nearest: nearest surface point for symmetric classes, as the original."""
+    confidence_weight: float = 0.08
+    """Error up to which full confidence pays, in half diameters, > 0."""
+    coordinate_weight: float = 0.01
+    """Weight of the object coordinates against the pose that is fitted to them, >= 0."""
+    nearest_hypotheses: int = 16
+    """Hypotheses of an object that the nearest-point loss looks at, >= 1."""
+    nearest_points: int = 128
+    """Surface points of an object in the nearest-point loss, >= 1."""
+
+
+Balance = Literal["crops", "objects", "classes"]
+
+
 @dataclass(frozen=True)
 class TrainConfig:
     """How an estimator is trained; it stops at ``max_minutes`` or ``max_steps``, whichever comes first."""
 
     size: Size = "nano"
     """Widths of the network: nano trains in minutes on a CPU, full has the original widths."""
+    faithful: bool = False
+    """Keep the original's quirks: image values of 0-255, log-softmax over the embedding, no batch normalisation,
+    average pooling, separate heads."""
     max_minutes: float | None = 5.0
     """Wall time of the whole run with reading, validation and saving (minutes), > 0; none for no limit."""
     max_steps: int | None = None
@@ -50,8 +76,15 @@ class TrainConfig:
     """Decoupled weight decay of AdamW, >= 0."""
     clip_norm: float = 1.0
     """Largest norm of the gradient, > 0."""
-    confidence_weight: float = 0.08
-    """Error up to which full confidence pays, in half diameters, > 0."""
+    ema: float = 0.999
+    """Share of the running average of the weights that stays at each step, 0-1; validation and the run folder have the
+    average. 0 for the last weights themselves."""
+    objects: tuple[str, ...] = ()
+    """Train only on objects of these names, with wildcards, or classes; all targets by default."""
+    balance: Balance = "classes"
+    """What is drawn equally often: classes (and in a class, objects by the root of their number), objects, or crops."""
+    loss: LossConfig = field(default_factory=LossConfig)
+    """What is minimised."""
     refiner_start: float = 0.7
     """Share of the run after which the refiner is trained too, 0-1."""
     refiner_iterations: int = 2
@@ -60,6 +93,10 @@ class TrainConfig:
     """Validations, checkpoints included, spread evenly over the run, >= 1."""
     precision: Literal["auto", "32", "bf16"] = "auto"
     """Arithmetic of the networks; auto takes bf16 where the processor has it in hardware."""
+    devices: int = 1
+    """Processes that share each step, one a GPU where there are any, else on the CPU, >= 1; divides ``batch``."""
+    threads: int | None = None
+    """CPU threads of each process, >= 1; by default all processors, shared among the processes."""
     workers: int = 2
     """Threads that decode images, >= 1."""
     seed: int = 0
@@ -70,7 +107,11 @@ class TrainConfig:
     def __post_init__(self) -> None:
         if self.max_minutes is None and self.max_steps is None:
             raise ValueError("training never ends: set max_minutes or max_steps")
-        for name in ("max_minutes", "max_steps", "batch", "validations", "workers"):
+        for name in ("max_minutes", "max_steps", "batch", "validations", "devices", "threads", "workers"):
             value = getattr(self, name)
             if value is not None and value <= 0:
                 raise ValueError(f"{name} must be positive, found {value}")
+        if self.batch % self.devices:
+            raise ValueError(f"batch {self.batch} cannot be shared evenly by {self.devices} devices")
+        if not 0.0 <= self.ema < 1.0:
+            raise ValueError(f"ema must be at least 0 and below 1, found {self.ema}")

@@ -1,21 +1,26 @@
-"""DenseFusion (Wang et al., CVPR 2019) as one composition: image branch, point branch, heads, refiner."""
+"""The DenseFusion family (Wang et al., CVPR 2019) as one composition: images, fusion, points, heads, refiner."""
 
 from dataclasses import dataclass
 
 import torch
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float
 from torch import Tensor, nn
 
-from warehouse_sim.learning.networks.heads import HeadConfig, Hypotheses, PoseHeads
-from warehouse_sim.learning.networks.image import ImageConfig, build_image_branch
+from warehouse_sim.learning.networks.attention import AttentionConfig, AttentionFusion
+from warehouse_sim.learning.networks.coordinates import CoordinateHeads
+from warehouse_sim.learning.networks.heads import HeadConfig, PoseHeads, Proposal
+from warehouse_sim.learning.networks.image import ImageBranch, ImageConfig
+from warehouse_sim.learning.networks.inputs import NetworkInput, Truth
 from warehouse_sim.learning.networks.points import PointBranch, PointConfig
 from warehouse_sim.learning.networks.refiner import Refiner, RefinerConfig
+from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import compose, matrix_from_quat_wxyz
+from warehouse_sim.learning.settings import LossConfig
 
 
 @dataclass(frozen=True)
 class DenseFusionConfig:
-    """Sizes of a network of the DenseFusion family."""
+    """Parts and sizes of a network of the DenseFusion family."""
 
     points: PointConfig
     """The point branch."""
@@ -23,73 +28,103 @@ class DenseFusionConfig:
     """The per-point heads."""
     refiner: RefinerConfig
     """The refiner."""
-    image: ImageConfig | None = None
-    """The image branch; none for networks that read the cloud alone."""
+    images: tuple[ImageConfig, ...] = ()
+    """The image branches; none for networks that read the cloud alone."""
+    fusion: AttentionConfig | None = None
+    """How several images are fused at the points; without it their embeddings are joined channel-wise."""
+
+    def __post_init__(self) -> None:
+        if len({image.side_px for image in self.images}) > 1:
+            raise ValueError(f"all images need crops of one size, found {[image.side_px for image in self.images]}")
+        if self.fusion and not self.images:
+            raise ValueError("attention fuses images, but there are none")
+
+    @property
+    def side_px(self) -> int | None:
+        """Side of the square crops in pixels; None for networks that read the cloud alone."""
+        return self.images[0].side_px if self.images else None
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether colour crops are needed."""
+        return any("rgb" in image.reads for image in self.images)
+
+    @property
+    def reads_depth(self) -> bool:
+        """Whether depth crops are needed."""
+        return any("depth" in image.reads for image in self.images)
 
 
 class DenseFusion(nn.Module):
-    """Estimate the pose of each object of a batch from its cloud and, if configured, its colour crop.
+    """Estimate the pose of each object of a batch from its cloud and, if configured, its colour and depth crops.
 
-    Shapes with N points, image side S, embedding E, local features F, pooled features G, C classes::
+    Shapes with N points, crop side S, embedding E, local features F, pooled features G::
 
-        rgb (B,3,S,S) -> embedding (B,E,S,S) -> at the points (B,N,E)
-        points (B,N,3) [+ embedding] -> local (B,N,F), pooled (B,G) -> heads (B,N,C*(4|3|1)) -> (B,N,4|3|1)
+        each image (B,S,S,3|2|5) -> embedding at the points (B,N,32); fused -> (B,N,E)
+        points (B,N,3) [+ embedding] -> local (B,N,F), pooled (B,G) -> heads, of the object's class -> (B,N,4|3|1)
         refiner: cloud in the estimate's frame (B,N,3) [+ embedding] -> (B,G) -> correction (B,4), (B,3)
 
     All lengths are normalised: an object's diameter is 2.
 
     Args:
-        config: Sizes.
+        config: Parts and sizes.
         classes: Number of CAD geometries that the network knows.
     """
 
     def __init__(self, config: DenseFusionConfig, classes: int) -> None:
         super().__init__()
         self.config = config
-        channels = config.image.embedding if config.image else 0
-        self.image = build_image_branch(config.image) if config.image else None
+        sizes = tuple(image.embedding for image in config.images)
+        self.images = nn.ModuleList(ImageBranch(image) for image in config.images)
+        self.fusion = AttentionFusion(config.fusion, sizes) if config.fusion else None
+        channels = config.fusion.embedding if config.fusion else sum(sizes)
         self.points = PointBranch(config.points, channels)
-        self.heads = PoseHeads(config.heads, self.points.local_channels, self.points.global_channels, classes)
+        kinds: dict[str, type[PoseHeads | CoordinateHeads]] = {"poses": PoseHeads, "coordinates": CoordinateHeads}
+        build_heads = kinds[config.heads.predicts]
+        self.heads = build_heads(config.heads, self.points.local_channels, self.points.global_channels, classes)
         self.refiner = Refiner(config.refiner, channels, classes)
 
-    def embed(self, rgb: UInt8[Tensor, "b s s 3"] | None, pixel: Int[Tensor, "b n"]) -> Float[Tensor, "b n e"] | None:
-        """Return the colour embedding at the points; None without an image branch.
-
-        Args:
-            rgb: Crops, 0-255.
-            pixel: Row-major index into the crop of the pixel that each point came from.
-        """
-        if self.image is None or rgb is None:
+    def embed(self, inputs: NetworkInput) -> Float[Tensor, "b n e"] | None:
+        """Return what the images say at each point; None for networks that read the cloud alone."""
+        if not self.images:
             return None
-        maps = self.image(rgb.permute(0, 3, 1, 2).float() / 127.5 - 1.0).flatten(2)
-        return torch.gather(maps, 2, pixel[:, None].expand(-1, maps.shape[1], -1)).transpose(1, 2)
+        embeddings = [branch(inputs) for branch in self.images]
+        if self.fusion is not None:
+            return self.fusion(embeddings, inputs.points)
+        return embeddings[0] if len(embeddings) == 1 else torch.cat(embeddings, dim=-1)
 
-    def forward(
-        self,
-        points: Float[Tensor, "b n 3"],
-        colour: Float[Tensor, "b n e"] | None,
-        class_index: Int[Tensor, " b"],
-    ) -> Hypotheses:
-        """Return one pose a point, in normalised units.
+    def propose(self, inputs: NetworkInput, embedding: Float[Tensor, "b n e"] | None) -> Proposal:
+        """Return the poses that are proposed for each object, in normalised units.
 
         Args:
-            points: Clouds about their centre, normalised.
-            colour: What ``embed`` returned.
-            class_index: Class of each object.
+            inputs: The batch.
+            embedding: What ``embed`` returned for it.
         """
-        local, whole = self.points(points, colour)
-        return self.heads(local, whole, points, class_index)
+        # Points are in random order: the first few are a fair sample.
+        wanted = self.config.heads.training_points if self.training else None
+        local, whole = self.points(inputs.points, embedding, wanted)
+        return self.heads(local, whole, inputs.points[:, :wanted], inputs.class_index)
+
+    def forward(self, inputs: NetworkInput) -> Proposal:
+        """Return the poses that are proposed for each object, before refinement."""
+        return self.propose(inputs, self.embed(inputs))
+
+    def loss(self, proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+        """Return the loss of what ``propose`` returned."""
+        return self.heads.loss(proposal, truth, shapes, config)
 
     def refine(
         self,
         rotation: Float[Tensor, "b 3 3"],
         translation: Float[Tensor, "b 3"],
-        points: Float[Tensor, "b n 3"],
-        colour: Float[Tensor, "b n e"] | None,
-        class_index: Int[Tensor, " b"],
+        inputs: NetworkInput,
+        embedding: Float[Tensor, "b n e"] | None,
     ) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
-        """Return the pose corrected once; the input pose and colours receive no gradient."""
+        """Return the pose corrected once; the given pose and the images receive no gradient."""
         rotation, translation = rotation.detach(), translation.detach()
-        in_estimate = (points.float() - translation[:, None]) @ rotation
-        quat, shift = self.refiner(in_estimate, None if colour is None else colour.detach(), class_index)
-        return compose(rotation, translation, matrix_from_quat_wxyz(quat), shift)
+        with torch.autocast(rotation.device.type, enabled=False):
+            in_estimate = (inputs.points.float() - translation[:, None]) @ rotation
+        detached = None if embedding is None else embedding.detach()
+        quat, shift = self.refiner(in_estimate, detached, inputs.class_index)
+        with torch.autocast(rotation.device.type, enabled=False):
+            return compose(rotation, translation, matrix_from_quat_wxyz(quat), shift)

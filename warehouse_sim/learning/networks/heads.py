@@ -1,34 +1,65 @@
 """Per-point heads: each point proposes a whole pose and says how much it trusts it."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
+from warehouse_sim.learning.losses import confidence_loss, pose_distance
+from warehouse_sim.learning.networks.inputs import Truth
+from warehouse_sim.learning.networks.per_class import PerClassLinear, class_bias
 from warehouse_sim.learning.networks.points import point_layers
+from warehouse_sim.learning.objects import ShapeTensors
+from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
+from warehouse_sim.learning.settings import LossConfig
+
+if TYPE_CHECKING:
+    from warehouse_sim.learning.networks.coordinates import Coordinates
 
 
 @dataclass(frozen=True)
 class HeadConfig:
-    """Sizes of the per-point heads."""
+    """Kind and sizes of the heads."""
 
     widths: tuple[int, ...] = (256, 128)
     """Channels of the hidden layers."""
     shared: bool = True
-    """One trunk for rotation, translation and confidence; the original has three."""
+    """One trunk for all outputs; the original has one each for rotation, translation and confidence."""
+    predicts: Literal["poses", "coordinates"] = "poses"
+    """A pose at each point, or where each point lies on the object, to which one pose is fitted."""
+    class_bias: bool = True
+    """Whether the trunk knows the object's class, not only its last layer; not in the original."""
+    training_points: int | None = None
+    """Points of each object whose outputs are computed in training, drawn afresh each time, >= 1; none for all, as the
+    original. Outputs of one object's points say much the same, so a few of them train as well for less time."""
 
 
 class Hypotheses(NamedTuple):
-    """One pose a point, in normalised units (length 1 = half a diameter)."""
+    """Poses that are proposed for each object, in normalised units (length 1 = half a diameter)."""
 
-    quat_wxyz: Float[Tensor, "b n 4"]
+    quat_wxyz: Float[Tensor, "b m 4"]
     """Rotation, not normalised."""
-    translation: Float[Tensor, "b n 3"]
-    """Object origin: the predicted offset added to that input point."""
-    logit: Float[Tensor, "b n"]
+    translation: Float[Tensor, "b m 3"]
+    """Object origin."""
+    logit: Float[Tensor, "b m"]
     """Confidence before the sigmoid."""
+
+    def most_confident(self) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
+        """Return rotation and translation of each object's most confident hypothesis."""
+        rows = torch.arange(len(self.logit), device=self.logit.device)
+        best = self.logit.argmax(dim=1)
+        return matrix_from_quat_wxyz(self.quat_wxyz[rows, best]), self.translation[rows, best]
+
+
+class Proposal(NamedTuple):
+    """What a network says of each object."""
+
+    hypotheses: Hypotheses
+    """One a point, or a single one that was fitted to object coordinates."""
+    coordinates: "Coordinates | None" = None
+    """Object coordinates of the points, where the head predicts them."""
 
 
 class SplitTrunk(nn.Module):
@@ -36,21 +67,34 @@ class SplitTrunk(nn.Module):
 
     ``W [local, global] = W_local local + W_global global``: the global part is the same for all points and
     is computed once, which gives the same numbers as tiling it.
+
+    Args:
+        local_channels: Channels of the per-point features.
+        global_channels: Channels of the pooled features.
+        widths: Channels of the hidden layers.
+        classes: Number of classes that the first layer tells apart; 0 for none.
     """
 
-    def __init__(self, local_channels: int, global_channels: int, widths: tuple[int, ...]) -> None:
+    def __init__(self, local_channels: int, global_channels: int, widths: tuple[int, ...], classes: int = 0) -> None:
         super().__init__()
         self.from_local = nn.Linear(local_channels, widths[0])
         self.from_global = nn.Linear(global_channels, widths[0], bias=False)
+        self.from_class = class_bias(classes, widths[0]) if classes else None
         self.rest = point_layers(*widths)
 
-    def forward(self, local: Float[Tensor, "b n local"], whole: Float[Tensor, "b global"]) -> Float[Tensor, "b n out"]:
+    def forward(
+        self, local: Float[Tensor, "b n local"], whole: Float[Tensor, "b global"], class_index: Int[Tensor, " b"]
+    ) -> Float[Tensor, "b n out"]:
         """Return hidden features of each point."""
-        return self.rest(torch.relu(self.from_local(local) + self.from_global(whole)[:, None]))
+        shared = self.from_global(whole)
+        if self.from_class is not None:
+            shared = shared + self.from_class(class_index)
+        hidden = self.from_local(local)
+        return self.rest(torch.relu_(hidden + shared[:, None].to(hidden.dtype)))
 
 
 class PoseHeads(nn.Module):
-    """Predict rotation, offset and confidence at each point, for each class, and pick the object's class.
+    """Predict rotation, offset and confidence at each point for the object's class.
 
     Args:
         config: Widths.
@@ -63,15 +107,16 @@ class PoseHeads(nn.Module):
 
     def __init__(self, config: HeadConfig, local_channels: int, global_channels: int, classes: int) -> None:
         super().__init__()
-        trunks = 1 if config.shared else 3
-        self.trunks = nn.ModuleList(SplitTrunk(local_channels, global_channels, config.widths) for _ in range(trunks))
-        self.outputs = nn.ModuleList(nn.Linear(config.widths[-1], size * classes) for size in self._OUTPUTS)
+        known = classes if config.class_bias else 0
+        # The rotation is among the first output layer's values, shared or not.
+        sizes = (sum(self._OUTPUTS),) if config.shared else self._OUTPUTS
+        self.trunks = nn.ModuleList(SplitTrunk(local_channels, global_channels, config.widths, known) for _ in sizes)
+        self.outputs = nn.ModuleList(PerClassLinear(config.widths[-1], size, classes) for size in sizes)
 
     @torch.no_grad()
     def start_rotation(self, class_index: int, quat_wxyz: Float[Tensor, " 4"]) -> None:
         """Make an untrained network propose about this rotation for a class."""
-        bias = self.outputs[0].get_parameter("bias").view(-1, 4)
-        bias[class_index] = quat_wxyz
+        self.outputs[0].get_parameter("bias")[class_index, :4] = quat_wxyz
 
     def forward(
         self,
@@ -79,19 +124,25 @@ class PoseHeads(nn.Module):
         whole: Float[Tensor, "b global"],
         points: Float[Tensor, "b n 3"],
         class_index: Int[Tensor, " b"],
-    ) -> Hypotheses:
+    ) -> Proposal:
         """Return one pose a point of ``points`` for the class of each object."""
-        hidden = [trunk(local, whole) for trunk in self.trunks] * (3 // len(self.trunks))
-        quat, offset, logit = (
-            _of_class(output(features).float(), class_index, size)
-            for output, features, size in zip(self.outputs, hidden, self._OUTPUTS, strict=True)
+        values = torch.cat(
+            [
+                output(trunk(local, whole, class_index), class_index)
+                for trunk, output in zip(self.trunks, self.outputs, strict=True)
+            ],
+            dim=-1,
         )
-        return Hypotheses(quat, points.float() + offset, logit[..., 0])
+        quat, offset, logit = values.split(self._OUTPUTS, dim=-1)
+        return Proposal(Hypotheses(quat, points.float() + offset, logit[..., 0]))
 
-
-def _of_class(
-    values: Float[Tensor, "b n classes_size"], class_index: Int[Tensor, " b"], size: int
-) -> Float[Tensor, "b n size"]:
-    batch, count, _ = values.shape
-    by_class = values.view(batch, count, -1, size)
-    return by_class[torch.arange(batch, device=values.device), :, class_index]
+    @staticmethod
+    def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+        """Return the confidence loss of all points' poses."""
+        found = proposal.hypotheses
+        if config.symmetry == "nearest":
+            # Points are in random order: the first few are a fair sample of them.
+            found = Hypotheses(*(values[:, : config.nearest_hypotheses] for values in found))
+        rotation = matrix_from_quat_wxyz(found.quat_wxyz)
+        distance = pose_distance(rotation, found.translation, truth, shapes, config.symmetry)
+        return confidence_loss(distance, found.logit, config.confidence_weight)

@@ -8,6 +8,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from warehouse_sim.learning.networks.pooling import rectified_average_and_max
+
 
 @dataclass(frozen=True)
 class PointConfig:
@@ -16,7 +18,7 @@ class PointConfig:
     count: int = 256
     """Points drawn from each object, >= 1."""
     local: tuple[int, int] = (64, 128)
-    """Channels of the two per-point layers, on geometry and on colour alike."""
+    """Channels of the two per-point layers, on geometry and on the image embedding alike."""
     pooled: tuple[int, int] = (256, 512)
     """Channels of the two layers before pooling."""
     pooling: Literal["average", "average+max"] = "average+max"
@@ -27,48 +29,63 @@ def point_layers(*widths: int) -> nn.Sequential:
     """Return layers shared by all points, each followed by ReLU: (b, n, widths[0]) -> (b, n, widths[-1])."""
     layers: list[nn.Module] = []
     for before, after in pairwise(widths):
-        layers += [nn.Linear(before, after), nn.ReLU()]
+        layers += [nn.Linear(before, after), nn.ReLU(inplace=True)]
     return nn.Sequential(*layers)
 
 
 class PointBranch(nn.Module):
-    """Fuse geometry with colour at each point, as PoseNetFeat of DenseFusion does.
+    """Fuse geometry with the image embedding at each point, as PoseNetFeat of DenseFusion does.
 
     Args:
         config: Widths.
-        colour_channels: Channels of the colour embedding at each point, 0 for none.
+        embedding_channels: Channels of the image embedding at each point, 0 for none.
     """
 
-    def __init__(self, config: PointConfig, colour_channels: int) -> None:
+    def __init__(self, config: PointConfig, embedding_channels: int) -> None:
         super().__init__()
         first, second = config.local
         self.geometry_1, self.geometry_2 = point_layers(3, first), point_layers(first, second)
-        self.has_colour = colour_channels > 0
-        if self.has_colour:
-            self.colour_1, self.colour_2 = point_layers(colour_channels, first), point_layers(first, second)
-        branches = 2 if self.has_colour else 1
-        self.pooled = point_layers(second * branches, *config.pooled)
+        self.has_image = embedding_channels > 0
+        if self.has_image:
+            self.image_1, self.image_2 = point_layers(embedding_channels, first), point_layers(first, second)
+        branches = 2 if self.has_image else 1
+        self.pooled = point_layers(second * branches, *config.pooled[:-1])
+        self.deepest = nn.Linear(*config.pooled[-2:])
         self.pooling = config.pooling
         self.local_channels = (first + second) * branches
         self.global_channels = config.pooled[-1] * (2 if config.pooling == "average+max" else 1)
 
     def forward(
-        self, points: Float[Tensor, "b n 3"], colour: Float[Tensor, "b n e"] | None
-    ) -> tuple[Float[Tensor, "b n local"], Float[Tensor, "b global"]]:
+        self, points: Float[Tensor, "b n 3"], embedding: Float[Tensor, "b n e"] | None, wanted: int | None = None
+    ) -> tuple[Float[Tensor, "b m local"], Float[Tensor, "b global"]]:
         """Return the features of each point and those of the whole object.
 
         Args:
             points: Cloud in normalised units.
-            colour: Colour embedding gathered at the points; None without an image branch.
+            embedding: Image embedding at the points; None without an image branch.
+            wanted: Only so many points' features are returned, the first; None for all.
         """
-        features_1 = self.geometry_1(points)
-        features_2 = self.geometry_2(features_1)
-        if self.has_colour:
-            colour_1 = self.colour_1(colour)
-            features_1 = torch.cat([features_1, colour_1], dim=-1)
-            features_2 = torch.cat([features_2, self.colour_2(colour_1)], dim=-1)
-        deep = self.pooled(features_2)
-        whole = deep.mean(dim=1)
+        first, second = self._layers(points, embedding)
+        return torch.cat([features[:, :wanted] for features in (*first, *second)], dim=-1), self._pool(second)
+
+    def describe(
+        self, points: Float[Tensor, "b n 3"], embedding: Float[Tensor, "b n e"] | None
+    ) -> Float[Tensor, "b global"]:
+        """Return the features of the whole object only."""
+        return self._pool(self._layers(points, embedding)[1])
+
+    def _layers(self, points: Tensor, embedding: Tensor | None) -> tuple[list[Tensor], list[Tensor]]:
+        first = [self.geometry_1(points)]
+        second = [self.geometry_2(first[0])]
+        if self.has_image:
+            if embedding is None:
+                raise ValueError("this network reads an image, but was given no embedding")
+            first.append(self.image_1(embedding))
+            second.append(self.image_2(first[1]))
+        return first, second
+
+    def _pool(self, second: list[Tensor]) -> Float[Tensor, "b global"]:
+        deep = self.deepest(self.pooled(torch.cat(second, dim=-1) if len(second) > 1 else second[0]))
         if self.pooling == "average+max":
-            whole = torch.cat([whole, deep.amax(dim=1)], dim=-1)
-        return torch.cat([features_1, features_2], dim=-1), whole
+            return rectified_average_and_max(deep)
+        return torch.relu(deep).mean(dim=1)

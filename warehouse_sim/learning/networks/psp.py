@@ -1,33 +1,43 @@
 """ResNet-18 with dilated last stages and a pyramid pooling decoder, DenseFusion's image branch.
 
 Layers after He et al., CVPR 2016, and Zhao et al., "Pyramid Scene Parsing Network", CVPR 2017. With batch
-normalisation, without the original's unused classifier and its softmax over embedding channels.
+normalisation on request, without the original's unused classifier. The last layer is only computed where points are.
 """
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from torch import Tensor, nn
 from torch.nn.functional import adaptive_avg_pool2d, interpolate
+
+from warehouse_sim.learning.networks.pixels import at_pixels
+
+
+def _conv(before: int, after: int, size: int, stride: int = 1, dilation: int = 1, norm: bool = True) -> nn.Module:
+    padding = dilation * (size // 2)
+    conv = nn.Conv2d(before, after, size, stride, padding=padding, dilation=dilation, bias=False)
+    if norm:
+        return nn.Sequential(conv, nn.BatchNorm2d(after))
+    # Without normalisation the depth of the network needs He's initial weights, as the original has.
+    nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
+    return conv
 
 
 class BasicBlock(nn.Module):
     """Two 3x3 convolutions and a shortcut: (b,i,h,w) -> (b,o,h/stride,w/stride)."""
 
-    def __init__(self, before: int, after: int, stride: int, dilation: int) -> None:
+    def __init__(self, before: int, after: int, stride: int, dilation: int, norm: bool) -> None:
         super().__init__()
         self.main = nn.Sequential(
-            nn.Conv2d(before, after, 3, stride, padding=dilation, dilation=dilation, bias=False),
-            nn.BatchNorm2d(after),
-            nn.ReLU(),
-            nn.Conv2d(after, after, 3, padding=dilation, dilation=dilation, bias=False),
-            nn.BatchNorm2d(after),
+            _conv(before, after, 3, stride, dilation, norm),
+            nn.ReLU(inplace=True),
+            _conv(after, after, 3, 1, dilation, norm),
         )
         changed = stride != 1 or before != after
         self.shortcut = nn.Conv2d(before, after, 1, stride, bias=False) if changed else nn.Identity()
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> Float[Tensor, "b o h2 w2"]:
         """Return features after the residual sum."""
-        return torch.relu(self.main(x) + self.shortcut(x))
+        return torch.relu_(self.main(x) + self.shortcut(x))
 
 
 class PyramidPooling(nn.Module):
@@ -63,24 +73,22 @@ class Upsample(nn.Module):
 
 
 class PspResNet18(nn.Module):
-    """Embed each pixel of a crop.
+    """Embed the pixels of interest of a crop.
 
     With w = width and side s: stem (b,w,s/2) -> pool (b,w,s/4) -> (b,w,s/4) -> (b,2w,s/8) -> (b,4w,s/8) ->
-    (b,8w,s/8) -> pyramid (b,16w,s/8) -> (b,4w,s/4) -> (b,w,s/2) -> (b,w,s) -> (b,e,s).
+    (b,8w,s/8) -> pyramid (b,16w,s/8) -> (b,4w,s/4) -> (b,w,s/2) -> (b,w,s) -> at the points (b,n,w) -> (b,n,e).
 
     Args:
         channels: Channels of the image.
         width: Channels w of the stem, 64 in the original.
         embedding: Channels of the result.
+        norm: Whether convolutions of the residual network are followed by batch normalisation; not in the original.
     """
 
-    def __init__(self, channels: int, width: int, embedding: int) -> None:
+    def __init__(self, channels: int, width: int, embedding: int, norm: bool = True) -> None:
         super().__init__()
         self.stem = nn.Sequential(
-            nn.Conv2d(channels, width, 7, 2, padding=3, bias=False),
-            nn.BatchNorm2d(width),
-            nn.ReLU(),
-            nn.MaxPool2d(3, 2, padding=1),
+            _conv(channels, width, 7, 2, norm=norm), nn.ReLU(inplace=True), nn.MaxPool2d(3, 2, padding=1)
         )
         stages = [(1, 1, 1, 1), (1, 2, 2, 1), (2, 4, 1, 2), (4, 8, 1, 4)]
         # The first block of a dilated stage stays undilated, as in the original.
@@ -88,8 +96,8 @@ class PspResNet18(nn.Module):
             block
             for before, after, stride, dilation in stages
             for block in (
-                BasicBlock(before * width, after * width, stride, 1),
-                BasicBlock(after * width, after * width, 1, dilation),
+                BasicBlock(before * width, after * width, stride, 1, norm),
+                BasicBlock(after * width, after * width, 1, dilation, norm),
             )
         ]
         self.stages = nn.Sequential(*blocks)
@@ -101,8 +109,9 @@ class PspResNet18(nn.Module):
             nn.Dropout2d(0.15),
             Upsample(width, width),
         )
-        self.out = nn.Conv2d(width, embedding, 1)
+        self.out = nn.Linear(width, embedding)
 
-    def forward(self, image: Float[Tensor, "b c s s"]) -> Float[Tensor, "b e s s"]:
-        """Return the embedding of each pixel; s must be a multiple of 8."""
-        return self.out(self.decoder(self.pyramid(self.stages(self.stem(image)))))
+    def forward(self, image: Float[Tensor, "b s s c"], pixel: Int[Tensor, "b n"]) -> Float[Tensor, "b n e"]:
+        """Return the embedding at ``pixel``; s must be a multiple of 8."""
+        maps = self.decoder(self.pyramid(self.stages(self.stem(image.permute(0, 3, 1, 2)))))
+        return self.out(at_pixels(maps.permute(0, 2, 3, 1), pixel))

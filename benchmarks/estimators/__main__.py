@@ -1,0 +1,74 @@
+"""Score every bundled estimator on unseen scenes, and write models/README.md's table and the models' cards.
+
+python -m benchmarks.estimators [--write]        # generates out/estimators/data first if it is missing
+"""
+
+import json
+import os
+from pathlib import Path
+
+import torch
+import tyro
+
+from benchmarks.estimators import card, table
+from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.headline import headline, observations
+from benchmarks.estimators.score import SETTINGS, rows, score
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.resources import data_folder
+
+RESULT = Path(__file__).parents[1] / "results" / "estimators.json"
+
+
+def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False) -> None:
+    """Score the models and print the table.
+
+    Args:
+        folder: Where data, predictions and scores are kept.
+        only: Names of models; all by default.
+        write: Store the result, the table and the cards. With ``only``, rows of other models stay.
+    """
+    found: list[dict] = []
+    seen = observations() if write else []
+    for name in only or ESTIMATORS.names():
+        model = data_folder("models") / name
+        scored = {}
+        for data in SCORED:
+            place = folder / "scores" / name / data.recipe
+            for setting, scores in score(model, made(data, folder), "test", SETTINGS, place).items():
+                scored[data.recipe, setting] = scores
+                found += rows(scores, name, setting)
+                print(*scores.summary(), sep="\n")
+        if write:
+            card.write(model, headline(model, seen), scored, _on_val(model, folder))
+    print(table.as_markdown(found))
+    if write:
+        result = _merged(found)
+        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        table.write(result["rows"])
+        print(f"output: {RESULT}")
+
+
+def _on_val(model: Path, folder: Path) -> dict[str, Scores]:
+    scores = {}
+    for data in SCORED:
+        place = folder / "scores-val" / model.name / data.recipe
+        scores[data.recipe] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
+    return scores
+
+
+def _merged(found: list[dict]) -> dict:
+    old = json.loads(RESULT.read_text(encoding="utf-8"))["rows"] if RESULT.is_file() else []
+    renewed = {row["method"] for row in found}
+    return {
+        "machine": {"cores": os.cpu_count(), "torch": torch.__version__},
+        "command": "python -m benchmarks.estimators --write",
+        "data": "test splits of the recipes at seed 0: unseen scenes, ground-truth masks, objects at least 10 % "
+        "visible; missed objects count as failures; intervals: 95 %, bootstrap over scenes",
+        "rows": [row for row in old if row["method"] not in renewed] + found,
+    }
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,130 @@
+"""The card of a bundled model: what it is, how it was made, what it reached where, and what it cannot do."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.evaluation.summary import Summary
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.learning.run_folder import RunConfig, read_config
+
+_SPLITS = {
+    "class": "class",
+    "object": "object",
+    "distance": "distance",
+    "visible_fraction": "visible fraction",
+    "illuminance": "light on the object",
+}
+_SHARES = {"add_10pct": "ADD < 10 % d", "add_5pct": "ADD < 5 % d", "add_2pct": "ADD < 2 % d", "dock_0mm": "docked"}
+
+
+def write(model: Path, head: Headline, test: dict[tuple[str, str], Scores], val: dict[str, Scores]) -> Path:
+    """Write ``card.md`` and, for programs, ``card.yaml`` of a model folder.
+
+    Args:
+        model: Folder of the model.
+        head: Its number on the scenes that tests draw.
+        test: Scores on test by dataset and setting.
+        val: Scores on val by dataset, with the last of the settings.
+    """
+    config, result = read_config(model), json.loads((model / "result.json").read_text(encoding="utf-8"))
+    best = next(reversed(test))[1]
+    lines = [
+        f"# {model.name}",
+        "",
+        f"**{head}** on {SCENES} unseen scenes of `{RECIPE}` (consensus, no ICP); `tests/test_models.py` measures it.",
+        "",
+        *_description(config, result),
+        "",
+        "## Scores",
+        "",
+        "Ground-truth masks, scenes that nothing was trained on, objects at least 10 % visible; objects without an "
+        f"estimate count as failures. Shares in %, 95 % intervals over scenes. All groups: {best}.",
+        "",
+        *_header("data and setting"),
+        *(_row(f"{data} test, {setting}", scores.overall) for (data, setting), scores in test.items()),
+        *(_row(f"{data} val, {best}", scores.overall) for data, scores in val.items()),
+    ]
+    for group, title in _SPLITS.items():
+        lines += ["", f"By {title}:", "", *_header(title)]
+        for (data, setting), scores in test.items():
+            if setting == best:
+                lines += [_row(f"{data}: {item.label}", item) for item in scores.groups[group] if item.gt_count]
+    lines += ["", "## Limits", "", *_limits(config)]
+    summary = {
+        "score": _in_short(test),
+        "speed": f"{1000 * (test[next(iter(test))].seconds_per_image or 0.0):.0f} ms an image",
+        "headline": {
+            "recipe": RECIPE,
+            "seed": SEED,
+            "scenes": SCENES,
+            "share": round(head.share, 4),
+            "count": head.count,
+        },
+    }
+    (model / "card.yaml").write_text(yaml.safe_dump(summary, sort_keys=False), encoding="utf-8")
+    path = model / "card.md"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _in_short(test: dict[tuple[str, str], Scores]) -> str:
+    (data, setting), scores = next(reversed([item for item in test.items() if item[0][0] == next(iter(test))[0]]))
+    metrics = scores.overall.metrics
+    return (
+        f"{data}, {setting}: ADD < 5 % d {100 * metrics['add_5pct']:.1f} %, "
+        f"< 10 % d {100 * metrics['add_10pct']:.1f} %, docked {100 * metrics['dock_0mm']:.1f} %"
+    )
+
+
+def _description(config: RunConfig, result: dict[str, Any]) -> list[str]:
+    method, train = ESTIMATORS.get(config.estimator), config.train
+    data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
+    facts = {
+        "size": f"{train.size}, {result['parameters']:,} parameters",
+        "trained on": f"train splits of {data}; seeds in `benchmarks/estimators/data.py`, digests of the manifests",
+        "seen": f"{result['samples']:,} samples in {result['steps']:,} steps of {train.batch}, "
+        f"{result['train_crops']:,} distinct crops",
+        "took": f"{result['seconds'] / 60:.0f} min on {result['device']}, {result['threads']} thread(s), "
+        f"{result['precision']}",
+        "seed": str(train.seed),
+        "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
+        "knows": ", ".join(shape.name for shape in config.objects),
+    }
+    summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
+    return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
+
+
+def _header(first: str) -> list[str]:
+    return [
+        f"| {first} | n | " + " | ".join(_SHARES.values()) + " | median ADD |",
+        "|---|---|" + "---|" * (len(_SHARES) + 1),
+    ]
+
+
+def _row(label: str, summary: Summary) -> str:
+    cells = [_share(summary, name) for name in _SHARES]
+    median = summary.metrics.get("median_add")
+    length = f"{100 * median:.2f} cm" if median is not None and median < 100 else "-"
+    return f"| {label} | {summary.gt_count} | " + " | ".join(cells) + f" | {length} |"
+
+
+def _share(summary: Summary, name: str) -> str:
+    if name not in summary.intervals:
+        return "-"
+    low, high = summary.intervals[name]
+    return f"{100 * summary.metrics[name]:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def _limits(config: RunConfig) -> list[str]:
+    return [
+        "- Never tested on real images: every number above is of synthetic data of the same generator.",
+        "- Masks were the true visible ones. A detector's masks are worse, and what it misses is missed.",
+        "- Knows the objects above only, upright within a few degrees; the camera was KITTI's, at 0.35 to 3.2 m.",
+        f"- Targets with fewer than {config.crop.min_points} depth readings or less than "
+        f"{config.crop.min_visible_fraction:.0%} visible get no estimate.",
+    ]

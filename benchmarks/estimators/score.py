@@ -1,0 +1,95 @@
+"""Predict and score one model on one split, and take out of the score what the tables show."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim import evaluate, load_estimator
+from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.estimators.predict import read_images, require_known
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.evaluation import Scores, write_scores
+from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.schema import PoseEstimate
+
+SHARES = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
+DOCKING_RANGE = (2.0, 7.0)
+"""Distances (m) between which docking is asked for: nearer a forklift is already entering, farther it still drives."""
+
+_IMAGES_AT_ONCE = 8
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How the poses that points propose become one."""
+
+    name: str
+    """As it is called in tables."""
+    config: PredictConfig
+    """Settings of prediction."""
+
+
+SETTINGS = (
+    *(Setting(name, PredictConfig(selection=name)) for name in ("argmax", "weighted", "weighted-50", "consensus")),
+    Setting("consensus + ICP", PredictConfig(selection="consensus", refine="icp")),
+)
+
+
+def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:
+    """Predict ``split`` with each of the settings, reading every image once; keep predictions and scores in ``folder``.
+
+    Returns:
+        Scores by the setting's name.
+    """
+    reader = DatasetReader(data)
+    images = reader.images(split)
+    estimators = {setting.name: load_estimator(model, setting.config) for setting in settings}
+    first = next(iter(estimators.values()))
+    require_known(first, reader, images)
+    found: dict[str, list[PoseEstimate]] = {name: [] for name in estimators}
+    for start in range(0, len(images), _IMAGES_AT_ONCE):
+        group = list(read_images(first, reader, images[start : start + _IMAGES_AT_ONCE]))
+        for name, estimator in estimators.items():
+            found[name] += estimator.estimate_all(group)
+    scores = {}
+    for name, estimates in found.items():
+        place = folder / name.replace(" + ", "-")
+        pose_csv.write(place / "predictions.csv", estimates)
+        scores[name] = evaluate(place / "predictions.csv", data, split, method=f"{model.name} {name}")
+        write_scores(scores[name], place)
+    return scores
+
+
+def rows(scores: Scores, method: str, setting: str) -> list[dict[str, Any]]:
+    """Return the shares of a score as rows of a result file, with 95 % intervals over scenes."""
+    common = {"method": method, "setting": setting, "data": scores.dataset["recipe"], "split": scores.dataset["split"]}
+    found = {
+        metric: (scores.overall.metrics[metric], *scores.overall.intervals[metric], scores.overall.gt_count)
+        for metric in SHARES
+        if metric in scores.overall.intervals
+    }
+    found["dock_0mm_2_7m"] = docking_in_range(scores)
+    return [
+        {
+            "name": f"{method}, {setting}, {common['data']} {common['split']}: {metric}",
+            **common,
+            "metric": metric,
+            "value": round(value, 5),
+            "interval": [round(low, 5), round(high, 5)],
+            "n": count,
+        }
+        for metric, (value, low, high, count) in found.items()
+    ]
+
+
+def docking_in_range(scores: Scores, low: float = DOCKING_RANGE[0], high: float = DOCKING_RANGE[1]) -> tuple:
+    """Return share, 95 % interval and number of the pallets between two distances (m) that can be docked."""
+    table = scores.table
+    near = table.select(table.dockable & (table.distance >= low) & (table.distance < high))
+    docked = (near.slack >= 0.0).astype(float)
+    interval = share_interval(docked, near.scene_id, 1000, np.random.default_rng(0))
+    return float(docked.mean()), *interval, len(near)

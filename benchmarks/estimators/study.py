@@ -1,0 +1,151 @@
+"""Does attention help, does colour help, does averaging help: several seeds of each method on equal terms.
+
+python -m benchmarks.estimators.study [--write]     # trains every method with every seed; hours on two cores
+"""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import torch
+import tyro
+
+from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.score import SETTINGS, score
+from warehouse_sim import train
+from warehouse_sim.evaluation import Scores, read_scores
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
+from warehouse_sim.learning.settings import TrainConfig
+
+RESULT = Path(__file__).parents[1] / "results" / "estimator_study.json"
+METHODS = (
+    "densefusion-pointcloud",
+    "densefusion-depth",
+    "densefusion",
+    "densefusion-early",
+    "densefusion-middle-1",
+    "densefusion-middle-2",
+    "object-coordinates",
+)
+QUESTIONS = (
+    ("does colour help", ("densefusion", "argmax"), ("densefusion-pointcloud", "argmax")),
+    ("does a depth image beside the cloud help", ("densefusion-depth", "argmax"), ("densefusion-pointcloud", "argmax")),
+    ("does joining depth to colour help", ("densefusion-early", "argmax"), ("densefusion", "argmax")),
+    ("does small attention help", ("densefusion-middle-1", "argmax"), ("densefusion-early", "argmax")),
+    ("does large attention help", ("densefusion-middle-2", "argmax"), ("densefusion-middle-1", "argmax")),
+    ("do correspondences help", ("object-coordinates", "argmax"), ("densefusion", "argmax")),
+    *(
+        (f"does {selection} help {method}", (method, selection), (method, "argmax"))
+        for method in METHODS[:3]
+        for selection in ("weighted", "weighted-50", "consensus")
+    ),
+)
+METRICS = ("add_5pct", "dock_0mm")
+_DRAWS = 2000
+
+
+def main(
+    folder: Path = FOLDER,
+    seeds: tuple[int, ...] = (0, 1, 2),
+    methods: tuple[str, ...] = METHODS,
+    config: TrainConfig = TrainConfig(max_minutes=None, max_steps=2000, threads=1),  # noqa: B008  frozen
+    write: bool = False,
+) -> None:
+    """Train what is missing, score it, and answer the questions.
+
+    Args:
+        folder: Where data, runs and scores are kept; runs that are complete are not trained again.
+        seeds: One training each.
+        methods: Which methods to train.
+        config: How each is trained but for its seed.
+        write: Store the result.
+    """
+    data = made(SCORED[0], folder)
+    found: dict[tuple[str, str], list[Scores]] = {}
+    for method, seed in product(methods, seeds):
+        run = folder / "study" / f"{method}-{seed}"
+        if not (run / "result.json").is_file():
+            print(f"training {run}")
+            train(method, data, run, replace(config, seed=seed), resume=run.exists())
+        names = [setting.name for setting in SETTINGS[:4]]
+        known = all((run / "scores" / name / "scores.json").is_file() for name in names)
+        if known:
+            scores = {name: read_scores(run / "scores" / name) for name in names}
+        else:
+            scores = score(run, data, "test", SETTINGS[:4], run / "scores")
+        for name in names:
+            found.setdefault((method, name), []).append(scores[name])
+    rows = [_value(method, setting, metric, found[method, setting]) for method, setting in found for metric in METRICS]
+    answers = [_answer(question, found[a], found[b], metric)
+               for question, a, b in QUESTIONS for metric in METRICS if a in found and b in found]  # fmt: skip
+    for row in rows:
+        print(f"{row['name']:60s} {100 * row['value']:5.1f}  {[round(100 * value, 1) for value in row['seeds']]}")
+    for row in answers:
+        low, high = row["difference_interval"]
+        print(
+            f"{row['question']:50s} {row['metric']:9s} "
+            f"{100 * row['difference']:+5.1f}  [{100 * low:+.1f}, {100 * high:+.1f}]"
+        )
+    if write:
+        result = {
+            "machine": {"cores": os.cpu_count(), "torch": torch.__version__},
+            "command": "python -m benchmarks.estimators.study --write",
+            "data": f"{SCORED[0].recipe}, seed {SCORED[0].seed}: trained on its train split, scored on test",
+            "training": {"steps": config.max_steps, "batch": config.batch, "size": config.size, "seeds": list(seeds)},
+            "intervals": "95 %: bootstrap over seeds and over scenes at once",
+            "rows": rows,
+            "answers": answers,
+        }
+        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        print(f"output: {RESULT}")
+
+
+def _value(method: str, setting: str, metric: str, scores: Sequence[Scores]) -> dict:
+    draws = _resampled([item.table for item in scores], metric)
+    values = [item.overall.metrics[metric] for item in scores]
+    low, high = np.percentile(draws, [2.5, 97.5])
+    mean = float(np.mean(values))
+    return {
+        "name": f"{method}, {setting}: {metric}",
+        "value": round(mean, 5),
+        "interval": [round(min(low, mean), 5), round(max(high, mean), 5)],
+        "seeds": [round(value, 5) for value in values],
+        "n": scores[0].overall.gt_count,
+    }
+
+
+def _answer(question: str, first: Sequence[Scores], second: Sequence[Scores], metric: str) -> dict:
+    # The same resamples of scenes and seeds for both: what makes a scene hard for both cancels.
+    draws = _resampled([item.table for item in first], metric) - _resampled([item.table for item in second], metric)
+    difference = np.mean([item.overall.metrics[metric] for item in first]) - np.mean(
+        [item.overall.metrics[metric] for item in second]
+    )
+    low, high = np.percentile(draws, [2.5, 97.5])
+    return {
+        "question": question,
+        "metric": metric,
+        "difference": round(float(difference), 5),
+        "difference_interval": [round(float(low), 5), round(float(high), 5)],
+    }
+
+
+def _resampled(tables: Sequence[ErrorTable], metric: str) -> np.ndarray:
+    """Return means of a metric under resampling of the seeds and of whole scenes."""
+    rng = np.random.default_rng(0)
+    columns = [pass_values(table, MetricConfig())[metric] for table in tables]
+    applies = ~np.isnan(columns[0])
+    _, scene = np.unique(tables[0].scene_id[applies], return_inverse=True)
+    sums = np.stack([np.bincount(scene, weights=column[applies]) for column in columns])
+    counts = np.bincount(scene)
+    picks = rng.multinomial(len(counts), np.full(len(counts), 1.0 / len(counts)), size=_DRAWS)
+    chosen = rng.multinomial(len(tables), np.full(len(tables), 1.0 / len(tables)), size=_DRAWS) / len(tables)
+    return ((picks @ sums.T) * chosen).sum(axis=1) / (picks @ counts)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,53 @@
+"""The table of all bundled estimators in models/README.md, between its two marks."""
+
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.resources import data_folder
+
+START, END = "<!-- table: python -m benchmarks.estimators --write -->", "<!-- end of table -->"
+_COLUMNS = (
+    ("industrial", "add_10pct", "ADD < 10 % d"),
+    ("industrial", "add_5pct", "ADD < 5 % d"),
+    ("industrial", "dock_0mm_2_7m", "docked, 2-7 m"),
+    ("mixed_pallets", "add_10pct", "ADD < 10 % d"),
+    ("mixed_pallets", "add_5pct", "ADD < 5 % d"),
+    ("mixed_pallets", "dock_0mm_2_7m", "docked, 2-7 m"),
+)
+
+
+def as_markdown(rows: list[dict[str, Any]]) -> str:
+    """Return the rows of a result as a Markdown table: a line a method and setting, shares in % with intervals."""
+    lines = [
+        "| | | " + " | ".join(f"{data.replace('_', ' ')}: {title}" for data, _, title in _COLUMNS) + " |",
+        "|---|---|" + "---|" * len(_COLUMNS),
+    ]
+    by_key = {
+        (row["method"], row["setting"], row["data"], row["metric"]): row for row in rows if row["split"] == "test"
+    }
+    methods = [name for name in ESTIMATORS.names() if any(row["method"] == name for row in rows)]
+    for method in methods:
+        settings = list(dict.fromkeys(row["setting"] for row in rows if row["method"] == method))
+        for setting in settings:
+            cells = [_cell(by_key.get((method, setting, data, metric))) for data, metric, _ in _COLUMNS]
+            name = f"[`{method}`]({method}/card.md)" if setting == settings[0] else ""
+            lines.append(f"| {name} | {setting} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def write(rows: list[dict[str, Any]]) -> Path:
+    """Put the table into models/README.md."""
+    path = data_folder("models") / "README.md"
+    text = path.read_text(encoding="utf-8")
+    before, rest = text.split(START)
+    _, after = rest.split(END)
+    path.write_text(f"{before}{START}\n\n{as_markdown(rows)}\n\n{END}{after}", encoding="utf-8")
+    return path
+
+
+def _cell(row: dict[str, Any] | None) -> str:
+    if row is None:
+        return "-"
+    low, high = row["interval"]
+    return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"

@@ -1,0 +1,16 @@
+import os
+from collections.abc import Iterator
+
+import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep what tests cache out of the user's cache folder."""
+    before = os.environ.get("WAREHOUSE_SIM_CACHE")
+    os.environ["WAREHOUSE_SIM_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+    yield
+    if before is None:
+        del os.environ["WAREHOUSE_SIM_CACHE"]
+    else:
+        os.environ["WAREHOUSE_SIM_CACHE"] = before

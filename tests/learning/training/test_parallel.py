@@ -1,0 +1,87 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import safetensors.torch
+import torch
+
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.learning.networks.densefusion import DenseFusion
+from warehouse_sim.learning.run_folder import write_weights
+from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.learning.training.clock import Clock
+from warehouse_sim.learning.training.fit import fit
+from warehouse_sim.learning.training.parallel import Place, companions, cpu_threads
+from warehouse_sim.learning.training.preparation import prepare
+from warehouse_sim.learning.training.quiet import quiet_lightning
+from warehouse_sim.learning.training.train import train
+
+CONFIG = TrainConfig(
+    max_minutes=None, max_steps=4, batch=4, validations=2, precision="32", warmup_steps=2, threads=1, refiner_start=0.5
+)
+NAME = "densefusion-pointcloud"
+
+
+def fit_and_keep(place: Place, data: Path, folder: Path, config: TrainConfig) -> None:
+    """Train as one of several processes and write what this one has in the end."""
+    with cpu_threads(config.threads, place.world), quiet_lightning():
+        prepared = prepare(ESTIMATORS.get(NAME), [data], config, None, None)
+        torch.manual_seed(place.rank)
+        network = DenseFusion(prepared.config.network, len(prepared.config.objects))
+        clock = Clock(config.max_steps, None if config.max_minutes is None else 60 * config.max_minutes)
+        fit(prepared, network, clock, folder / "run", place)
+    own = folder / str(place.rank)
+    own.mkdir(parents=True)
+    write_weights(own, network)
+
+
+def weights(folder: Path) -> dict[str, torch.Tensor]:
+    return safetensors.torch.load_file(folder / "weights.safetensors")
+
+
+def test_two_processes_learn_what_one_learns(toy_root: Path, tmp_path: Path) -> None:
+    fit_and_keep(Place(), toy_root, tmp_path / "alone", CONFIG)
+    with companions(2, fit_and_keep, toy_root, tmp_path / "both", CONFIG) as place:
+        fit_and_keep(place, toy_root, tmp_path / "both", CONFIG)
+    assert not torch.distributed.is_initialized()
+    alone, first, second = (weights(tmp_path / name) for name in ("alone/0", "both/0", "both/1"))
+    torch.manual_seed(0)
+    start = DenseFusion(ESTIMATORS.get(NAME).network("nano"), 1).state_dict()
+    for name, value in first.items():
+        assert torch.equal(value, second[name]), name
+        # Gradients are summed in another order, and Adam divides by their size: where one is next to nothing, noise
+        # decides. That must not show beside what was learnt.
+        assert (value - alone[name]).norm() <= 1e-3 * (alone[name] - start[name]).norm(), name
+
+
+def test_a_time_limit_ends_both_at_the_same_step(toy_root: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, max_steps=None, max_minutes=12 / 60, devices=2)
+    run = train(NAME, toy_root, tmp_path / "run", config)
+    result = json.loads((run / "result.json").read_text())
+    assert result["devices"] == 2
+    assert result["samples"] == 4 * result["steps"] > 0
+    assert result["seconds"] < 25.0
+
+
+def fail(place: Place) -> None:
+    raise SystemExit(3)
+
+
+def test_a_process_that_fails_is_told(tmp_path: Path) -> None:
+    with pytest.raises(TrainingError, match="process of the training failed"), companions(2, fail):
+        pass
+
+
+def test_a_batch_must_be_divisible() -> None:
+    with pytest.raises(ValueError, match="batch 16 cannot be shared evenly by 3 devices"):
+        TrainConfig(devices=3)
+    assert Place(1, 4).share == slice(1, None, 4)
+
+
+def test_threads_are_given_back() -> None:
+    before = torch.get_num_threads()
+    with cpu_threads(3, 1):
+        assert torch.get_num_threads() == 3
+    assert torch.get_num_threads() == before

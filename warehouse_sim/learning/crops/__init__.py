@@ -1,0 +1,18 @@
+"""Targets of images as crops: points and a square window of each, cut, stacked as tensors, kept on disk."""
+
+from warehouse_sim.learning.crops.config import CropConfig
+from warehouse_sim.learning.crops.crop_set import CropSet, CropTable, stack_crops
+from warehouse_sim.learning.crops.cut import Crop, CropLabel, cut_mask, cut_target, image_crops, wanted_targets
+
+__all__ = [
+    "Crop",
+    "CropConfig",
+    "CropLabel",
+    "CropSet",
+    "CropTable",
+    "cut_mask",
+    "cut_target",
+    "image_crops",
+    "stack_crops",
+    "wanted_targets",
+]

@@ -1,0 +1,37 @@
+"""What every network of the family is given: the cloud of each object, its image crops and its class."""
+
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Float, Int, UInt8
+from torch import Tensor
+
+
+class NetworkInput(NamedTuple):
+    """B objects with N points each; lengths are normalised: about a centre, in half diameters of the object."""
+
+    points: Float[Tensor, "b n 3"]
+    """Measured points, axes of the camera (x right, y down, z forward)."""
+    pixel: Int[Tensor, "b n"]
+    """Row-major index into the square crops of the pixel that each point came from."""
+    class_index: Int[Tensor, " b"]
+    """Class of each object, in the order of the run folder's objects."""
+    rgb: UInt8[Tensor, "b s s 3"] | None = None
+    """Colour crops, 0-255; None for networks that read no colour."""
+    depth: Float[Tensor, "b s s 2"] | None = None
+    """Depth crops; None for networks that read no depth image. [0]: (z - z of the centre) in half diameters, clipped
+    to -3..3, 0 where there is no reading. [1]: 1 where there is a reading, else 0."""
+
+    def to(self, device: torch.device | str) -> "NetworkInput":
+        """Return the same inputs on ``device``."""
+        rgb = None if self.rgb is None else self.rgb.to(device)
+        depth = None if self.depth is None else self.depth.to(device)
+        return NetworkInput(self.points.to(device), self.pixel.to(device), self.class_index.to(device), rgb, depth)
+
+
+class Truth(NamedTuple):
+    """The true pose of each object, normalised as its input is."""
+
+    rotation: Float[Tensor, "b 3 3"]
+    translation: Float[Tensor, "b 3"]
+    class_index: Int[Tensor, " b"]
