@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -20,8 +21,14 @@ def run(capsys, *arguments: str) -> tuple[int, str, str]:
 def test_list_shows_every_kind_of_name(capsys) -> None:
     code, out, _ = run(capsys, "list")
     assert code == 0
-    for name in ("demo", "smoke", "epal1", "lidar", "raster", "kitti", "bop", "densefusion-pointcloud"):
+    for name in ("demo", "smoke", "epal1", "lidar", "raster", "kitti", "bop"):
         assert name in out
+
+
+def test_list_shows_what_each_estimator_reads_and_how_large_it_is(capsys) -> None:
+    _, out, _ = run(capsys, "list")
+    (line,) = [line for line in out.splitlines() if line.startswith("densefusion-pointcloud ")]
+    assert re.search(r"point cloud +\d\.\d M, \d\.\d M, \d\.\d M", line)
 
 
 @pytest.mark.parametrize("verb", sorted(VERBS))
@@ -39,9 +46,10 @@ def test_every_verb_explains_itself(capsys, verb) -> None:
         (("generate", "smoke", "--out", "x", "--formats", "cocoo"), "known: bop, kitti"),
         (("generate", "smoke", "--out", "x", "--scenes", "0"), "at least one scene"),
         (("validate", "nowhere"), "nowhere: is not a folder"),
-        (("train", "densefusion-lidar", "--data", "d", "--out", "r"), "known: densefusion, densefusion-pointcloud"),
+        (("train", "densefusion-lidar", "--data", "d", "--out", "r"), "known: densefusion, densefusion-depth"),
         (("train", "densefusion", "--data", "nowhere", "--out", "r"), "nowhere"),
         (("predict", "nowhere", "--data", "d", "--out", "p.csv"), "d: is not a folder"),
+        (("export", "nowhere", "--out", "m.onnx"), "unknown estimator (a bundled name or a run folder) 'nowhere'"),
         (("evaluate", "nowhere.csv", "--data", "d", "--out", "o"), "d: is not a folder"),
         (("report", "nowhere", "--out", "r.html"), "nowhere"),
         (("demo", "--out", "o", "--recipe", "demoo"), "dock_staging, "),

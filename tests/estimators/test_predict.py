@@ -1,35 +1,19 @@
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
-from tests.learning.made_crops import pallet_shape
+from tests.estimators.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import predict as module
+from warehouse_sim.errors import TrainingError, UnknownNameError
+from warehouse_sim.estimators import estimator as module
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.runner import Proposals
+from warehouse_sim.estimators.select import Candidates
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
-from warehouse_sim.learning.crops import CropConfig
+from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
+from warehouse_sim.learning.crops import CropConfig, wanted_targets
 from warehouse_sim.learning.methods import ESTIMATORS
-from warehouse_sim.learning.networks.densefusion import DenseFusion
-from warehouse_sim.learning.run_folder import RunConfig, write_config, write_weights
-from warehouse_sim.learning.settings import TrainConfig
-
-
-def made_run(run: Path, name: str = "densefusion-pointcloud", object_name: str = "toy-pallet") -> Path:
-    """A run folder with untrained weights."""
-    run.mkdir()
-    network = ESTIMATORS.get(name).network("nano")
-    shape = replace(pallet_shape(), name=object_name)
-    crop = CropConfig(side_px=network.image.side_px if network.image else None)
-    write_config(run, RunConfig(name, "0", "toy", "0" * 64, (shape,), network, crop, TrainConfig()))
-    torch.manual_seed(0)
-    write_weights(run, DenseFusion(network, 1))
-    return run
 
 
 def wanted(root: Path, split: str) -> list[tuple[int, int]]:
@@ -51,7 +35,8 @@ def test_one_estimate_a_visible_target(toy_root: Path, tmp_path: Path, name: str
     assert [(item.scene_id, item.image_id) for item in estimates] == wanted(toy_root, "train")
     assert shares[-1] == 1.0
     for item in estimates:
-        assert item.obj_id == 1
+        assert (item.obj_id, item.name, item.class_name) == (1, "toy-pallet", "pallet")
+        assert item.predicted_error is None
         assert 0.0 < item.score < 1.0
         assert 0.0 < item.time < 10.0
         np.testing.assert_allclose(item.T_camera_object[:3, :3] @ item.T_camera_object[:3, :3].T, np.eye(3), atol=1e-5)
@@ -60,26 +45,26 @@ def test_one_estimate_a_visible_target(toy_root: Path, tmp_path: Path, name: str
     assert all(item.time == times[item.scene_id, item.image_id] for item in estimates)
 
 
-def test_batching_changes_no_pose_where_points_are_the_same(toy_root: Path, tmp_path: Path) -> None:
-    run = made_run(tmp_path / "run")
-    again, same = (predict(run, toy_root, "train", PredictConfig(images_at_once=8)) for _ in range(2))
-    for a, b in zip(again, same, strict=True):
-        np.testing.assert_array_equal(a.T_camera_object, b.T_camera_object)
-
-
 def test_icp_brings_nearly_right_proposals_onto_the_truth(
     toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The whole chain with a network that is 4 cm and 2 degrees off."""
     off = make_transform(rotation_z(np.deg2rad(2)), np.array([0.03, 0.02, 0.01]))
+    reader = DatasetReader(toy_root)
+    places = {
+        (image.scene_id, image.image_id): [
+            target.T_camera_object for target in wanted_targets(image, CropConfig(side_px=None))
+        ]
+        for image in reader.images("train")
+    }
 
-    def propose(self, crops, seed):
-        T = np.stack([crop.T_camera_object @ off for crop in crops])[:, None]
-        return Proposals(T[..., :3, :3], T[..., :3, 3], np.full((len(crops), 1), 0.5), None, None)
+    def propose(self, crops):
+        T = np.stack([places[crop.scene_id, crop.image_id][crop.gt_index] @ off for crop in crops])
+        quats = np.stack([quat_wxyz_from_matrix(pose[:3, :3]) for pose in T])[:, None]
+        return Proposals(Candidates(quats, T[:, None, :3, 3], np.full((len(crops), 1), 0.5)), None, None)
 
     monkeypatch.setattr(module.Runner, "propose", propose)
     monkeypatch.setattr(module.Runner, "refine", lambda self, proposals, T: T)
-    reader = DatasetReader(toy_root)
     truth = {
         (image.scene_id, image.image_id, tuple(target.T_camera_object[:3, 3].round(1))): target.T_camera_object
         for image in reader.images("train")
@@ -105,5 +90,15 @@ def _nearest(item, truth: dict) -> np.ndarray:
 def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="not trained on object 1 toy-pallet; it knows: 1 other"):
         predict(made_run(tmp_path / "run", object_name="other"), toy_root, "test", PredictConfig())
+    run = made_run(tmp_path / "another", obj_id=77)
+    with pytest.raises(TrainingError, match="trained on none of toy-pallet; it knows: 77 toy-pallet"):
+        predict(run, toy_root, "test", PredictConfig())
+    (tmp_path / "empty").mkdir()
     with pytest.raises(TrainingError, match="is not a run folder"):
+        predict(tmp_path / "empty", toy_root, "test", PredictConfig())
+    with pytest.raises(UnknownNameError, match="a bundled name or a run folder"):
         predict(tmp_path / "nothing", toy_root, "test", PredictConfig())
+    run = made_run(tmp_path / "no-meshes")
+    (run / "objects.safetensors").unlink()
+    with pytest.raises(TrainingError, match=r"has no objects\.safetensors, which ICP needs"):
+        predict(run, toy_root, "test", PredictConfig(refine="icp"))

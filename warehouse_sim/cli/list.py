@@ -1,11 +1,15 @@
 """``warehouse-sim list``: the names that other verbs take."""
 
+import sys
+
 from rich.console import Console
 from rich.table import Table
 
 from warehouse_sim.catalog import CATALOG
 from warehouse_sim.dataset.writers import WRITERS
+from warehouse_sim.errors import MissingPackageError
 from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.optional import require
 from warehouse_sim.render import BACKENDS
 from warehouse_sim.resources import recipe_names, suite_names
 from warehouse_sim.sensors import SENSORS
@@ -13,7 +17,7 @@ from warehouse_sim.sensors.rig import rig_names
 
 
 def list_names() -> None:
-    """Show recipes, catalog objects, sensors, rigs, backends, formats, estimators and suites."""
+    """Show recipes, catalog objects, sensors, rigs, backends, formats, suites and estimators."""
     kinds = {
         "recipes": recipe_names(),
         "catalog objects": CATALOG.names(),
@@ -21,11 +25,32 @@ def list_names() -> None:
         "rigs": rig_names(),
         "backends": BACKENDS.names(),
         "formats": WRITERS.names(),
-        "estimators": ESTIMATORS.names(),
         "suites": suite_names(),
+        "estimators": ESTIMATORS.names(),
     }
+    # A file or a pipe has no width; tables are wider than the 80 columns that are taken for it.
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     for kind, names in kinds.items():
         table.add_row(kind, ", ".join(names))
-    Console(highlight=False).print(table)
+    console.print(table)
+    try:
+        require("torch", "learn", "to count parameters")
+    except MissingPackageError:
+        pass
+    else:
+        console.print(_estimators())
     print("next:   warehouse-sim preview demo")
+
+
+def _estimators() -> Table:
+    from warehouse_sim.estimators.overview import overview
+
+    rows = [overview(name) for name in ESTIMATORS.names()]
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in ("estimator", "reads", f"parameters: {', '.join(rows[0].parameters)}", "bundled weights"):
+        table.add_column(heading, no_wrap=heading == "estimator")
+    for row in rows:
+        counts = ", ".join(f"{count / 1e6:.1f} M" for count in row.parameters.values())
+        table.add_row(row.name, row.inputs, counts, row.bundled or "none")
+    return table

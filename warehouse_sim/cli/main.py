@@ -12,6 +12,7 @@ from warehouse_sim.cli.catalog import catalog
 from warehouse_sim.cli.check_scene import check_scene
 from warehouse_sim.cli.demo import demo
 from warehouse_sim.cli.evaluate import evaluate
+from warehouse_sim.cli.export import export
 from warehouse_sim.cli.generate import generate
 from warehouse_sim.cli.list import list_names
 from warehouse_sim.cli.predict import predict
@@ -30,6 +31,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "validate": validate,
     "train": train,
     "predict": predict,
+    "export": export,
     "evaluate": evaluate,
     "report": report,
     "demo": demo,

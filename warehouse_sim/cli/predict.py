@@ -1,4 +1,4 @@
-"""``warehouse-sim predict``: a run folder and a dataset become a file of poses."""
+"""``warehouse-sim predict``: a trained estimator and a dataset become a file of poses."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +10,7 @@ from warehouse_sim.estimators.settings import PredictConfig
 
 
 def predict(
-    run: tyro.conf.Positional[Path],
+    run: tyro.conf.Positional[str],
     data: Path,
     out: Path,
     split: str = "test",
@@ -19,7 +19,7 @@ def predict(
     """Estimate the pose of every detected object and write the BOP pose CSV.
 
     Args:
-        run: Run folder of a trained estimator.
+        run: Run folder of a trained estimator, or the name of a bundled one.
         data: Dataset folder.
         out: CSV file to write.
         split: Split to predict on.

@@ -3,32 +3,33 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from warehouse_sim.learning.batch import Batch, draw_batch
-from warehouse_sim.learning.crop_set import stack_crops
-from warehouse_sim.learning.crops import Crop
-from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
+from warehouse_sim.estimators.select import Candidates
+from warehouse_sim.geometry.pose import Transforms, make_transform
+from warehouse_sim.learning.crops import Crop, stack_crops
+from warehouse_sim.learning.crops.batch import Batch, draw_batch
 from warehouse_sim.learning.run_folder import RunConfig, load_network, read_config
+from warehouse_sim.learning.training.parallel import cpu_threads
+
+_SMALL = 3_000_000
+"""Networks with fewer weights are small: their layers take less time than it takes to share them out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """What the points of k objects propose, n points each, in the camera frame."""
+    """What a network proposes for b objects, and what its refiner needs."""
 
-    rotations: Float[np.ndarray, "k n 3 3"]
-    translations: Float[np.ndarray, "k n 3"]
-    """Metres."""
-    confidences: Float[np.ndarray, "k n"]
-    """0-1."""
+    candidates: Candidates
     batch: Batch
-    """The network's input, for the refiner."""
-    colour: Float[Tensor, "k n e"] | None
-    """The colour embedding, for the refiner."""
+    """The network's input."""
+    embedding: Float[Tensor, "b n e"] | None
+    """What the images say at the points."""
 
 
 class Runner:
@@ -36,44 +37,51 @@ class Runner:
 
     Args:
         run: Run folder.
+        device: Where it runs; "auto" takes a GPU if there is one.
+        threads: Processor threads; None takes one for small networks, and torch's own number for large ones.
 
     Raises:
         TrainingError: The folder holds no complete run.
     """
 
-    def __init__(self, run: Path) -> None:
+    def __init__(self, run: Path, device: Literal["auto", "cpu", "cuda"] = "auto", threads: int | None = None) -> None:
         self.config: RunConfig = read_config(run)
-        self._network = load_network(run, self.config)
+        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
+        self._device = torch.device(chosen)
+        self._network = load_network(run, self.config).to(self._device)
+        small = sum(parameter.numel() for parameter in self._network.parameters()) < _SMALL
+        self._threads = threads or (1 if small else None)
 
     @torch.inference_mode()
-    def propose(self, crops: Sequence[Crop], seed: int) -> Proposals:
-        """Return one pose a point of each crop; ``seed`` decides which points are drawn."""
-        stacked = stack_crops(crops, self.config.objects, self.config.crop)
-        generator = torch.Generator().manual_seed(seed)
-        batch = draw_batch(stacked, torch.arange(len(crops)), self.config.network.points.count, generator)
-        colour = self._network.embed(batch.rgb, batch.pixel)
-        found = self._network(batch.points, colour, batch.class_index)
-        translations = found.translation * batch.scale[:, None, None] + batch.centre[:, None]
-        rotations = matrix_from_quat_wxyz(found.quat_wxyz)
-        return Proposals(
-            rotations.double().numpy(),
-            translations.double().numpy(),
-            torch.sigmoid(found.logit).double().numpy(),
-            batch,
-            colour,
-        )
+    def propose(self, crops: Sequence[Crop]) -> Proposals:
+        """Return the poses that the network proposes for each crop, in the camera frame."""
+        with cpu_threads(self._threads, 1):
+            return self._propose(crops)
 
     @torch.inference_mode()
-    def refine(self, proposals: Proposals, T_camera_object: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 4 4"]:
-        """Return the poses after the network's own corrections."""
-        batch, T = proposals.batch, torch.from_numpy(T_camera_object).float()
-        rotation = T[:, :3, :3]
-        translation = (T[:, :3, 3] - batch.centre) / batch.scale[:, None]
+    def refine(self, proposals: Proposals, T_camera_object: Transforms) -> Transforms:
+        """Return the poses (b 4 4) after the network's own corrections."""
+        with cpu_threads(self._threads, 1):
+            return self._refine(proposals, T_camera_object)
+
+    def _propose(self, crops: Sequence[Crop]) -> Proposals:
+        stacked = stack_crops(crops, self.config.objects, self.config.crop).to(self._device)
+        index = torch.arange(len(crops), device=self._device)
+        # The first points, which lie in random order: an object is estimated the same in every batch.
+        batch = draw_batch(stacked, index, self.config.network.points.count, None)
+        embedding = self._network.embed(batch.inputs)
+        found = self._network.propose(batch.inputs, embedding).hypotheses
+        translation = found.translation * batch.scale[:, None, None] + batch.centre[:, None]
+        candidates = Candidates(_array(found.quat_wxyz), _array(translation), _array(torch.sigmoid(found.logit)))
+        return Proposals(candidates, batch, embedding)
+
+    def _refine(self, proposals: Proposals, T_camera_object: Transforms) -> Transforms:
+        batch, T = proposals.batch, torch.from_numpy(T_camera_object).float().to(self._device)
+        rotation, translation = T[:, :3, :3], (T[:, :3, 3] - batch.centre) / batch.scale[:, None]
         for _ in range(self.config.train.refiner_iterations):
-            rotation, translation = self._network.refine(
-                rotation, translation, batch.points, proposals.colour, batch.class_index
-            )
-        refined = np.tile(np.eye(4), (len(T), 1, 1))
-        refined[:, :3, :3] = rotation.double().numpy()
-        refined[:, :3, 3] = (translation * batch.scale[:, None] + batch.centre).double().numpy()
-        return refined
+            rotation, translation = self._network.refine(rotation, translation, batch.inputs, proposals.embedding)
+        return make_transform(_array(rotation), _array(translation * batch.scale[:, None] + batch.centre))
+
+
+def _array(tensor: Tensor) -> np.ndarray:
+    return tensor.double().cpu().numpy()

@@ -1,0 +1,35 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.estimators import overview as module
+from warehouse_sim.estimators.overview import describe_model, overview, parameters
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.learning.networks.densefusion import DenseFusion
+
+
+@pytest.mark.parametrize("name", ["densefusion", "densefusion-pointcloud"])
+def test_parameters_are_those_of_the_network(name: str) -> None:
+    network = DenseFusion(ESTIMATORS.get(name).network("nano"), 3)
+    assert parameters(name, "nano", classes=3) == sum(item.numel() for item in network.parameters())
+
+
+def test_sizes_grow() -> None:
+    for name in ESTIMATORS.names():
+        nano, small, full = overview(name).parameters.values()
+        assert nano < small < full
+
+
+def test_a_model_is_described_by_its_card_else_by_its_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "densefusion"
+    folder.mkdir()
+    assert describe_model(folder) == "bundled"
+    (folder / "result.json").write_text(json.dumps({"val_within_5_percent": 97.25}))
+    assert describe_model(folder) == "val: 97.2 % within 5 % of the diameter"
+    (folder / "card.yaml").write_text("score: 99 % docked\nspeed: 12 ms for 8 objects\nmore: 1\n")
+    assert describe_model(folder) == "99 % docked; 12 ms for 8 objects"
+    monkeypatch.setattr(module, "model_names", lambda: ["densefusion"])
+    monkeypatch.setattr(module, "model_dir", lambda name: tmp_path / name)
+    assert overview("densefusion").bundled == "99 % docked; 12 ms for 8 objects"
+    assert overview("object-coordinates").bundled == ""

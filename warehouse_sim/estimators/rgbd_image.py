@@ -1,0 +1,123 @@
+"""What an estimator looks at: an RGB-D image, its camera, and the masks of the objects that were found in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, UInt8
+
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.errors import InputError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.schema import Observation
+
+_FARTHEST = 200.0
+"""No depth camera reads farther (m): such numbers are millimetres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One object that was found in an image."""
+
+    mask: Bool[np.ndarray, "h w"]
+    """Its visible pixels."""
+    model: str | int
+    """Which CAD geometry it is: its name ("epal1") or its obj_id."""
+    score: float = 1.0
+    """Trust in the detection, 0-1."""
+    number: int | None = None
+    """How estimates refer to it; its position among the image's detections by default."""
+
+
+@dataclass(frozen=True, eq=False)
+class RgbdImage:
+    """One image of an RGB-D camera with what was detected in it."""
+
+    camera: PinholeCamera
+    depth: Float32[np.ndarray, "h w"]
+    """Metres along the optical axis, 0 = no reading; aligned with the colour image."""
+    detections: tuple[Detection, ...]
+    rgb: UInt8[np.ndarray, "h w 3"] | None = None
+    """Needed by estimators that read colour."""
+    scene_id: int = 0
+    image_id: int = 0
+
+    def __post_init__(self) -> None:
+        size = self.camera.height, self.camera.width
+        shapes = {"depth": np.shape(self.depth)}
+        shapes |= {f"mask {i}": np.shape(item.mask) for i, item in enumerate(self.detections)}
+        if self.rgb is not None:
+            shapes["rgb"] = np.shape(self.rgb)[:2] if np.ndim(self.rgb) == 3 else np.shape(self.rgb)
+        for name, shape in shapes.items():
+            if shape != size:
+                raise InputError(f"{name} has the shape {shape}, the camera's image is {size} (height, width)")
+        if self.rgb is not None and (self.rgb.dtype != np.uint8 or self.rgb.shape[2] != 3):
+            raise InputError(f"rgb must be uint8 (height, width, 3), found {self.rgb.dtype} {self.rgb.shape}")
+
+    @classmethod
+    def from_arrays(
+        cls,
+        depth: Float[np.ndarray, "h w"],
+        K: Float[np.ndarray, "3 3"],
+        detections: Sequence[Detection],
+        rgb: UInt8[np.ndarray, "h w 3"] | None = None,
+        distortion: Distortion | None = None,
+    ) -> "RgbdImage":
+        """Make one from the arrays of any sensor.
+
+        Args:
+            depth: Metres along the optical axis; 0, NaN or infinity where there is no reading.
+            K: Intrinsic matrix; pixel (0, 0) has its centre at u = 0, v = 0.
+            detections: What was found.
+            rgb: Colours, aligned with ``depth``.
+            distortion: What the lens does to the image; nothing by default.
+
+        Raises:
+            InputError: Shapes do not fit, or a unit is wrong.
+        """
+        values = np.asarray(depth)
+        if values.ndim != 2 or np.shape(K) != (3, 3):
+            raise InputError(f"depth must be (height, width) and K 3x3, found {values.shape} and {np.shape(K)}")
+        values = np.where(np.isfinite(values), values, 0.0).astype(np.float32)
+        if (values > _FARTHEST).any():
+            raise InputError("depth must be in metres; these look like millimetres, divide them by 1000")
+        height, width = values.shape
+        (fx, skew, cx), (_, fy, cy), _ = np.asarray(K, dtype=float)
+        if skew != 0.0 or fx <= 0 or fy <= 0:
+            raise InputError(f"K must have focal lengths above 0 and no skew, found {np.asarray(K).tolist()}")
+        camera = PinholeCamera(width, height, float(fx), float(fy), float(cx), float(cy), distortion)
+        return cls(camera, values, tuple(detections), rgb)
+
+    @classmethod
+    def from_observation(cls, observation: Observation) -> "RgbdImage":
+        """Make one of what a simulated sensor read, with the true masks of all labelled objects in sight."""
+        ids = observation.buffers.instance_ids
+        found = [label for label in observation.annotations if label.pixels_visible > 0]
+        return cls(
+            observation.camera,
+            observation.rgbd.depth,
+            tuple(Detection(ids == label.instance_id, label.obj_id, number=label.instance_id) for label in found),
+            observation.rgbd.rgb,
+            observation.scene_index,
+            observation.observation_index,
+        )
+
+    @classmethod
+    def from_dataset(
+        cls, reader: DatasetReader, image: ImageRecord, targets: Sequence[TargetRecord], rgb: bool = True
+    ) -> "RgbdImage":
+        """Read one of a dataset's images, with the true visible masks of some of its targets.
+
+        Args:
+            reader: The dataset.
+            image: Which image.
+            targets: Which of its targets.
+            rgb: Whether colour is read.
+        """
+        detections = tuple(
+            Detection(reader.mask_visible(image, target.gt_index), target.obj_id, number=target.gt_index)
+            for target in targets
+        )
+        colors = reader.rgb(image) if rgb else None
+        return cls(image.camera, reader.depth(image), detections, colors, image.scene_id, image.image_id)
