@@ -23,6 +23,7 @@ from rich.table import Table
 
 from benchmarks.speed.encoding import encoding
 from benchmarks.speed.full_observation import full_observation
+from benchmarks.speed.inference import inference
 from benchmarks.speed.lidar import lidar
 from benchmarks.speed.machine import machine, rounded
 from benchmarks.speed.memory import memory
@@ -31,6 +32,7 @@ from benchmarks.speed.rgbd_models import rgbd_models
 from benchmarks.speed.scaling import scaling
 from benchmarks.speed.silhouettes import silhouettes
 from benchmarks.speed.subject import Settings
+from benchmarks.speed.training import training
 from benchmarks.speed.twins import twins
 
 RESULT = Path(__file__).parents[1] / "results" / "speed.json"
@@ -45,6 +47,8 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "lidar": lidar,
     "rgbd_models": rgbd_models,
     "twins": twins,
+    "inference": inference,
+    "training": training,
 }
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.speed.cost import Cost, StageClock, median
+from warehouse_sim.sensors.depth import MODELS
+from warehouse_sim.sensors.lidar import LIDAR_PRESETS
 
 ROOT = Path(__file__).resolve().parents[2]
 ROWS = {
@@ -20,6 +22,10 @@ ROWS = {
     "scaling",
     "silhouettes",
     "lidar",
+    "rgbd_models",
+    "twins",
+    "inference",
+    "training",
 }
 
 
@@ -74,7 +80,11 @@ def test_a_quick_run_measures_every_row(tmp_path: Path) -> None:
     for name in ("rgbd_ids_vs_pyrender", "rgbd_ids_vs_mujoco"):
         assert rows[name]["ids_agree"] > 0.99
         assert rows[name]["depth_agrees"] > 0.99
+    assert all(method["network_cpu_s"] > 0 for method in rows["inference"]["methods"].values())
     assert sum(rows["full_observation"]["shares"].values()) == pytest.approx(1.0, abs=0.01)
+    assert rows["lidar"]["two_processes"]["rays_per_wall_s"] > 0
+    assert set(rows["lidar"]["presets_cpu_s"]) == set(LIDAR_PRESETS)
+    assert {f"depth: {name}" for name in MODELS} <= set(rows["rgbd_models"]["models_cpu_s"])
     assert [size["instances"] for size in rows["scaling"]["table"]] == [10, 100]
 
 
