@@ -11,11 +11,13 @@ from benchmarks.speed.subject import Settings, draw_subject
 from warehouse_sim.generation.workers import keep_freed_memory
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
+from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.color import ColorConfig, read_color
 from warehouse_sim.sensors.depth import MODELS
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
+from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
 from warehouse_sim.sensors.shot import Motion, Shot
 from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
@@ -38,6 +40,9 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         there = subject.views[0] @ T_camera_right(StereoConfig())
         right = renderer.render(camera, there)
         drawn = _cost(repeats, renderer.render, camera, there)
+        lens = LensRenderer(renderer)
+        lens.load(subject.scene)
+        through_lens = _cost(repeats, lens.render, CAMERA_PRESETS["kitti_raw"].make(), subject.views[0], True)
     view, rng = subject.views[0], np.random.default_rng(0)
     shot = Shot(camera, LITTLE_LIGHT, surfaces=see_surfaces(subject.scene, caster, camera, view))
     moving = replace(shot, motion=MOTION)
@@ -51,6 +56,7 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
     }
     costs = {name: _cost(repeats, *call) for name, call in cases.items()}
     costs["right picture: drawn"] = drawn
+    costs["picture through a lens (kitti_raw): drawn and resampled"] = through_lens
     costs |= _stereo(repeats, camera, buffers, right, rng)
     whole = _cost(repeats, read_rgbd, buffers, shot, RgbdConfig(), rng)
     return {

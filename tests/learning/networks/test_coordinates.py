@@ -1,9 +1,10 @@
 import torch
 
 from tests.learning.networks.made_inputs import build, made_shapes, made_truth
-from warehouse_sim.learning.networks.coordinates import CoordinateHeads, Coordinates
-from warehouse_sim.learning.networks.heads import HeadConfig, Hypotheses, Proposal
+from warehouse_sim.learning.networks.coordinates import CoordinateHeads
+from warehouse_sim.learning.networks.heads import HeadConfig
 from warehouse_sim.learning.networks.inputs import Truth
+from warehouse_sim.learning.networks.proposal import Coordinates, Hypotheses, Proposal
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
 from warehouse_sim.learning.settings import LossConfig
 

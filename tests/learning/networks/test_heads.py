@@ -1,7 +1,8 @@
 import torch
 
 from tests.learning.networks.made_inputs import made_shapes, made_truth
-from warehouse_sim.learning.networks.heads import HeadConfig, Hypotheses, PoseHeads, Proposal, SplitTrunk
+from warehouse_sim.learning.networks.heads import HeadConfig, PoseHeads, SplitTrunk
+from warehouse_sim.learning.networks.proposal import Hypotheses, Proposal
 from warehouse_sim.learning.settings import LossConfig
 
 

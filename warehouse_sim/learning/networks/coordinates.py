@@ -4,34 +4,22 @@ As in PVN3D (He et al., CVPR 2020) and FFB6D (CVPR 2021) the pose comes out of w
 are the measured ones themselves rather than votes for keypoints, and each brings the scale of its own error.
 """
 
-from typing import NamedTuple
-
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.learning.losses import confidence_loss, coordinate_loss, pose_distance
-from warehouse_sim.learning.networks.heads import HeadConfig, Hypotheses, Proposal, SplitTrunk
+from warehouse_sim.learning.networks.heads import HeadConfig, SplitTrunk
 from warehouse_sim.learning.networks.inputs import Truth
 from warehouse_sim.learning.networks.kabsch import fit_pose
 from warehouse_sim.learning.networks.per_class import PerClassLinear
+from warehouse_sim.learning.networks.proposal import Coordinates, Hypotheses, Proposal
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
 from warehouse_sim.learning.settings import LossConfig
 
 # Scales of errors in half diameters: from a fraction of a millimetre to several objects.
 _LOG_SCALE_RANGE = -7.0, 2.0
-
-
-class Coordinates(NamedTuple):
-    """Object coordinates of measured points, in normalised units."""
-
-    points: Float[Tensor, "b n 3"]
-    """The measured points."""
-    object_points: Float[Tensor, "b n 3"]
-    """The same points in the object's frame, as predicted."""
-    log_scale: Float[Tensor, "b n"]
-    """ln of the scale of each prediction's error."""
 
 
 class CoordinateHeads(nn.Module):

@@ -8,10 +8,11 @@ from torch import Tensor, nn
 
 from warehouse_sim.learning.networks.attention import AttentionConfig, AttentionFusion
 from warehouse_sim.learning.networks.coordinates import CoordinateHeads
-from warehouse_sim.learning.networks.heads import HeadConfig, PoseHeads, Proposal
+from warehouse_sim.learning.networks.heads import HeadConfig, PoseHeads
 from warehouse_sim.learning.networks.image import ImageBranch, ImageConfig
 from warehouse_sim.learning.networks.inputs import NetworkInput, Truth
 from warehouse_sim.learning.networks.points import PointBranch, PointConfig
+from warehouse_sim.learning.networks.proposal import Proposal
 from warehouse_sim.learning.networks.refiner import Refiner, RefinerConfig
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import compose, matrix_from_quat_wxyz

@@ -1,7 +1,7 @@
 """Per-point heads: each point proposes a whole pose and says how much it trusts it."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal
 
 import torch
 from jaxtyping import Float, Int
@@ -11,12 +11,10 @@ from warehouse_sim.learning.losses import confidence_loss, pose_distance
 from warehouse_sim.learning.networks.inputs import Truth
 from warehouse_sim.learning.networks.per_class import PerClassLinear, class_bias
 from warehouse_sim.learning.networks.points import point_layers
+from warehouse_sim.learning.networks.proposal import Hypotheses, Proposal
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
 from warehouse_sim.learning.settings import LossConfig
-
-if TYPE_CHECKING:
-    from warehouse_sim.learning.networks.coordinates import Coordinates
 
 
 @dataclass(frozen=True)
@@ -34,32 +32,6 @@ class HeadConfig:
     training_points: int | None = None
     """Points of each object whose outputs are computed in training, drawn afresh each time, >= 1; none for all, as the
     original. Outputs of one object's points say much the same, so a few of them train as well for less time."""
-
-
-class Hypotheses(NamedTuple):
-    """Poses that are proposed for each object, in normalised units (length 1 = half a diameter)."""
-
-    quat_wxyz: Float[Tensor, "b m 4"]
-    """Rotation, not normalised."""
-    translation: Float[Tensor, "b m 3"]
-    """Object origin."""
-    logit: Float[Tensor, "b m"]
-    """Confidence before the sigmoid."""
-
-    def most_confident(self) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
-        """Return rotation and translation of each object's most confident hypothesis."""
-        rows = torch.arange(len(self.logit), device=self.logit.device)
-        best = self.logit.argmax(dim=1)
-        return matrix_from_quat_wxyz(self.quat_wxyz[rows, best]), self.translation[rows, best]
-
-
-class Proposal(NamedTuple):
-    """What a network says of each object."""
-
-    hypotheses: Hypotheses
-    """One a point, or a single one that was fitted to object coordinates."""
-    coordinates: "Coordinates | None" = None
-    """Object coordinates of the points, where the head predicts them."""
 
 
 class SplitTrunk(nn.Module):
