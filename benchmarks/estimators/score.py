@@ -33,10 +33,16 @@ class Setting:
     """Settings of prediction."""
 
 
+SELECTIONS = tuple(
+    Setting(name, PredictConfig(selection=name)) for name in ("argmax", "weighted", "weighted-50", "consensus")
+)
+"""Every selection, without ICP."""
 SETTINGS = (
-    *(Setting(name, PredictConfig(selection=name)) for name in ("argmax", "weighted", "weighted-50", "consensus")),
+    SELECTIONS[0],
+    SELECTIONS[-1],
     Setting("consensus + ICP", PredictConfig(selection="consensus", refine="icp")),
 )
+"""What the tables of all models show."""
 
 
 def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:

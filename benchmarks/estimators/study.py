@@ -15,7 +15,7 @@ import torch
 import tyro
 
 from benchmarks.estimators.data import FOLDER, SCORED, made
-from benchmarks.estimators.score import SETTINGS, score
+from benchmarks.estimators.score import SELECTIONS, score
 from warehouse_sim import train
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.error_table import ErrorTable
@@ -72,12 +72,12 @@ def main(
         if not (run / "result.json").is_file():
             print(f"training {run}")
             train(method, data, run, replace(config, seed=seed), resume=run.exists())
-        names = [setting.name for setting in SETTINGS[:4]]
+        names = [setting.name for setting in SELECTIONS]
         known = all((run / "scores" / name / "scores.json").is_file() for name in names)
         if known:
             scores = {name: read_scores(run / "scores" / name) for name in names}
         else:
-            scores = score(run, data, "test", SETTINGS[:4], run / "scores")
+            scores = score(run, data, "test", SELECTIONS, run / "scores")
         for name in names:
             found.setdefault((method, name), []).append(scores[name])
     rows = [_value(method, setting, metric, found[method, setting]) for method, setting in found for metric in METRICS]
