@@ -2,6 +2,7 @@
 
     python -m benchmarks.speed                     # all rows: prints the table, writes benchmarks/results/speed.json
     python -m benchmarks.speed --only encoding     # some rows: prints them
+    python -m benchmarks.speed --only encoding --merge   # some rows: renews them in benchmarks/results/speed.json
     python -m benchmarks.speed --quick --out x.json
 
 Times are CPU-seconds of a process and all its threads, medians after a warm-up; ours and the peer's frames are drawn in
@@ -58,6 +59,7 @@ def main(
     quick: bool = False,
     only: tuple[str, ...] = (),
     out: Path | None = None,
+    merge: bool = False,
 ) -> None:
     """Measure and print; with all rows also store the result.
 
@@ -67,6 +69,7 @@ def main(
         quick: Measure little, to see that everything runs.
         only: Rows to measure; all when omitted.
         out: File for the result; benchmarks/results/speed.json for a full run of all rows, none otherwise.
+        merge: Renew the measured rows in benchmarks/results/speed.json, each with its own command.
     """
     unknown = sorted(set(only) - set(ROWS))
     if unknown:
@@ -82,10 +85,21 @@ def main(
     _print_details(console, rows)
     if out is None and not only and not quick:
         out = RESULT
+    command = _command(recipe, seed, quick, only)
+    if merge:
+        out, result = RESULT, _merged([{**row, "command": command} for row in rows])
+    else:
+        result = {"machine": machine(), "command": command, "rows": rows}
     if out is not None:
-        result = {"machine": machine(), "command": _command(recipe, seed, quick, only), "rows": rows}
         out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
         console.print(f"output: {out}")
+
+
+def _merged(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the stored result with some of its rows renewed."""
+    stored: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
+    by_name = {row["name"]: row for row in stored["rows"]} | {row["name"]: row for row in rows}
+    return {**stored, "rows": list(by_name.values())}
 
 
 def _command(recipe: str, seed: int, quick: bool, only: tuple[str, ...]) -> str:
