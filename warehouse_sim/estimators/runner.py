@@ -15,10 +15,7 @@ from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.learning.crops import Crop, stack_crops
 from warehouse_sim.learning.crops.batch import Batch, draw_batch
 from warehouse_sim.learning.run_folder import RunConfig, load_network, read_config
-from warehouse_sim.learning.training.parallel import cpu_threads
-
-_SMALL = 3_000_000
-"""Networks with fewer weights are small: their layers take less time than it takes to share them out."""
+from warehouse_sim.learning.threads import SMALL, cpu_threads
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,19 +46,19 @@ class Runner:
         chosen = ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
         self._device = torch.device(chosen)
         self._network = load_network(run, self.config).to(self._device)
-        small = sum(parameter.numel() for parameter in self._network.parameters()) < _SMALL
+        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
         self._threads = threads or (1 if small else None)
 
     @torch.inference_mode()
     def propose(self, crops: Sequence[Crop]) -> Proposals:
         """Return the poses that the network proposes for each crop, in the camera frame."""
-        with cpu_threads(self._threads, 1):
+        with cpu_threads(self._threads):
             return self._propose(crops)
 
     @torch.inference_mode()
     def refine(self, proposals: Proposals, T_camera_object: Transforms) -> Transforms:
         """Return the poses (b 4 4) after the network's own corrections."""
-        with cpu_threads(self._threads, 1):
+        with cpu_threads(self._threads):
             return self._refine(proposals, T_camera_object)
 
     def _propose(self, crops: Sequence[Crop]) -> Proposals:

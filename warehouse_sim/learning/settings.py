@@ -96,7 +96,8 @@ class TrainConfig:
     devices: int = 1
     """Processes that share each step, one a GPU where there are any, else on the CPU, >= 1; divides ``batch``."""
     threads: int | None = None
-    """CPU threads of each process, >= 1; by default all processors, shared among the processes."""
+    """CPU threads of each process, >= 1; by default one for nano, which more would slow down, else its share of all
+    processors."""
     workers: int = 2
     """Threads that decode images, >= 1."""
     seed: int = 0

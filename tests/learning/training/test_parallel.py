@@ -11,9 +11,10 @@ from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.learning.threads import cpu_threads
 from warehouse_sim.learning.training.clock import Clock
 from warehouse_sim.learning.training.fit import fit
-from warehouse_sim.learning.training.parallel import Place, companions, cpu_threads
+from warehouse_sim.learning.training.parallel import Place, companions
 from warehouse_sim.learning.training.preparation import prepare
 from warehouse_sim.learning.training.quiet import quiet_lightning
 from warehouse_sim.learning.training.train import train
@@ -26,7 +27,7 @@ NAME = "densefusion-pointcloud"
 
 def fit_and_keep(place: Place, data: Path, folder: Path, config: TrainConfig) -> None:
     """Train as one of several processes and write what this one has in the end."""
-    with cpu_threads(config.threads, place.world), quiet_lightning():
+    with cpu_threads(config.threads), quiet_lightning():
         prepared = prepare(ESTIMATORS.get(NAME), [data], config, None, None)
         torch.manual_seed(place.rank)
         network = DenseFusion(prepared.config.network, len(prepared.config.objects))
@@ -78,10 +79,3 @@ def test_a_batch_must_be_divisible() -> None:
     with pytest.raises(ValueError, match="batch 16 cannot be shared evenly by 3 devices"):
         TrainConfig(devices=3)
     assert Place(1, 4).share == slice(1, None, 4)
-
-
-def test_threads_are_given_back() -> None:
-    before = torch.get_num_threads()
-    with cpu_threads(3, 1):
-        assert torch.get_num_threads() == 3
-    assert torch.get_num_threads() == before

@@ -1,7 +1,6 @@
 """Several processes that train one network: each takes its share of every step, and all agree on the time."""
 
 import multiprocessing
-import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -132,18 +131,6 @@ def companions(world: int, work: Callable[..., None], *args: Any) -> Iterator[Pl
                 process.terminate()
         if torch.distributed.is_initialized():
             torch.distributed.destroy_process_group()
-
-
-@contextmanager
-def cpu_threads(wanted: int | None, world: int) -> Iterator[None]:
-    """Use so many CPU threads in this process during the block; by default its share of all processors."""
-    before = torch.get_num_threads()
-    if wanted or world > 1:
-        torch.set_num_threads(wanted or max(1, (os.cpu_count() or 1) // world))
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 def _free_port() -> int:

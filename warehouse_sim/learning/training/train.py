@@ -1,5 +1,6 @@
 """Train an estimator on dataset folders and leave a run folder."""
 
+import os
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -17,9 +18,10 @@ from warehouse_sim.learning.object_meshes import dataset_meshes, write_meshes
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.learning.threads import cpu_threads
 from warehouse_sim.learning.training.clock import Clock
 from warehouse_sim.learning.training.fit import Fitted, fit, latest_checkpoint
-from warehouse_sim.learning.training.parallel import Place, companions, cpu_threads
+from warehouse_sim.learning.training.parallel import Place, companions
 from warehouse_sim.learning.training.preparation import Prepared, prepare
 from warehouse_sim.learning.training.quiet import quiet_lightning
 from warehouse_sim.learning.training.records import CurveWriter, EventWriter, ProgressReporter
@@ -105,7 +107,9 @@ class _Job:
 
     def threads(self) -> AbstractContextManager[None]:
         """Use the CPU threads of one process."""
-        return cpu_threads(self.config.threads, self.config.devices)
+        config = self.config
+        share = 1 if config.size == "nano" else max(1, (os.cpu_count() or 1) // config.devices)
+        return cpu_threads(config.threads or share)
 
 
 def _accompany(place: Place, job: _Job) -> None:

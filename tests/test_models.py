@@ -1,0 +1,57 @@
+"""Bundled models: what their cards say comes out of their weights."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+from benchmarks.estimators.headline import RECIPE, SCENES, SEED, headline, observations
+from warehouse_sim.config import read_yaml
+from warehouse_sim.learning.methods import ESTIMATORS
+from warehouse_sim.resources import data_folder, model_dir, model_names
+from warehouse_sim.schema import Observation
+
+MODELS = model_names()
+LARGEST_MIB = 12.0
+
+
+@pytest.fixture(scope="module")
+def seen() -> list[Observation]:
+    return observations()
+
+
+def test_every_method_is_bundled() -> None:
+    assert set(MODELS) >= set(ESTIMATORS.names())
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("name", MODELS)
+def test_the_headline_of_the_card_comes_out_of_the_weights(name: str, seen: list[Observation]) -> None:
+    card = read_yaml(model_dir(name) / "card.yaml")["headline"]
+    assert (card["recipe"], card["seed"], card["scenes"]) == (RECIPE, SEED, SCENES)
+    measured = headline(model_dir(name), seen)
+    assert measured.count == card["count"]
+    # Another processor or driver may move a pallet or two across the limit.
+    assert measured.share == pytest.approx(card["share"], abs=3 / measured.count)
+    assert f"{100 * card['share']:.1f} % of {card['count']} pallets" in (model_dir(name) / "card.md").read_text()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_model_is_small_and_its_weights_are_numbers(name: str) -> None:
+    folder = model_dir(name)
+    assert sum(path.stat().st_size for path in folder.iterdir()) < LARGEST_MIB * 2**20
+    for value in safetensors.numpy.load_file(folder / "weights.safetensors").values():
+        assert np.isfinite(value).all()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_card_says_how_the_weights_were_made(name: str) -> None:
+    text = (model_dir(name) / "card.md").read_text(encoding="utf-8")
+    for word in ("trained on", "samples in", "seed", "Never tested on real images", "By distance", "By light"):
+        assert word in text, word
+
+
+def test_the_table_names_every_model() -> None:
+    text = (Path(data_folder("models")) / "README.md").read_text(encoding="utf-8")
+    assert all(f"({name}/card.md)" in text for name in MODELS)
