@@ -11,7 +11,7 @@ import torch
 import tyro
 
 from benchmarks.estimators import card, table
-from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.data import FOLDER, SCORED, TRAINED_ONLY, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, rows, score
 from warehouse_sim.evaluation import Scores
@@ -52,7 +52,7 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
 
 def _on_val(model: Path, folder: Path) -> dict[str, Scores]:
     scores = {}
-    for data in SCORED:
+    for data in (*SCORED, *(item for item in TRAINED_ONLY if "cartons" in item.recipe)):
         place = folder / "scores-val" / model.name / data.recipe
         scores[data.recipe] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
     return scores

@@ -10,6 +10,7 @@ import safetensors.torch
 import torch
 import tyro
 
+from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.learning import run_folder
 from warehouse_sim.resources import data_folder
 
@@ -34,7 +35,7 @@ def bundle(run: tyro.conf.Positional[Path], name: str) -> Path:
         shutil.copyfile(run / file, model / file)
     weights = safetensors.torch.load_file(run / run_folder.WEIGHTS)
     half = {key: value.half() if value.dtype == torch.float32 else value for key, value in weights.items()}
-    safetensors.torch.save_file(half, model / run_folder.WEIGHTS)
+    write_bytes(model / run_folder.WEIGHTS, safetensors.torch.save(half), durable=True)
     size = sum(path.stat().st_size for path in model.iterdir()) / 2**20
     if size > _LIMIT_MIB:
         raise SystemExit(f"{model} has {size:.1f} MiB; at most {_LIMIT_MIB:.0f} may be bundled")

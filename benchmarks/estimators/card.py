@@ -54,6 +54,10 @@ def write(model: Path, head: Headline, test: dict[tuple[str, str], Scores], val:
         for (data, setting), scores in test.items():
             if setting == best:
                 lines += [_row(f"{data}: {item.label}", item) for item in scores.groups[group] if item.gt_count]
+        for data, scores in val.items():
+            # Only val has cartons among its targets.
+            if group in ("class", "object") and len(scores.groups["class"]) > 1:
+                lines += [_row(f"{data} val: {item.label}", item) for item in scores.groups[group] if item.gt_count]
     lines += ["", "## Limits", "", *_limits(config)]
     summary = {
         "score": _in_short(test),

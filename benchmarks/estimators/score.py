@@ -12,8 +12,9 @@ from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import Scores, write_scores
+from warehouse_sim.evaluation import Scores, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
 
 SHARES = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
@@ -48,9 +49,14 @@ SETTINGS = (
 def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:
     """Predict ``split`` with each of the settings, reading every image once; keep predictions and scores in ``folder``.
 
+    Scores that are newer than the model's weights are read instead.
+
     Returns:
         Scores by the setting's name.
     """
+    places = {setting.name: folder / setting.name.replace(" + ", "-") for setting in settings}
+    if all(_is_newer(place / "scores.json", model / WEIGHTS) for place in places.values()):
+        return {name: read_scores(place) for name, place in places.items()}
     reader = DatasetReader(data)
     images = reader.images(split)
     estimators = {setting.name: load_estimator(model, setting.config) for setting in settings}
@@ -63,11 +69,15 @@ def score(model: Path, data: Path, split: str, settings: Sequence[Setting], fold
             found[name] += estimator.estimate_all(group)
     scores = {}
     for name, estimates in found.items():
-        place = folder / name.replace(" + ", "-")
+        place = places[name]
         pose_csv.write(place / "predictions.csv", estimates)
         scores[name] = evaluate(place / "predictions.csv", data, split, method=f"{model.name} {name}")
         write_scores(scores[name], place)
     return scores
+
+
+def _is_newer(file: Path, than: Path) -> bool:
+    return file.is_file() and file.stat().st_mtime > than.stat().st_mtime
 
 
 def rows(scores: Scores, method: str, setting: str) -> list[dict[str, Any]]:

@@ -17,7 +17,7 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SELECTIONS, score
 from warehouse_sim import train
-from warehouse_sim.evaluation import Scores, read_scores
+from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 from warehouse_sim.learning.settings import TrainConfig
@@ -72,14 +72,8 @@ def main(
         if not (run / "result.json").is_file():
             print(f"training {run}")
             train(method, data, run, replace(config, seed=seed), resume=run.exists())
-        names = [setting.name for setting in SELECTIONS]
-        known = all((run / "scores" / name / "scores.json").is_file() for name in names)
-        if known:
-            scores = {name: read_scores(run / "scores" / name) for name in names}
-        else:
-            scores = score(run, data, "test", SELECTIONS, run / "scores")
-        for name in names:
-            found.setdefault((method, name), []).append(scores[name])
+        for name, scores in score(run, data, "test", SELECTIONS, run / "scores").items():
+            found.setdefault((method, name), []).append(scores)
     rows = [_value(method, setting, metric, found[method, setting]) for method, setting in found for metric in METRICS]
     answers = [_answer(question, found[a], found[b], metric)
                for question, a, b in QUESTIONS for metric in METRICS if a in found and b in found]  # fmt: skip
