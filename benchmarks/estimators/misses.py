@@ -18,7 +18,7 @@ from warehouse_sim.evaluation.report.pictures import close_up
 from warehouse_sim.learning.methods import ESTIMATORS
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "estimator_misses.jpg"
-_COLUMNS, _TILE_WH = 6, (320, 200)
+_COLUMNS, _TILE_WH = 7, (272, 170)
 _LIMIT = 0.10
 """ADD in diameters beyond which an object is missed."""
 Place = tuple[int, int, int]
@@ -26,7 +26,7 @@ Place = tuple[int, int, int]
 
 
 def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name, write: bool = False) -> None:
-    """List causes by method and draw the objects that most methods miss.
+    """List causes by method and draw every object that a method misses, those that most miss first.
 
     Args:
         folder: Where data and scores are.
@@ -53,11 +53,11 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name, write: bool = 
         f"{len(ranked)} objects missed by at least one method, "
         f"{sum(len(methods) == len(scores) for methods in missed.values())} by all"
     )
-    tiles = [_tile(reader, images, key, missed[key], scores) for key in ranked[: 10 * _COLUMNS]]
+    tiles = [_tile(reader, images, key, missed[key], scores) for key in ranked]
     if write and tiles:
         tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % _COLUMNS)
         lines = [np.hstack(tiles[start : start + _COLUMNS]) for start in range(0, len(tiles), _COLUMNS)]
-        cv2.imwrite(str(PICTURE), np.vstack(lines)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 80])
+        cv2.imwrite(str(PICTURE), np.vstack(lines)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 72])
         print(f"output: {PICTURE}")
 
 
