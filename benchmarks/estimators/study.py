@@ -34,9 +34,11 @@ METHODS = (
 )
 QUESTIONS = (
     ("does colour help", ("densefusion", "argmax"), ("densefusion-pointcloud", "argmax")),
+    ("does colour help, consensus", ("densefusion", "consensus"), ("densefusion-pointcloud", "consensus")),
     ("does a depth image beside the cloud help", ("densefusion-depth", "argmax"), ("densefusion-pointcloud", "argmax")),
     ("does joining depth to colour help", ("densefusion-early", "argmax"), ("densefusion", "argmax")),
     ("does small attention help", ("densefusion-middle-1", "argmax"), ("densefusion-early", "argmax")),
+    ("does small attention help, consensus", ("densefusion-middle-1", "consensus"), ("densefusion-early", "consensus")),
     ("does large attention help", ("densefusion-middle-2", "argmax"), ("densefusion-middle-1", "argmax")),
     ("do correspondences help", ("object-coordinates", "argmax"), ("densefusion", "argmax")),
     *(
