@@ -53,7 +53,7 @@ def test_overfits_16_crops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
         module.validation_step(torch.arange(16), 0)
         module.on_validation_epoch_end()
     # The poses spread over metres and 90 degrees: a network that knows their mean only is within 10 % for none.
-    assert module.metrics["val_within_10_percent"] >= 60.0
+    assert module.metrics["val_within_10_percent"] >= 75.0
 
 
 @pytest.mark.parametrize("name", ["densefusion", "densefusion-pointcloud", "object-coordinates"])
