@@ -7,7 +7,7 @@ from tests.dataset.toy import CAMERA
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
-from warehouse_sim.learning.crops import CropConfig, cut_target, image_crops
+from warehouse_sim.learning.crops import CropConfig, cut_mask, image_crops, label_of
 from warehouse_sim.learning.crops.cut import back_project
 from warehouse_sim.learning.crops.window import Window
 
@@ -27,7 +27,7 @@ def block_mask(left: int, top: int, right: int, bottom: int) -> np.ndarray:
 
 
 def cut(mask: np.ndarray, depth: np.ndarray, config: CropConfig, rgb: np.ndarray | None = None):
-    return cut_target(image(), target(), mask, depth, rgb, config, np.random.default_rng(0))
+    return cut_mask(image().camera, label_of(image(), target()), mask, depth, rgb, config, np.random.default_rng(0))
 
 
 def test_back_projection_inverts_the_projection_at_integer_pixel_centres() -> None:
@@ -136,7 +136,9 @@ def test_a_lens_bends_points_and_rays_alike() -> None:
     view = replace(image(), camera=camera)
     depth = np.full((camera.height, camera.width), 2.5, dtype=np.float32)
     config = CropConfig(side_px=64, rgb=False, depth=True, stored_points=4096)
-    crop = cut_target(view, target(), block_mask(*box), depth, None, config, np.random.default_rng(0))
+    crop = cut_mask(
+        view.camera, label_of(view, target()), block_mask(*box), depth, None, config, np.random.default_rng(0)
+    )
     uv = camera.project(crop.points.astype(float))
     assert {tuple(pixel) for pixel in uv.round().astype(int)} == {
         (u, v) for u in range(100, 156) for v in range(50, 91)

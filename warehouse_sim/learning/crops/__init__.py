@@ -2,7 +2,7 @@
 
 from warehouse_sim.learning.crops.config import CropConfig
 from warehouse_sim.learning.crops.crop_set import CropSet, CropTable, stack_crops
-from warehouse_sim.learning.crops.cut import Crop, CropLabel, cut_mask, cut_target, image_crops, wanted_targets
+from warehouse_sim.learning.crops.cut import Crop, CropLabel, cut_mask, image_crops, label_of, wanted_targets
 
 __all__ = [
     "Crop",
@@ -11,8 +11,8 @@ __all__ = [
     "CropSet",
     "CropTable",
     "cut_mask",
-    "cut_target",
     "image_crops",
+    "label_of",
     "stack_crops",
     "wanted_targets",
 ]

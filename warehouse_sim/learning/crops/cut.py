@@ -80,24 +80,16 @@ def image_crops(reader: DatasetReader, image: ImageRecord, config: CropConfig, s
     rgb = reader.rgb(image) if config.reads_rgb else None
     for target in targets:
         rng = np.random.default_rng([seed, image.scene_id, image.image_id, target.gt_index])
-        crop = cut_target(image, target, reader.mask_visible(image, target.gt_index), depth, rgb, config, rng)
+        mask = reader.mask_visible(image, target.gt_index)
+        crop = cut_mask(image.camera, label_of(image, target), mask, depth, rgb, config, rng)
         if crop is not None:
             yield crop
 
 
-def cut_target(
-    image: ImageRecord,
-    target: TargetRecord,
-    mask: Bool[np.ndarray, "h w"],
-    depth: Float32[np.ndarray, "h w"],
-    rgb: UInt8[np.ndarray, "h w 3"] | None,
-    config: CropConfig,
-    rng: np.random.Generator,
-) -> Crop | None:
-    """Return the crop of one target, or None when the sensor sees too few points of it."""
+def label_of(image: ImageRecord, target: TargetRecord) -> CropLabel:
+    """Return what the labels of a dataset say of one target."""
     T_camera_object = np.asarray(target.T_camera_object, dtype=np.float64)
-    label = CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object)
-    return cut_mask(image.camera, label, mask, depth, rgb, config, rng)
+    return CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object)
 
 
 def cut_mask(
