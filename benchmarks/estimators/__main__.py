@@ -11,7 +11,7 @@ import torch
 import tyro
 
 from benchmarks.estimators import card, table
-from benchmarks.estimators.data import FOLDER, SCORED, TRAINED_ONLY, made
+from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, rows, score
 from warehouse_sim.evaluation import Scores
@@ -34,11 +34,14 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
     for name in only or ESTIMATORS.names():
         model = data_folder("models") / name
         scored = {}
-        for data in SCORED:
-            place = folder / "scores" / name / data.recipe
-            for setting, scores in score(model, made(data, folder), "test", SETTINGS, place).items():
-                scored[data.recipe, setting] = scores
-                found += rows(scores, name, setting)
+        for data, settings, class_name in (
+            *((data, SETTINGS, "pallet") for data in SCORED),
+            *((data, SETTINGS[-1:], "carton") for data in CARTONS),
+        ):
+            place = folder / "scores" / name / data.name
+            for setting, scores in score(model, made(data, folder), "test", settings, place).items():
+                scored[data.name, setting] = scores
+                found += rows(scores, name, setting, class_name)
                 print(*scores.summary(), sep="\n")
         if write:
             card.write(model, headline(model, seen), scored, _on_val(model, folder))
@@ -52,9 +55,9 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
 
 def _on_val(model: Path, folder: Path) -> dict[str, Scores]:
     scores = {}
-    for data in (*SCORED, *(item for item in TRAINED_ONLY if "cartons" in item.recipe)):
-        place = folder / "scores-val" / model.name / data.recipe
-        scores[data.recipe] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
+    for data in SCORED:
+        place = folder / "scores-val" / model.name / data.name
+        scores[data.name] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
     return scores
 
 
@@ -64,8 +67,8 @@ def _merged(found: list[dict]) -> dict:
     return {
         "machine": {"cores": os.cpu_count(), "torch": torch.__version__},
         "command": "python -m benchmarks.estimators --write",
-        "data": "test splits of the recipes at seed 0: unseen scenes, ground-truth masks, objects at least 10 % "
-        "visible; missed objects count as failures; intervals: 95 %, bootstrap over scenes",
+        "data": "test splits of benchmarks/estimators/data.py: unseen scenes, ground-truth masks, objects at least "
+        "10 % visible; missed objects count as failures; intervals: 95 %, bootstrap over scenes",
         "rows": [row for row in old if row["method"] not in renewed] + found,
     }
 

@@ -14,10 +14,11 @@ from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
 
-SHARES = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
+SHARES = ("add_2pct", "add_5pct", "add_10pct", "add_shape_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
 DOCKING_RANGE = (2.0, 7.0)
 """Distances (m) between which docking is asked for: nearer a forklift is already entering, farther it still drives."""
 
@@ -80,15 +81,28 @@ def _is_newer(file: Path, than: Path) -> bool:
     return file.is_file() and file.stat().st_mtime > than.stat().st_mtime
 
 
-def rows(scores: Scores, method: str, setting: str) -> list[dict[str, Any]]:
-    """Return the shares of a score as rows of a result file, with 95 % intervals over scenes."""
-    common = {"method": method, "setting": setting, "data": scores.dataset["recipe"], "split": scores.dataset["split"]}
-    found = {
-        metric: (scores.overall.metrics[metric], *scores.overall.intervals[metric], scores.overall.gt_count)
-        for metric in SHARES
-        if metric in scores.overall.intervals
+def class_summary(scores: Scores, class_name: str) -> Summary:
+    """Return the metrics of one class."""
+    return next(item for item in scores.groups["class"] if item.label == class_name)
+
+
+def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dict[str, Any]]:
+    """Return the shares of a class as rows of a result file, with 95 % intervals over scenes."""
+    common = {
+        "method": method,
+        "setting": setting,
+        "data": scores.dataset["recipe"],
+        "split": scores.dataset["split"],
+        "class": class_name,
     }
-    found["dock_0mm_2_7m"] = docking_in_range(scores)
+    summary = class_summary(scores, class_name)
+    found = {
+        metric: (summary.metrics[metric], *summary.intervals[metric], summary.gt_count)
+        for metric in SHARES
+        if metric in summary.intervals
+    }
+    if summary.dockable_count:
+        found["dock_0mm_2_7m"] = docking_in_range(scores)
     return [
         {
             "name": f"{method}, {setting}, {common['data']} {common['split']}: {metric}",

@@ -8,19 +8,23 @@ from warehouse_sim.resources import data_folder
 
 START, END = "<!-- table: python -m benchmarks.estimators --write -->", "<!-- end of table -->"
 _COLUMNS = (
-    ("industrial", "add_10pct", "ADD < 10 % d"),
-    ("industrial", "add_5pct", "ADD < 5 % d"),
-    ("industrial", "dock_0mm_2_7m", "docked, 2-7 m"),
-    ("mixed_pallets", "add_10pct", "ADD < 10 % d"),
-    ("mixed_pallets", "add_5pct", "ADD < 5 % d"),
-    ("mixed_pallets", "dock_0mm_2_7m", "docked, 2-7 m"),
+    ("industrial", "add_10pct", "industrial: ADD < 10 % d"),
+    ("industrial", "add_5pct", "industrial: ADD < 5 % d"),
+    ("industrial", "dock_0mm_2_7m", "industrial: docked, 2-7 m"),
+    ("mixed_pallets", "add_10pct", "mixed pallets: ADD < 10 % d"),
+    ("mixed_pallets", "add_5pct", "mixed pallets: ADD < 5 % d"),
+    ("mixed_pallets", "dock_0mm_2_7m", "mixed pallets: docked, 2-7 m"),
+    ("industrial_cartons_test", "add_10pct", "cartons: ADD < 10 % d"),
+    ("industrial_cartons_test", "add_shape_10pct", "in shape"),
+    ("mixed_cartons_test", "add_10pct", "mixed cartons: ADD < 10 % d"),
+    ("mixed_cartons_test", "add_shape_10pct", "in shape"),
 )
 
 
 def as_markdown(rows: list[dict[str, Any]]) -> str:
     """Return the rows of a result as a Markdown table: a line a method and setting, shares in % with intervals."""
     lines = [
-        "| | | " + " | ".join(f"{data.replace('_', ' ')}: {title}" for data, _, title in _COLUMNS) + " |",
+        "| | | " + " | ".join(title for _, _, title in _COLUMNS) + " |",
         "|---|---|" + "---|" * len(_COLUMNS),
     ]
     by_key = {

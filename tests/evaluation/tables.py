@@ -11,7 +11,8 @@ def row(**changes):
         "scene_id": 0, "image_id": 0, "gt_index": 0, "obj_id": 1, "class_name": "pallet", "object_name": "epal1",
         "illuminance": 150.0,
         "distance": 3.0, "visible_fraction": 1.0, "diameter": 1.449, "prediction": 0, "score": 0.9,
-        "add": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0, "within_5cm_5deg": 1.0,
+        "add": 0.0, "add_shape": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0,
+        "within_5cm_5deg": 1.0,
         "face": "-x", "depth": 0.0, "lateral": 0.0, "vertical": 0.0, "yaw": 0.0, "pitch": 0.0,
         "slack_lateral": 0.064, "slack_vertical": 0.030, "limiting_error": "lateral",
     }  # fmt: skip
@@ -20,7 +21,8 @@ def row(**changes):
 
 def missed(**changes):
     """One ground truth without an estimate."""
-    lengths = ("add", "add_s", "mssd", "rotation", "translation", "depth", "lateral", "vertical", "yaw", "pitch")
+    lengths = ("add", "add_shape", "add_s", "mssd", "rotation", "translation")
+    lengths += ("depth", "lateral", "vertical", "yaw", "pitch")
     nothing = dict.fromkeys(lengths, np.inf) | {
         "prediction": -1, "score": -np.inf, "within_5cm_5deg": 0.0,
         "slack_lateral": -np.inf, "slack_vertical": -np.inf, "limiting_error": "missed",

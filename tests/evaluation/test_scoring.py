@@ -12,7 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation import ScoreConfig, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.measure import MeasureConfig
-from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +49,15 @@ def test_ground_truth_as_predictions_scores_exactly_one(data, score):
     }  # fmt: skip
     assert sum(plain["docking_failures"].values()) == 0
     assert plain["seconds_per_image"] == 0.05
+
+
+def test_the_half_turn_of_a_printed_carton_is_right_in_shape_only(data, score):
+    turned = moved(estimates_of(data), make_transform(rotation_z(np.pi)))
+    group = {item.label: item.metrics for item in score(turned).groups["class"]}
+    assert (group["carton"]["add_10pct"], group["carton"]["add_shape_2pct"]) == (0.0, 1.0)
+    assert (group["pallet"]["add_2pct"], group["pallet"]["add_shape_2pct"]) == (1.0, 1.0)
+    upside_down = moved(estimates_of(data), make_transform(rotation_x(np.pi)))
+    assert score(upside_down).overall.metrics["add_shape_10pct"] == 0.0
 
 
 def test_the_half_turn_of_a_pallet_is_as_good_as_the_truth(data, score):
@@ -184,5 +193,5 @@ def test_scores_do_not_depend_on_where_files_lie(data, score, tmp_path):
 
 def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
     (tmp_path / "scores.json").write_text('{"format": 99}')
-    with pytest.raises(EvaluationError, match="not a score of format 2"):
+    with pytest.raises(EvaluationError, match="not a score of format 3"):
         read_scores(tmp_path)

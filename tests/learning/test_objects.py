@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import torch
 
@@ -6,6 +8,7 @@ from tests.learning.made_crops import DIAMETER, MESH, pallet_shape
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.geometry.mesh import sample_surface
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.learning.objects import measure_shape, shape_tensors
 
 
@@ -23,6 +26,13 @@ def test_shape_is_measured_from_the_dataset(toy_root) -> None:
     assert abs(shape.diameter - DIAMETER) < 1e-3
     np.testing.assert_allclose(np.reshape(shape.symmetries, (-1, 4, 4)), PALLET.symmetry.transforms, atol=1e-9)
     np.testing.assert_allclose(shape.centroid, pallet_shape().centroid, atol=0.01)
+
+
+def test_without_colour_what_has_the_same_shape_looks_the_same(toy_root) -> None:
+    printed = replace(DatasetReader(toy_root).objects[1], symmetry=SymmetryGroup.trivial())
+    seen, felt = (measure_shape(printed, np.random.default_rng(0), sees) for sees in (True, False))
+    assert len(seen.symmetries) == 1
+    np.testing.assert_array_equal(np.reshape(felt.symmetries, (-1, 4, 4)), SymmetryGroup.turns("z", 2).transforms)
 
 
 def test_surface_points_are_kept_on_request(toy_root) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from warehouse_sim.dataset.json_file import read_table, write_json
 from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
 from warehouse_sim.dataset.plain import plain, read_transform, take
 from warehouse_sim.dataset.ply import read_ply
+from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -30,6 +32,7 @@ class ObjectInfo:
     diameter: float
     """Largest distance (m) between two vertices."""
     symmetry: SymmetryGroup
+    """Poses that look the same, print included."""
     pockets: tuple[Pocket, ...]
     root: Path
     """Folder of the dataset, where the mesh lies."""
@@ -45,6 +48,15 @@ class ObjectInfo:
     def metric_mesh(self) -> TriangleMesh:
         """Read the evenly meshed surface (m, object frame), whose vertices are the points that pose errors use."""
         return self._read("models_eval")
+
+    @cached_property
+    def shape_symmetry(self) -> SymmetryGroup:
+        """The group of the shape, whatever is printed on it: ``symmetry`` or more, measured on the CAD surface.
+
+        Raises:
+            DatasetError: As ``mesh``.
+        """
+        return shape_symmetry(self.mesh(), self.symmetry)
 
     def _read(self, kind: str) -> TriangleMesh:
         path = BopLayout(DatasetLayout(self.root).format_folder("bop")).model(kind, self.obj_id)

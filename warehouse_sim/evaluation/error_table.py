@@ -39,6 +39,8 @@ class ErrorTable:
     """Confidence of the estimate; -inf for a miss."""
     add: Float[np.ndarray, " n"]
     """Mean distance under the best symmetry (m)."""
+    add_shape: Float[np.ndarray, " n"]
+    """The same under the best symmetry of the shape, whatever is printed on it (m); never more than ``add``."""
     add_s: Float[np.ndarray, " n"]
     """Mean distance to the nearest point (m)."""
     mssd: Float[np.ndarray, " n"]

@@ -122,9 +122,10 @@ def _describe(pair: Pair, info: ObjectInfo, face: DockingFace) -> dict[str, Any]
 
 
 def _missed(has_pockets: bool) -> dict[str, Any]:
-    lengths = ("add", "add_s", "mssd", "rotation", "translation", "depth", "lateral", "vertical", "yaw", "pitch")
+    errors = ("add", "add_shape", "add_s", "mssd", "rotation", "translation")
+    offsets = ("depth", "lateral", "vertical", "yaw", "pitch")
     slack = -np.inf if has_pockets else np.nan
-    return dict.fromkeys(lengths, np.inf) | {
+    return dict.fromkeys((*errors, *offsets), np.inf) | {
         "score": -np.inf,
         "within_5cm_5deg": 0.0,
         "slack_lateral": slack,
@@ -141,12 +142,15 @@ def _pose_columns(
     face: DockingFace,
     fork: ForkConfig,
 ) -> dict[str, Any]:
-    alike = estimates_in_object(T_estimated, T_true, info.symmetry)
+    alike, same_shape = (
+        estimates_in_object(T_estimated, T_true, group) for group in (info.symmetry, info.shape_symmetry)
+    )
     best, _ = nearest_symmetry(alike, points.hull)
     close = (translation_error(alike) < 0.05) & (rotation_error(alike) < np.deg2rad(5.0))
     errors = docking_errors(best, face)
     columns: dict[str, Any] = {
         "add": add(alike, points.surface).min(axis=-1),
+        "add_shape": add(same_shape, points.surface).min(axis=-1),
         "add_s": add_s(best, points.surface, points.tree),
         "mssd": mssd(best, points.hull),
         "rotation": rotation_error(best),

@@ -26,12 +26,14 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
     """Return for each share-like metric one value in 0-1 a ground truth; nan where it does not apply.
 
     A miss has the value 0. Names: ``<error>_<k>pct`` is the share with an error under k % of the diameter,
+    for ``add_shape`` over the symmetries of the shape, whatever is printed on it,
     ``mssd_2cm`` and ``mssd_5cm`` serve objects without pockets, ``dock_<m>mm`` is docking with margin m,
     ``dock_gate_20mm_2.9deg`` and ``dock_gate_50mm_3deg`` are the threshold pairs of the literature, and
     ``auc_*`` are areas under the accuracy curve in their mean form ``mean(max(0, 1 - error / limit))``.
     """
     values = {}
-    for name, error in {"add": table.add, "mssd": table.mssd, "add_s": table.add_s}.items():
+    errors = {"add": table.add, "add_shape": table.add_shape, "mssd": table.mssd, "add_s": table.add_s}
+    for name, error in errors.items():
         for percent in config.diameter_percent:
             values[f"{name}_{percent}pct"] = (error < percent / 100.0 * table.diameter).astype(float)
     for centimetres in (2, 5):

@@ -15,7 +15,7 @@ from warehouse_sim.evaluation.summary import GroupConfig, Summary
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 2
+_FORMAT = 3
 
 
 @dataclass(frozen=True)

@@ -30,29 +30,34 @@ class ObjectShape:
     covariance: tuple[float, ...]
     """Covariance of the surface about its centroid (m^2), 3x3 row by row."""
     symmetries: tuple[tuple[float, ...], ...]
-    """The symmetry group, each a 4x4 matrix row by row (m)."""
+    """Poses that look the same to the network, each a 4x4 matrix row by row (m): the declared group, or that of the
+    shape where the network sees no colour."""
     surface: tuple[float, ...] = ()
     """Points spread evenly over the surface, 3 values each (m); only where the nearest-point loss needs them."""
     class_name: str = ""
     """Detection class of the geometry."""
 
 
-def measure_shape(info: ObjectInfo, rng: np.random.Generator, surface_points: int = 0) -> ObjectShape:
+def measure_shape(
+    info: ObjectInfo, rng: np.random.Generator, sees_colour: bool = True, surface_points: int = 0
+) -> ObjectShape:
     """Return the shape of an object of a dataset, its moments over the area of its CAD surface.
 
     Args:
         info: The object.
         rng: Source of the samples.
+        sees_colour: Whether the network can tell poses apart by what is printed on the object.
         surface_points: Points of the surface to keep.
     """
     points, _ = sample_surface(info.mesh(), _MOMENT_SAMPLES, rng)
+    symmetry = info.symmetry if sees_colour else info.shape_symmetry
     return ObjectShape(
         obj_id=info.obj_id,
         name=info.name,
         diameter=float(info.diameter),
         centroid=tuple(map(float, points.mean(axis=0))),
         covariance=tuple(map(float, np.cov(points.T, bias=True).ravel())),
-        symmetries=tuple(tuple(map(float, T.ravel())) for T in info.symmetry.transforms),
+        symmetries=tuple(tuple(map(float, T.ravel())) for T in symmetry.transforms),
         surface=tuple(np.round(points[:surface_points], 4).ravel().tolist()),
         class_name=info.class_name,
     )

@@ -38,8 +38,9 @@ class LossConfig:
     """What training minimises; lengths are in half diameters of the object."""
 
     symmetry: SymmetryLoss = "group"
-    """group: nearest equivalent of the true pose over the declared group; none: symmetric looks are told apart;
-    nearest: nearest surface point for symmetric classes, as the original."""
+    """group: nearest equivalent of the true pose over the declared group, or over that of the shape where the network
+    sees no colour; none: symmetric looks are told apart; nearest: nearest surface point for symmetric classes, as the
+    original."""
     confidence_weight: float = 0.08
     """Error up to which full confidence pays, in half diameters, > 0."""
     coordinate_weight: float = 0.01

@@ -67,7 +67,7 @@ def prepare(
     known = _known_objects(found, wanted, crop, data)
     rng = np.random.default_rng(config.seed)
     surface = config.loss.nearest_points if config.loss.symmetry == "nearest" else 0
-    shapes = tuple(measure_shape(objects[obj_id], rng, surface) for obj_id in known)
+    shapes = tuple(measure_shape(objects[obj_id], rng, network.reads_rgb, surface) for obj_id in known)
     sources = tuple(DatasetSource(folder.resolve().name, dataset_digest(folder)) for folder in data)
     return Prepared(
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
