@@ -14,6 +14,7 @@ import numpy as np
 import torch
 import tyro
 
+from benchmarks.estimators import two_branches
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SELECTIONS, score
 from warehouse_sim import train
@@ -28,28 +29,36 @@ METHODS = (
     "densefusion-depth",
     "densefusion",
     "densefusion-early",
+    two_branches.NAME,
     "densefusion-middle-1",
     "densefusion-middle-2",
     "object-coordinates",
 )
+_COMPARED = (
+    ("does colour help", "densefusion", "densefusion-pointcloud"),
+    ("does a depth image beside the cloud help", "densefusion-depth", "densefusion-pointcloud"),
+    ("does joining depth to colour help", "densefusion-early", "densefusion"),
+    ("does a branch for each image help", two_branches.NAME, "densefusion-early"),
+    ("does small attention help", "densefusion-middle-1", two_branches.NAME),
+    ("does large attention help more", "densefusion-middle-2", "densefusion-middle-1"),
+    ("do correspondences help", "object-coordinates", "densefusion"),
+)
 QUESTIONS = (
-    ("does colour help", ("densefusion", "argmax"), ("densefusion-pointcloud", "argmax")),
-    ("does colour help, consensus", ("densefusion", "consensus"), ("densefusion-pointcloud", "consensus")),
-    ("does a depth image beside the cloud help", ("densefusion-depth", "argmax"), ("densefusion-pointcloud", "argmax")),
-    ("does joining depth to colour help", ("densefusion-early", "argmax"), ("densefusion", "argmax")),
-    ("does small attention help", ("densefusion-middle-1", "argmax"), ("densefusion-early", "argmax")),
-    ("does small attention help, consensus", ("densefusion-middle-1", "consensus"), ("densefusion-early", "consensus")),
-    ("does large attention help", ("densefusion-middle-2", "argmax"), ("densefusion-middle-1", "argmax")),
-    ("do correspondences help", ("object-coordinates", "argmax"), ("densefusion", "argmax")),
+    *(
+        (f"{question}, {selection}", (method, selection), (other, selection))
+        for question, method, other in _COMPARED
+        for selection in ("argmax", "consensus")
+    ),
     *(
         (f"does {selection} help {method}", (method, selection), (method, "argmax"))
         for method in METHODS[:3]
         for selection in ("weighted", "weighted-50", "consensus")
     ),
 )
+"""What is asked; the first with its selection against the second with its own."""
 METRICS = ("add_5pct", "dock_0mm")
 CONFIG = TrainConfig(max_minutes=None, max_steps=600, batch=32, learning_rate=2e-3, threads=1, workers=1, validations=1)
-"""Equal samples for all: a tenth of what the bundled weights saw, since each method is trained three times."""
+"""Equal samples for all, a twentieth of what the bundled weights saw: each method is trained three times."""
 _DRAWS = 2000
 
 
@@ -69,6 +78,7 @@ def main(
         config: How each is trained but for its seed.
         write: Store the result.
     """
+    two_branches.register()
     data = made(SCORED[0], folder)
     found: dict[tuple[str, str], list[Scores]] = {}
     for method, seed in product(methods, seeds):

@@ -1,0 +1,21 @@
+"""Middle fusion without its attention: what is left of its gain comes from the second image branch."""
+
+from dataclasses import replace
+
+from warehouse_sim.learning.methods import ESTIMATORS, Method, Size
+from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
+
+NAME = "two-branches"
+
+
+def _network(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return replace(ESTIMATORS.get("densefusion-middle-1").network(size, faithful), fusion=None)
+
+
+TWO_BRANCHES = Method(NAME, "colour and depth joined after a branch each", "RGB crop + depth crop + cloud", _network)
+
+
+def register() -> None:
+    """Make it known under its name to this process."""
+    if NAME not in ESTIMATORS.names():
+        ESTIMATORS.add(NAME, f"{__name__}:TWO_BRANCHES")
