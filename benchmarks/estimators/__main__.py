@@ -38,9 +38,9 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
             *((data, SETTINGS, "pallet") for data in SCORED),
             *((data, SETTINGS[-1:], "carton") for data in CARTONS),
         ):
-            place = folder / "scores" / name / data.name
+            place = folder / "scores" / name / data.folder_name
             for setting, scores in score(model, made(data, folder), "test", settings, place).items():
-                scored[data.name, setting] = scores
+                scored[data.folder_name, setting] = scores
                 found += rows(scores, name, setting, class_name)
                 print(*scores.summary(), sep="\n")
         if write:
@@ -56,8 +56,8 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
 def _on_val(model: Path, folder: Path) -> dict[str, Scores]:
     scores = {}
     for data in SCORED:
-        place = folder / "scores-val" / model.name / data.name
-        scores[data.name] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
+        place = folder / "scores-val" / model.name / data.folder_name
+        scores[data.folder_name] = score(model, made(data, folder), "val", SETTINGS[-1:], place)[SETTINGS[-1].name]
     return scores
 
 

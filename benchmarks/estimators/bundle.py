@@ -15,15 +15,18 @@ from warehouse_sim.learning import run_folder
 from warehouse_sim.resources import data_folder
 
 _LIMIT_MIB = 12.0
+FIRST_STAGE = "first_stage"
+"""Folder in a model's for what is kept of the run that it began with."""
 _KEPT = (run_folder.CONFIG, run_folder.CURVES, run_folder.RESULT)
 
 
-def bundle(run: tyro.conf.Positional[Path], name: str) -> Path:
+def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None) -> Path:
     """Copy a run to models/NAME and return that folder.
 
     Args:
         run: Run folder.
         name: Name of the model.
+        first: Run that it began with, whose settings, result and curves are kept, too.
 
     Raises:
         SystemExit: It would be too large to keep in the repository.
@@ -33,10 +36,15 @@ def bundle(run: tyro.conf.Positional[Path], name: str) -> Path:
     optional = [path.name for path in run.iterdir() if path.suffix in (".safetensors", ".yaml")]
     for file in {*_KEPT, *optional} - {run_folder.WEIGHTS}:
         shutil.copyfile(run / file, model / file)
+    shutil.rmtree(model / FIRST_STAGE, ignore_errors=True)
+    if first:
+        (model / FIRST_STAGE).mkdir()
+        for file in _KEPT:
+            shutil.copyfile(first / file, model / FIRST_STAGE / file)
     weights = safetensors.torch.load_file(run / run_folder.WEIGHTS)
     half = {key: value.half() if value.dtype == torch.float32 else value for key, value in weights.items()}
     write_bytes(model / run_folder.WEIGHTS, safetensors.torch.save(half), durable=True)
-    size = sum(path.stat().st_size for path in model.iterdir()) / 2**20
+    size = sum(path.stat().st_size for path in model.rglob("*") if path.is_file()) / 2**20
     if size > _LIMIT_MIB:
         raise SystemExit(f"{model} has {size:.1f} MiB; at most {_LIMIT_MIB:.0f} may be bundled")
     print(f"output: {model}, {size:.2f} MiB")

@@ -6,6 +6,7 @@ from typing import Any
 
 import yaml
 
+from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.summary import Summary
@@ -37,14 +38,14 @@ def write(model: Path, head: Headline, test: dict[tuple[str, str], Scores], val:
         test: Scores on test by dataset and setting; the first dataset has all settings.
         val: Scores on val by dataset, with the last of the settings.
     """
-    config, result = read_config(model), json.loads((model / "result.json").read_text(encoding="utf-8"))
+    config, results = read_config(model), [_result(model / FIRST_STAGE), _result(model)]
     best = next(reversed(test))[1]
     lines = [
         f"# {model.name}",
         "",
         f"**{head}** on {SCENES} unseen scenes of `{RECIPE}` (consensus, no ICP); `tests/test_models.py` measures it.",
         "",
-        *_description(config, result),
+        *_description(read_config(model / FIRST_STAGE), config, results),
         "",
         "## Scores",
         "",
@@ -88,18 +89,26 @@ def _in_short(test: dict[tuple[str, str], Scores]) -> str:
     )
 
 
-def _description(config: RunConfig, result: dict[str, Any]) -> list[str]:
+def _result(folder: Path) -> dict[str, Any]:
+    return json.loads((folder / "result.json").read_text(encoding="utf-8"))
+
+
+def _description(first: RunConfig, config: RunConfig, results: list[dict[str, Any]]) -> list[str]:
     method, train = ESTIMATORS.get(config.estimator), config.train
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {
-        "size": f"{train.size}, {result['parameters']:,} parameters",
+        "size": f"{train.size}, {results[-1]['parameters']:,} parameters",
         "trained on": f"train splits of {data}; seeds in `benchmarks/estimators/data.py`, digests of the manifests",
-        "seen": f"{result['samples']:,} samples in {result['steps']:,} steps of {train.batch}, "
-        f"{result['train_crops']:,} distinct crops",
-        "took": f"{result['seconds'] / 60:.0f} min on {result['device']}, {result['threads']} thread(s), "
-        f"{result['precision']}",
-        "seed": str(train.seed),
-        "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
+        "seen": " and then ".join(
+            f"{result['samples']:,} samples in {result['steps']:,} steps of {train.batch} ({result['train_crops']:,} "
+            "distinct crops)"
+            for result in results
+        ),
+        "took": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
+        + " on {device}, {threads} thread(s), {precision}; a core shared with other work".format(**results[-1]),
+        "seed": f"{first.train.seed} and {train.seed}",
+        "all settings": f"[first stage]({FIRST_STAGE}/config.yaml), [second](config.yaml); "
+        f"curves of the [first]({FIRST_STAGE}/curves.csv) and the [second](curves.csv)",
         "knows": ", ".join(shape.name for shape in config.objects),
     }
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."

@@ -7,30 +7,53 @@ from pathlib import Path
 from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import Recipe
 
 FOLDER = Path("out/estimators")
+_TEST_ONLY = SplitConfig(0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Data:
-    """One dataset by its recipe and seed."""
+    """One dataset: a recipe and a seed, and what is changed in the recipe."""
 
     recipe: str
     """Shipped recipe."""
     seed: int
-    """Seed of the dataset; those that are scored have others than those that are trained on alone."""
-    test_scenes: int | None = None
-    """Scenes of a dataset that is all test; by default the recipe's own number and split."""
+    """Seed of the dataset. Datasets of the same scenes have different ones, so that none shows what another does."""
+    name: str = ""
+    """Name of the folder, by default the recipe's."""
+    scenes: int | None = None
+    """Number of scenes, by default the recipe's."""
+    views: int | None = None
+    """Observations of each scene, by default the recipe's. Of many cartons in each image, other scenes say more."""
+    split: SplitConfig | None = None
+    """Shares of the splits, by default the recipe's."""
+
+    def changed_recipe(self) -> Recipe:
+        """Return the recipe that is generated."""
+        recipe = load_recipe(self.recipe)
+        scene = replace(recipe.scene, observations_per_scene=self.views or recipe.scene.observations_per_scene)
+        return replace(
+            recipe,
+            name=self.folder_name,
+            scene=scene,
+            scenes=self.scenes or recipe.scenes,
+            split=self.split or recipe.split,
+        )
 
     @property
-    def name(self) -> str:
+    def folder_name(self) -> str:
         """Name of the folder, and in tables."""
-        return f"{self.recipe}_test" if self.test_scenes else self.recipe
+        return self.name or self.recipe
 
 
 SCORED = (Data("industrial", 0), Data("mixed_pallets", 0))
 """Their train split is trained on, val calibrates, test is scored: scenes that nothing has seen."""
-CARTONS = (Data("industrial_cartons", 3, test_scenes=8), Data("mixed_cartons", 3, test_scenes=8))
+CARTONS = (
+    Data("industrial_cartons", 3, "industrial_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
+    Data("mixed_cartons", 3, "mixed_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
+)
 """Scored for their cartons: the two above label pallets only."""
 TRAINED_ONLY = (
     Data("industrial_more", 1),
@@ -38,16 +61,18 @@ TRAINED_ONLY = (
     Data("industrial_cartons", 2),
     Data("mixed_cartons", 2),
 )
+MORE_CARTONS = (
+    Data("industrial_cartons", 4, "industrial_cartons_more", scenes=60, views=3),
+    Data("mixed_cartons", 4, "mixed_cartons_more", scenes=60, views=3),
+)
+"""For the second stage of training: a scene holds few of the eighteen SKUs."""
 
 
 def made(data: Data, folder: Path = FOLDER) -> Path:
     """Return the dataset's folder, generated first if it is not complete."""
-    root = folder / "data" / data.name
+    root = folder / "data" / data.folder_name
     if not (root / "manifest.json").is_file():
         print(f"generating {root}")
-        recipe = load_recipe(data.recipe)
-        if data.test_scenes:
-            recipe = replace(recipe, name=data.name, scenes=data.test_scenes, split=SplitConfig(0.0, 0.0, 1.0))
         config = GenerateConfig(seed=data.seed, formats=("bop",), workers=os.cpu_count() or 1, resume=root.exists())
-        generate(recipe, root, config)
+        generate(data.changed_recipe(), root, config)
     return root
