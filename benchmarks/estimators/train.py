@@ -39,8 +39,6 @@ FIRST = Stage(
         validations=6,
     ),
 )
-STEPS = {"densefusion-pointcloud": 20_000}
-"""Where the first stage differs: the cloud alone costs least a step."""
 SECOND = Stage(
     (*FIRST.data, *MORE_CARTONS),
     replace(FIRST.config, max_steps=2500, learning_rate=1e-3, balance="classes", validations=2, seed=1),
@@ -63,8 +61,8 @@ def main(
         steps: Optimiser steps of the first stage in place of the usual.
     """
     for method in methods or ESTIMATORS.names():
-        usual = STEPS.get(method, FIRST.config.max_steps)
-        first = _trained(method, replace(FIRST.config, max_steps=steps or usual), FIRST.data, folder, "first", cache)
+        config = replace(FIRST.config, max_steps=steps or FIRST.config.max_steps)
+        first = _trained(method, config, FIRST.data, folder, "first", cache)
         run = _trained(method, SECOND.config, SECOND.data, folder, "second", cache, init=first)
         # The two sets of cartons that were there first have enough of them in val.
         calibrate(run, [made(item, folder) for item in (*SCORED, TRAINED_ONLY[-1])])
