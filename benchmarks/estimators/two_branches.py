@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
-from warehouse_sim.learning.methods import ESTIMATORS, Method, Size
+from warehouse_sim.learning.methods import ESTIMATORS, Method
 from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
+from warehouse_sim.learning.settings import Size
 
 NAME = "two-branches"
 

@@ -8,11 +8,11 @@ import torch
 from tests.dataset.toy import PALLET
 from tests.learning.made_crops import pallet_shape
 from warehouse_sim.learning.crops import CropConfig
-from warehouse_sim.learning.methods import ESTIMATORS, Size
+from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.object_meshes import write_meshes
 from warehouse_sim.learning.run_folder import DatasetSource, RunConfig, write_config, write_weights
-from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.learning.settings import Size, TrainConfig
 
 
 def made_run(

@@ -8,8 +8,9 @@ from typing import get_args
 import torch
 
 from warehouse_sim.config import read_yaml
-from warehouse_sim.learning.methods import ESTIMATORS, Size
+from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
+from warehouse_sim.learning.settings import Size
 from warehouse_sim.resources import model_dir, model_names
 
 CARD, RESULT = "card.yaml", "result.json"

@@ -1,14 +1,13 @@
 """What can be trained by name: each method fixes the inputs of a network and its widths at each size."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
+from warehouse_sim.learning.settings import Size
 from warehouse_sim.registry import Registry
 
 if TYPE_CHECKING:
     from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
-
-Size = Literal["nano", "small", "full"]
 
 
 class NetworkAtSize(Protocol):

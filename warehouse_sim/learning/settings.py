@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from warehouse_sim.learning.methods import Size
+Size = Literal["nano", "small", "full"]
 
 
 @dataclass(frozen=True)

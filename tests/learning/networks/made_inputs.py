@@ -2,11 +2,12 @@
 
 import torch
 
-from warehouse_sim.learning.methods import ESTIMATORS, Size
+from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.learning.networks.inputs import NetworkInput, Truth
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
+from warehouse_sim.learning.settings import Size
 
 BATCH, CLASSES = 2, 3
 

@@ -5,13 +5,14 @@
 
 from dataclasses import replace
 
-from warehouse_sim.learning.methods import Method, Size
+from warehouse_sim.learning.methods import Method
 from warehouse_sim.learning.networks.attention import AttentionConfig
 from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
 from warehouse_sim.learning.networks.heads import HeadConfig
 from warehouse_sim.learning.networks.image import ImageConfig, Reading
 from warehouse_sim.learning.networks.points import PointConfig
 from warehouse_sim.learning.networks.refiner import RefinerConfig
+from warehouse_sim.learning.settings import Size
 
 _IMAGES: dict[Size, ImageConfig] = {
     "nano": ImageConfig(kind="unet", side_px=48, width=24),
