@@ -54,14 +54,18 @@ def write(model: Path, head: Headline, test: dict[tuple[str, str], Scores], val:
         "In shape: over the symmetries of the shape, whatever is printed on it, which only cartons have more of.",
         "",
         *_header("data and setting"),
-        *(_row(f"{data} test, {setting}", scores.overall) for (data, setting), scores in test.items()),
+        *(
+            _row(f"{data.removesuffix('_test')} test, {setting}", scores.overall)
+            for (data, setting), scores in test.items()
+        ),
         *(_row(f"{data} val, {best}", scores.overall) for data, scores in val.items()),
     ]
     for group, title in _SPLITS.items():
         lines += ["", f"By {title}:", "", *_header(title)]
         for (data, setting), scores in test.items():
             if setting == best:
-                lines += [_row(f"{data}: {item.label}", item) for item in scores.groups[group] if item.gt_count]
+                place = data.removesuffix("_test")
+                lines += [_row(f"{place}: {item.label}", item) for item in scores.groups[group] if item.gt_count]
     lines += ["", "## Limits", "", *_limits(config)]
     summary = {
         "score": _in_short(test),
