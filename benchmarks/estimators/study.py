@@ -58,7 +58,7 @@ QUESTIONS = (
 """What is asked; the first with its selection against the second with its own."""
 METRICS = ("add_5pct", "dock_0mm")
 CONFIG = TrainConfig(max_minutes=None, max_steps=600, batch=32, learning_rate=2e-3, threads=1, workers=1, validations=1)
-"""Equal samples for all, a twentieth of what the bundled weights saw: each method is trained three times."""
+"""Equal samples for all, 4 % of what the bundled weights saw: each method is trained three times."""
 _DRAWS = 2000
 
 
