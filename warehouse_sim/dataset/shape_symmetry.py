@@ -30,7 +30,7 @@ def shape_symmetry(mesh: TriangleMesh, declared: SymmetryGroup) -> SymmetryGroup
 
     Args:
         mesh: CAD surface (m) in the object frame, whose origin is the centre of its box.
-        declared: The group that the object declares, which is returned if the shape's lacks any of it.
+        declared: The group that the object declares, which is returned unless the shape's holds all of it and more.
     """
     rng = np.random.default_rng(0)
     surface, tested = (sample_surface(mesh, count, rng)[0] for count in (_SURFACE_SAMPLES, _TESTED_SAMPLES))
@@ -43,7 +43,8 @@ def shape_symmetry(mesh: TriangleMesh, declared: SymmetryGroup) -> SymmetryGroup
         and _distance(tree, transform_points(T, tested)) <= limit
     ]
     group = SymmetryGroup(np.stack(found))
-    return group if _holds(group, declared) and _is_closed(group) else declared
+    larger = len(group) > len(declared) and _holds(group, declared) and _is_closed(group)
+    return group if larger else declared
 
 
 def _box_turns() -> Transforms:

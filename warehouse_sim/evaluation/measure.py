@@ -142,15 +142,17 @@ def _pose_columns(
     face: DockingFace,
     fork: ForkConfig,
 ) -> dict[str, Any]:
-    alike, same_shape = (
-        estimates_in_object(T_estimated, T_true, group) for group in (info.symmetry, info.shape_symmetry)
-    )
+    alike = estimates_in_object(T_estimated, T_true, info.symmetry)
+    least = least_in_shape = add(alike, points.surface).min(axis=-1)
+    if info.shape_symmetry is not info.symmetry:
+        same_shape = estimates_in_object(T_estimated, T_true, info.shape_symmetry)
+        least_in_shape = add(same_shape, points.surface).min(axis=-1)
     best, _ = nearest_symmetry(alike, points.hull)
     close = (translation_error(alike) < 0.05) & (rotation_error(alike) < np.deg2rad(5.0))
     errors = docking_errors(best, face)
     columns: dict[str, Any] = {
-        "add": add(alike, points.surface).min(axis=-1),
-        "add_shape": add(same_shape, points.surface).min(axis=-1),
+        "add": least,
+        "add_shape": least_in_shape,
         "add_s": add_s(best, points.surface, points.tree),
         "mssd": mssd(best, points.hull),
         "rotation": rotation_error(best),
