@@ -40,7 +40,7 @@ def test_the_headline_of_the_card_comes_out_of_the_weights(name: str, seen: list
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_is_small_and_its_weights_are_numbers(name: str) -> None:
     folder = model_dir(name)
-    assert sum(path.stat().st_size for path in folder.iterdir()) < LARGEST_MIB * 2**20
+    assert sum(path.stat().st_size for path in folder.rglob("*")) < LARGEST_MIB * 2**20
     for value in safetensors.numpy.load_file(folder / "weights.safetensors").values():
         assert np.isfinite(value).all()
 

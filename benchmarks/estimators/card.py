@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import yaml
 
@@ -38,14 +37,14 @@ def write(model: Path, head: Headline, test: dict[tuple[str, str], Scores], val:
         test: Scores on test by dataset and setting; the first dataset has all settings.
         val: Scores on val by dataset, with the last of the settings.
     """
-    config, results = read_config(model), [_result(model / FIRST_STAGE), _result(model)]
+    config = read_config(model)
     best = next(reversed(test))[1]
     lines = [
         f"# {model.name}",
         "",
         f"**{head}** on {SCENES} unseen scenes of `{RECIPE}` (consensus, no ICP); `tests/test_models.py` measures it.",
         "",
-        *_description(read_config(model / FIRST_STAGE), config, results),
+        *_description(model),
         "",
         "## Scores",
         "",
@@ -93,11 +92,11 @@ def _in_short(test: dict[tuple[str, str], Scores]) -> str:
     )
 
 
-def _result(folder: Path) -> dict[str, Any]:
-    return json.loads((folder / "result.json").read_text(encoding="utf-8"))
-
-
-def _description(first: RunConfig, config: RunConfig, results: list[dict[str, Any]]) -> list[str]:
+def _description(model: Path) -> list[str]:
+    stages = [folder for folder in (model / FIRST_STAGE, model) if folder.is_dir()]
+    configs = [read_config(folder) for folder in stages]
+    results = [json.loads((folder / "result.json").read_text(encoding="utf-8")) for folder in stages]
+    config, places = configs[-1], [stage.relative_to(model) for stage in stages]
     method, train = ESTIMATORS.get(config.estimator), config.train
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {
@@ -109,10 +108,11 @@ def _description(first: RunConfig, config: RunConfig, results: list[dict[str, An
             for result in results
         ),
         "took": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
-        + " on {device}, {threads} thread(s), {precision}; a core shared with other work".format(**results[-1]),
-        "seed": f"{first.train.seed} and {train.seed}",
-        "all settings": f"[first stage]({FIRST_STAGE}/config.yaml), [second](config.yaml); "
-        f"curves of the [first]({FIRST_STAGE}/curves.csv) and the [second](curves.csv)",
+        + " of wall time on {device}, {threads} thread(s), {precision}".format(**results[-1]),
+        "seed": " and ".join(str(item.train.seed) for item in configs),
+        "all settings": " and ".join(f"[{place / 'config.yaml'}]({place / 'config.yaml'})" for place in places)
+        + "; curves in "
+        + " and ".join(f"[{place / 'curves.csv'}]({place / 'curves.csv'})" for place in places),
         "knows": ", ".join(shape.name for shape in config.objects),
     }
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."

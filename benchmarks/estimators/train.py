@@ -1,6 +1,6 @@
 """Train, calibrate and bundle the estimators: the recipe of the weights in models/.
 
-python -m benchmarks.estimators.train [--methods densefusion]    # half an hour to an hour a method on one core
+python -m benchmarks.estimators.train [--methods densefusion]    # a quarter of an hour to an hour a method on one core
 """
 
 from dataclasses import dataclass, replace
