@@ -37,6 +37,7 @@ METHODS = (
 _COMPARED = (
     ("does colour help", "densefusion", "densefusion-pointcloud"),
     ("does a depth image beside the cloud help", "densefusion-depth", "densefusion-pointcloud"),
+    ("does a depth image help more than colour", "densefusion-depth", "densefusion"),
     ("does joining depth to colour help", "densefusion-early", "densefusion"),
     ("does a branch for each image help", two_branches.NAME, "densefusion-early"),
     ("does small attention help", "densefusion-middle-1", two_branches.NAME),
