@@ -1,63 +1,83 @@
-"""What a demo reached, as one small result file.
+"""What clean runs of the demo reached, as one small result file: the median of the runs and how far they lie apart.
 
-make demo && python benchmarks/demo_result.py --write      # stores benchmarks/results/demo.json
+for i in 1 2 3; do git clone -q . demo-$i && make -C demo-$i demo; done     # each in a clone of its own
+python benchmarks/demo_result.py demo-*/out/demo --write                    # stores benchmarks/results/demo.json
 """
 
 import json
 import os
 from pathlib import Path
 
+import numpy as np
 import tyro
 
-from warehouse_sim.dataset.manifest import read_manifest
+from warehouse_sim.dataset.manifest import Manifest, read_manifest
 
 RESULT = Path(__file__).parent / "results" / "demo.json"
 METRICS = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
 
 
-def main(demo: Path = Path("out/demo"), estimator: str = "densefusion-pointcloud", write: bool = False) -> None:
-    """Print and store the scores of a demo folder.
+def main(
+    demos: tyro.conf.Positional[tuple[Path, ...]], estimator: str = "densefusion-pointcloud", write: bool = False
+) -> None:
+    """Print and store the scores of demo folders.
 
     Args:
-        demo: Folder that the demo filled.
+        demos: Folders that runs of the demo filled, all of one recipe and seed.
         estimator: Estimator that was trained.
         write: Store the result file.
     """
-    manifest = read_manifest(demo / "data")
-    timing = json.loads((demo / "timing.json").read_text(encoding="utf-8"))
-    rows = []
-    for method in (estimator, f"{estimator}-icp"):
-        scores = json.loads((demo / "scores" / method / "scores.json").read_text(encoding="utf-8"))
-        total = scores["overall"]
-        for metric in METRICS:
-            rows.append(
-                {
-                    "name": f"{method} {metric}",
-                    "value": total["metrics"][metric],
-                    "interval": total["intervals"][metric],
-                    "n": total["gt_count"],
-                }
-            )
+    manifest = _common_manifest(demos)
+    rows = [_row(demos, method, metric) for method in (estimator, f"{estimator}-icp") for metric in METRICS]
     for row in rows:
         low, high = row["interval"]
-        print(f"{row['name']:52s} {row['value']:.3f}  [{low:.3f}, {high:.3f}]  n={row['n']}")
-    print(f"{manifest.scenes * manifest.observations_per_scene} observations, {sum(timing.values()) / 60:.1f} minutes")
+        print(f"{row['name']:44s} {row['value']:.3f}  [{low:.3f}, {high:.3f}]  {row['runs']}  n={row['n']}")
+    timings = [json.loads((demo / "timing.json").read_text(encoding="utf-8")) for demo in demos]
+    minutes = [round(sum(timing.values()) / 60, 1) for timing in timings]
+    observations = manifest.scenes * manifest.observations_per_scene
+    print(f"{observations} observations, {minutes} minutes")
     if write:
         result = {
             "machine": {"cores": os.cpu_count(), "renderer": manifest.renderers[0]},
-            "command": "make demo && python benchmarks/demo_result.py --write",
+            "command": "make demo in clean clones, then python benchmarks/demo_result.py demo-*/out/demo --write",
             "data": {
                 "recipe": manifest.recipe["name"],
                 "seed": manifest.seed,
                 "scenes": manifest.scenes,
-                "observations": manifest.scenes * manifest.observations_per_scene,
+                "observations": observations,
                 "split": "test: unseen scenes, ground-truth masks",
             },
-            "seconds": timing,
+            "intervals": "of the median run, 95 %: over scenes; runs: each by itself",
+            "minutes": minutes,
+            "seconds": timings,
             "rows": rows,
         }
         RESULT.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
         print(f"output: {RESULT}")
+
+
+def _common_manifest(demos: tuple[Path, ...]) -> Manifest:
+    manifests = [read_manifest(demo / "data") for demo in demos]
+    if len({(item.recipe["name"], item.seed, item.scenes) for item in manifests}) != 1:
+        raise SystemExit("demo_result: name at least one folder, and only folders of one recipe, seed and length")
+    return manifests[0]
+
+
+def _row(demos: tuple[Path, ...], method: str, metric: str) -> dict:
+    totals = []
+    for demo in demos:
+        path = demo / "scores" / method / "scores.json"
+        totals.append(json.loads(path.read_text(encoding="utf-8"))["overall"])
+    values = [total["metrics"][metric] for total in totals]
+    # The middle run itself, not a mean of two: its interval belongs to it.
+    median = totals[int(np.argsort(values, kind="stable")[(len(values) - 1) // 2])]
+    return {
+        "name": f"{method} {metric}",
+        "value": median["metrics"][metric],
+        "interval": median["intervals"][metric],
+        "runs": values,
+        "n": median["gt_count"],
+    }
 
 
 if __name__ == "__main__":
