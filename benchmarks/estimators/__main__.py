@@ -10,10 +10,10 @@ from pathlib import Path
 import torch
 import tyro
 
-from benchmarks.estimators import card, table
+from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
-from benchmarks.estimators.score import SETTINGS, rows, score
+from benchmarks.estimators.score import SETTINGS, bound_rows, rows, score
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.resources import data_folder
@@ -30,21 +30,23 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
         write: Store the result, the table and the cards. With ``only``, rows of other models stay.
     """
     found: list[dict] = []
-    seen = observations() if write else []
+    seen, best = observations() if write else [], SETTINGS[-1]
     for name in only or ESTIMATORS.names():
         model = data_folder("models") / name
-        scored = {}
+        scored, held = {}, {}
         for data, settings, class_name in (
             *((data, SETTINGS, "pallet") for data in SCORED),
             *((data, SETTINGS[-1:], "carton") for data in CARTONS),
         ):
-            place = folder / "scores" / name / data.folder_name
-            for setting, scores in score(model, made(data, folder), "test", settings, place).items():
+            root, place = made(data, folder), folder / "scores" / name / data.folder_name
+            for setting, scores in score(model, root, "test", settings, place).items():
                 scored[data.folder_name, setting] = scores
                 found += rows(scores, name, setting, class_name)
                 print(*scores.summary(), sep="\n")
+            held[data.folder_name] = bounds.covered(model, root, scored[data.folder_name, best.name], best)
+            found += bound_rows(held[data.folder_name], scores, name, best.name)
         if write:
-            card.write(model, headline(model, seen), scored, _on_val(model, folder))
+            card.write(model, headline(model, seen), scored, _on_val(model, folder), held)
     print(table.as_markdown(found))
     if write:
         result = _merged(found)

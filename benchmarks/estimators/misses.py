@@ -11,7 +11,7 @@ import numpy as np
 import tyro
 
 from benchmarks.estimators.data import FOLDER, SCORED, made
-from benchmarks.estimators.score import SETTINGS
+from benchmarks.estimators.score import SETTINGS, place_of
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.report.pictures import close_up
@@ -40,8 +40,9 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name, write: bool = 
     images = {(image.scene_id, image.image_id): image for image in reader.images("test")}
     missed: dict[Place, list[str]] = {}
     scores: dict[str, Scores] = {}
+    chosen = next(item for item in SETTINGS if item.name == setting)
     for method in ESTIMATORS.names():
-        place = folder / "scores" / method / SCORED[0].recipe / setting.replace(" + ", "-")
+        place = place_of(folder / "scores" / method / SCORED[0].folder_name, chosen)
         if not place.is_dir():
             continue
         scores[method] = read_scores(place)

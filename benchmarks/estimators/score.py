@@ -55,7 +55,7 @@ def score(model: Path, data: Path, split: str, settings: Sequence[Setting], fold
     Returns:
         Scores by the setting's name.
     """
-    places = {setting.name: folder / setting.name.replace(" + ", "-") for setting in settings}
+    places = {setting.name: place_of(folder, setting) for setting in settings}
     if all(_is_newer(place / "scores.json", model / WEIGHTS) for place in places.values()):
         return {name: read_scores(place) for name, place in places.items()}
     reader = DatasetReader(data)
@@ -75,6 +75,11 @@ def score(model: Path, data: Path, split: str, settings: Sequence[Setting], fold
         scores[name] = evaluate(place / "predictions.csv", data, split, method=f"{model.name} {name}")
         write_scores(scores[name], place)
     return scores
+
+
+def place_of(folder: Path, setting: Setting) -> Path:
+    """Return the folder, in that of a model and a dataset, that keeps what a setting predicted and its scores."""
+    return folder / setting.name.replace(" + ", "-")
 
 
 def _is_newer(file: Path, than: Path) -> bool:
@@ -113,6 +118,22 @@ def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dic
             "n": count,
         }
         for metric, (value, low, high, count) in found.items()
+    ]
+
+
+def bound_rows(covered: Sequence[dict[str, Any]], scores: Scores, method: str, setting: str) -> list[dict[str, Any]]:
+    """Return how often the stated bound holds, by distance, as rows of a result file."""
+    place = {"data": scores.dataset["recipe"], "split": scores.dataset["split"]}
+    return [
+        {
+            "name": f"{method}, {setting}, {place['data']} {place['split']}: bound holds, {row['label']}",
+            "method": method,
+            "setting": setting,
+            **place,
+            "metric": f"bound holds, {row['label']}",
+            **{key: row[key] for key in ("value", "interval", "n")},
+        }
+        for row in covered
     ]
 
 
