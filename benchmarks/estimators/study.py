@@ -17,6 +17,7 @@ from scipy.stats import t as student_t
 
 from benchmarks.estimators import two_branches
 from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.marked import replace_table
 from benchmarks.estimators.score import SELECTIONS, score
 from warehouse_sim import train
 from warehouse_sim.evaluation import Scores
@@ -25,6 +26,8 @@ from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 from warehouse_sim.learning.settings import TrainConfig
 
 RESULT = Path(__file__).parents[1] / "results" / "estimator_study.json"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "estimators.md"
+COMMAND = "python -m benchmarks.estimators.study --write"
 METHODS = (
     "densefusion-pointcloud",
     "densefusion-depth",
@@ -104,7 +107,7 @@ def main(
     if write:
         result = {
             "machine": {"cores": os.cpu_count(), "torch": torch.__version__},
-            "command": f"python -m benchmarks.estimators.study --methods {' '.join(methods)} --write",
+            "command": COMMAND,
             "data": f"{SCORED[0].recipe}, seed {SCORED[0].seed}: trained on its train split, scored on test",
             "training": {"steps": config.max_steps, "batch": config.batch, "size": config.size, "seeds": list(seeds)},
             "intervals": "95 %: Student's t over the seeds (of differences: of the same seed's two runs); over the "
@@ -113,7 +116,8 @@ def main(
             "answers": answers,
         }
         RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-        print(f"output: {RESULT}")
+        replace_table(DOCUMENT, COMMAND, as_markdown(answers))
+        print(f"output: {RESULT}, {DOCUMENT}")
 
 
 def _value(method: str, setting: str, metric: str, scores: Sequence[Scores]) -> dict:
@@ -141,6 +145,29 @@ def _answer(question: str, first: Sequence[Scores], second: Sequence[Scores], me
         "scenes_interval": _rounded(scene_bootstrap(gains.mean(axis=0), scenes, _DRAWS, np.random.default_rng(0))),
         "seeds": _rounded(by_seed),
     }
+
+
+def as_markdown(answers: Sequence[dict]) -> str:
+    """Return the answers as a Markdown table, in points; bold where both intervals lie on one side of zero."""
+    lines = [
+        "| question | ADD < 5 % d: over seeds | over scenes | docked: over seeds | over scenes |",
+        "|---|---|---|---|---|",
+    ]
+    for question in dict.fromkeys(row["question"] for row in answers):
+        cells = []
+        for metric in METRICS:
+            row = next(row for row in answers if (row["question"], row["metric"]) == (question, metric))
+            intervals = (row["difference_interval"], row["scenes_interval"])
+            sure = all(low > 0 for low, _ in intervals) or all(high < 0 for _, high in intervals)
+            mean, seeds, scenes = f"{100 * row['difference']:+.1f}", *map(_points, intervals)
+            cells += [f"{f'**{mean}**' if sure else mean} {seeds}", scenes]
+        lines.append(f"| {question} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _points(interval: Sequence[float]) -> str:
+    low, high = interval
+    return f"[{100 * low:+.1f}, {100 * high:+.1f}]"
 
 
 def seed_interval(values: Sequence[float]) -> tuple[float, float]:

@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Any
 
+from benchmarks.estimators.marked import replace_table
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.resources import data_folder
 
-START, END = "<!-- table: python -m benchmarks.estimators --write -->", "<!-- end of table -->"
+COMMAND = "python -m benchmarks.estimators --write"
 _COLUMNS = (
     ("industrial", "add_10pct", "industrial: ADD < 10 % d"),
     ("industrial", "add_5pct", "industrial: ADD < 5 % d"),
@@ -42,12 +43,7 @@ def as_markdown(rows: list[dict[str, Any]]) -> str:
 
 def write(rows: list[dict[str, Any]]) -> Path:
     """Put the table into models/README.md."""
-    path = data_folder("models") / "README.md"
-    text = path.read_text(encoding="utf-8")
-    before, rest = text.split(START)
-    _, after = rest.split(END)
-    path.write_text(f"{before}{START}\n\n{as_markdown(rows)}\n\n{END}{after}", encoding="utf-8")
-    return path
+    return replace_table(data_folder("models") / "README.md", COMMAND, as_markdown(rows))
 
 
 def _cell(row: dict[str, Any] | None) -> str:

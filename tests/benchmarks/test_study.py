@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_1samp
 
-from benchmarks.estimators.study import seed_interval
+from benchmarks.estimators.marked import replace_table
+from benchmarks.estimators.study import METRICS, as_markdown, seed_interval
 
 
 def test_the_interval_over_seeds_is_that_of_the_t_test():
@@ -21,3 +22,35 @@ def test_it_holds_the_true_mean_in_95_of_100_draws_of_three():
 
 def test_one_seed_tells_nothing():
     assert seed_interval([0.07]) == (-1.0, 1.0)
+
+
+def test_an_answer_stands_out_only_when_seeds_and_scenes_agree():
+    def answer(question: str, seeds: tuple[float, float], scenes: tuple[float, float]) -> list[dict]:
+        common = {"question": question, "difference": 0.04, "difference_interval": seeds, "scenes_interval": scenes}
+        return [{**common, "metric": metric} for metric in METRICS]
+
+    answers = [
+        *answer("sure", (0.01, 0.07), (0.02, 0.06)),
+        *answer("seeds differ", (-0.03, 0.11), (0.02, 0.06)),
+        *answer("scenes differ", (0.01, 0.07), (-0.01, 0.09)),
+    ]
+    lines = {line.split(" | ")[0].strip("| "): line for line in as_markdown(answers).splitlines()}
+    assert lines["sure"].count("**+4.0** [+1.0, +7.0]") == 2
+    assert "**" not in lines["seeds differ"] + lines["scenes differ"]
+
+
+def test_a_table_is_replaced_between_its_marks_only(tmp_path):
+    path = tmp_path / "page.md"
+    end = "<!-- end of table -->"
+    path.write_text(f"before\n<!-- table: one -->\nold\n{end}\nbetween\n<!-- table: two -->\nkept\n{end}\n")
+    replace_table(path, "one", "new")
+    text = path.read_text()
+    assert "old" not in text
+    assert [word for word in text.split() if word in ("before", "new", "between", "kept")] == [
+        "before",
+        "new",
+        "between",
+        "kept",
+    ]
+    with pytest.raises(ValueError, match="three"):
+        replace_table(path, "three", "new")
