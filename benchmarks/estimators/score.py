@@ -141,6 +141,6 @@ def docking_in_range(scores: Scores, low: float = DOCKING_RANGE[0], high: float 
     """Return share, 95 % interval and number of the pallets between two distances (m) that can be docked."""
     table = scores.table
     near = table.select(table.dockable & (table.distance >= low) & (table.distance < high))
-    docked = (near.slack >= 0.0).astype(float)
+    docked = near.docks().astype(float)
     interval = share_interval(docked, near.scene_id, 1000, np.random.default_rng(0))
     return float(docked.mean()), *interval, len(near)

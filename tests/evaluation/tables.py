@@ -14,7 +14,7 @@ def row(**changes):
         "add": 0.0, "add_shape": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0,
         "within_5cm_5deg": 1.0,
         "face": "-x", "depth": 0.0, "lateral": 0.0, "vertical": 0.0, "yaw": 0.0, "pitch": 0.0,
-        "slack_lateral": 0.064, "slack_vertical": 0.030, "limiting_error": "lateral",
+        "slack_lateral": 0.064, "slack_vertical": 0.030, "slack_depth": 0.050, "limiting_error": "lateral",
     }  # fmt: skip
     return perfect | changes
 
@@ -25,9 +25,15 @@ def missed(**changes):
     lengths += ("depth", "lateral", "vertical", "yaw", "pitch")
     nothing = dict.fromkeys(lengths, np.inf) | {
         "prediction": -1, "score": -np.inf, "within_5cm_5deg": 0.0,
-        "slack_lateral": -np.inf, "slack_vertical": -np.inf, "limiting_error": "missed",
+        "slack_lateral": -np.inf, "slack_vertical": -np.inf, "slack_depth": -np.inf,
+        "limiting_error": "missed",
     }  # fmt: skip
     return row(**(nothing | changes))
+
+
+def without_pockets():
+    """One ground truth of an object that is not docked."""
+    return row(slack_lateral=np.nan, slack_vertical=np.nan, slack_depth=np.nan, limiting_error="")
 
 
 def table(*rows) -> ErrorTable:

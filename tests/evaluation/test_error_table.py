@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from tests.evaluation.tables import missed, row, table
+from tests.evaluation.tables import missed, row, table, without_pockets
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.error_table import read_table, write_table
 
 
 def test_a_table_survives_its_file_with_infinities_and_nan(tmp_path):
-    before = table(row(add=0.0123456, face="+y"), missed(scene_id=7), row(slack_lateral=np.nan, slack_vertical=np.nan))
+    before = table(row(add=0.0123456, face="+y"), missed(scene_id=7), without_pockets())
     write_table(before, tmp_path / "errors.csv")
     after = read_table(tmp_path / "errors.csv")
     for name, column in before.columns().items():
@@ -19,11 +19,18 @@ def test_a_table_survives_its_file_with_infinities_and_nan(tmp_path):
 
 
 def test_select_found_and_dockable():
-    both = table(row(), missed(), row(slack_lateral=np.nan, slack_vertical=np.nan))
+    both = table(row(), missed(), without_pockets())
     assert both.found.tolist() == [True, False, True]
     assert both.dockable.tolist() == [True, True, False]
     assert len(both.select(both.found)) == 2
     assert both.slack[:2].tolist() == [0.030, -np.inf]
+
+
+def test_what_stops_at_the_wrong_depth_has_no_room_and_does_not_dock():
+    rows = table(row(), row(slack_depth=-0.001), row(slack_depth=-1e-10), row(slack_vertical=-0.001), without_pockets())
+    assert rows.slack[:4].tolist() == [0.030, -np.inf, 0.030, -0.001]
+    assert rows.docks().tolist() == [True, False, True, False, False]
+    assert rows.docks(0.031).tolist() == [False] * 5
 
 
 @pytest.mark.parametrize("content", ["scene_id,image_id\n0,0\n", None, "scene_id\nx\n"])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.evaluation.tables import missed, row, table
+from tests.evaluation.tables import missed, row, table, without_pockets
 from warehouse_sim.evaluation.metrics import MetricConfig, accuracy_curve, median_values, pass_values, posecnn_auc
 
 CONFIG = MetricConfig()
@@ -28,7 +28,7 @@ def test_docking_margins_ask_for_room_on_both_axes():
 
 
 def test_docking_is_left_out_for_objects_without_pockets():
-    values = pass_values(table(row(slack_lateral=np.nan, slack_vertical=np.nan), row()), CONFIG)
+    values = pass_values(table(without_pockets(), row()), CONFIG)
     for name in ("dock_0mm", "dock_gate_20mm_2.9deg", "dock_gate_50mm_3deg"):
         assert np.isnan(values[name]).tolist() == [True, False]
     assert not np.isnan(values["mssd_5cm"]).any()

@@ -137,6 +137,36 @@ def test_docking_is_judged_at_the_side_towards_the_camera(data, score):
     assert pallets.slack_vertical == pytest.approx(0.030)
 
 
+INWARDS = {"-x": [1, 0, 0], "+x": [-1, 0, 0], "-y": [0, 1, 0], "+y": [0, -1, 0]}
+
+
+def test_ground_truth_moved_along_the_forks_docks_within_the_limits_of_depth(data, score):
+    estimates = estimates_of(data)
+    faces = score(estimates).table.face
+    # The tips reach 1.10 m, and two thirds of the pallet must be on them.
+    short = np.array([1.10 - 2 / 3 * {"x": 1.2, "y": 0.8}[face[1]] for face in faces])
+    assert len(set(short)) == 2
+
+    def docked(deeper):
+        along = deeper * np.ones(len(estimates))
+        shifted = [
+            replace(item, T_camera_object=item.T_camera_object @ nudge(*(metres * np.array(INWARDS[face]))))
+            for item, face, metres in zip(estimates, faces, along, strict=True)
+        ]
+        scores = score(shifted)
+        return scores.overall.metrics["dock_0mm"], {axis: n for axis, n in scores.docking_failures.items() if n}
+
+    assert docked(0.049) == docked(-0.2) == docked(-short + 0.01) == (1.0, {})
+    assert docked(0.051) == docked(0.2) == (0.0, {"too_deep": 16})
+    assert docked(-short - 0.01) == (0.0, {"too_short": 16})
+
+
+def test_a_pallet_upside_down_is_not_docked(data, score):
+    scores = score(moved(estimates_of(data), make_transform(rotation_x(np.pi))))
+    assert [scores.overall.metrics[name] for name in ("dock_0mm", "dock_gate_50mm_3deg")] == [0.0, 0.0]
+    assert scores.docking_failures["upside_down"] == 16
+
+
 def test_an_estimate_a_diameter_away_is_no_match(data, score):
     far = moved(estimates_of(data), nudge(z=50.0))
     got = score(far)
@@ -192,6 +222,9 @@ def test_scores_do_not_depend_on_where_files_lie(data, score, tmp_path):
 
 
 def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
-    (tmp_path / "scores.json").write_text('{"format": 99}')
-    with pytest.raises(EvaluationError, match="not a score of format 3"):
-        read_scores(tmp_path)
+    for content in ('{"format": 3}', "[]"):
+        (tmp_path / "scores.json").write_text(content)
+        with pytest.raises(
+            EvaluationError, match=r"a score of format (3|None), not 4.*evaluate again on the predictions"
+        ):
+            read_scores(tmp_path)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.evaluation.tables import missed, row, table
+from tests.evaluation.tables import missed, row, table, without_pockets
 from warehouse_sim.evaluation.metrics import MetricConfig
 from warehouse_sim.evaluation.summary import GroupConfig, Summary, split_groups, summarise
 
@@ -25,7 +25,7 @@ def test_an_empty_group_has_no_numbers_and_no_intervals():
 
 
 def test_a_summary_survives_json_with_null_for_what_is_not_finite():
-    got = summarise("all", table(missed(), missed(), row(slack_lateral=np.nan, slack_vertical=np.nan)), METRICS, GROUPS)
+    got = summarise("all", table(missed(), missed(), without_pockets()), METRICS, GROUPS)
     plain = got.to_plain()
     assert plain["metrics"]["median_add"] is None
     again = Summary.from_plain(plain)

@@ -13,6 +13,9 @@ from warehouse_sim.errors import EvaluationError
 _WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction")
 _TEXT = ("class_name", "object_name", "face", "limiting_error")
 
+_ROUNDING = 1e-9
+"""Metres below which a slack is what was asked for: poses are read from decimal text."""
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
@@ -64,11 +67,16 @@ class ErrorTable:
     pitch: Float[np.ndarray, " n"]
     """Tip of the fork up or down (rad)."""
     slack_lateral: Float[np.ndarray, " n"]
-    """Room left beside the tines (m), negative on collision, nan for objects without pockets."""
+    """Room left beside the tines (m), negative on collision, nan for objects without pockets.
+
+    This slack and the next two are -inf for a miss and for an estimate that is upside down or reversed.
+    """
     slack_vertical: Float[np.ndarray, " n"]
     """Room left above or below the tines (m)."""
+    slack_depth: Float[np.ndarray, " n"]
+    """Room left along the tines (m), negative where they stop too deep or too short."""
     limiting_error: Shaped[np.ndarray, " n"]
-    """Error that uses up most room: lateral, vertical, yaw, pitch, roll; "missed", or "" without pockets."""
+    """Error that uses up most room, one of ``FAILURE_AXES``; "missed", or "" without pockets."""
 
     def __len__(self) -> int:
         return len(self.scene_id)
@@ -93,8 +101,13 @@ class ErrorTable:
 
     @property
     def slack(self) -> Float[np.ndarray, " n"]:
-        """The smaller of the two slacks (m); the estimate docks with margin m where this is at least m."""
-        return np.minimum(self.slack_lateral, self.slack_vertical)
+        """The room to spare beside and above the tines (m), -inf where they stop too deep or too short."""
+        room = np.minimum(self.slack_lateral, self.slack_vertical)
+        return np.where(self.slack_depth < -_ROUNDING, -np.inf, room)
+
+    def docks(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
+        """Return which ground truths are docked with ``margin`` (m) to spare; none without pockets."""
+        return self.slack >= margin - _ROUNDING
 
 
 def table_from_rows(rows: list[dict[str, Any]]) -> ErrorTable:

@@ -13,11 +13,11 @@ from warehouse_sim.evaluation.docking import (
     approached_face,
     docking_errors,
     docking_faces,
-    docking_slack,
-    failure_axes,
 )
+from warehouse_sim.evaluation.docking_failure import failure_axes
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
 from warehouse_sim.evaluation.illuminance import Place
+from warehouse_sim.evaluation.insertion import docking_slack
 from warehouse_sim.evaluation.pairing import Pair, pair_up
 from warehouse_sim.evaluation.pose_error import (
     add,
@@ -130,6 +130,7 @@ def _missed(has_pockets: bool) -> dict[str, Any]:
         "within_5cm_5deg": 0.0,
         "slack_lateral": slack,
         "slack_vertical": slack,
+        "slack_depth": slack,
         "limiting_error": "missed" if has_pockets else "",
     }
 
@@ -165,6 +166,7 @@ def _pose_columns(
         "pitch": errors.pitch,
     }
     if face.pockets:
-        columns["slack_lateral"], columns["slack_vertical"] = docking_slack(best, face, fork)
-        columns["limiting_error"] = failure_axes(errors, face, fork)
+        slack = docking_slack(best, face, fork)
+        columns |= {"slack_lateral": slack.lateral, "slack_vertical": slack.vertical, "slack_depth": slack.depth}
+        columns["limiting_error"] = failure_axes(errors, slack, face, fork)
     return columns

@@ -15,11 +15,7 @@ class MetricConfig:
     diameter_percent: tuple[int, ...] = (2, 5, 10)
     """Accuracy thresholds as percentages of the object's diameter, each > 0."""
     docking_margin_mm: tuple[int, ...] = (0, 10, 20)
-    """Room (mm) that docking must leave for the errors of the vehicle's control, each >= 0."""
-
-
-_ROUNDING = 1e-9
-"""Metres below which a slack is what was asked for: poses are read from decimal text."""
+    """Room (mm) that docking must leave to the walls for the errors of the vehicle's control, each >= 0."""
 
 
 def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.ndarray, " n"]]:
@@ -40,7 +36,7 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
         values[f"mssd_{centimetres}cm"] = (table.mssd < centimetres / 100.0).astype(float)
     values["pose_5cm_5deg"] = table.within_5cm_5deg
     for margin in config.docking_margin_mm:
-        values[f"dock_{margin}mm"] = _where_dockable(table, table.slack >= margin / 1000.0 - _ROUNDING)
+        values[f"dock_{margin}mm"] = _where_dockable(table, table.docks(margin / 1000.0))
     values["dock_gate_20mm_2.9deg"] = _where_dockable(table, _gate(table, 0.020, 2.9, 180.0))
     values["dock_gate_50mm_3deg"] = _where_dockable(table, _gate(table, 0.050, 3.0, 1.0))
     values["auc_add_10cm"] = np.maximum(0.0, 1.0 - table.add / 0.1)
@@ -93,8 +89,10 @@ def _where_dockable(table: ErrorTable, passed: np.ndarray) -> Float[np.ndarray, 
 
 
 def _gate(table: ErrorTable, lateral: float, yaw_deg: float, pitch_deg: float) -> np.ndarray:
+    # Infinite where the estimate is upside down or reversed, which neither threshold would see.
     return (
-        (np.abs(table.lateral) <= lateral)
+        np.isfinite(table.slack_depth)
+        & (np.abs(table.lateral) <= lateral)
         & (np.abs(np.rad2deg(table.yaw)) <= yaw_deg)
         & (np.abs(np.rad2deg(table.pitch)) <= pitch_deg)
     )

@@ -15,7 +15,7 @@ from warehouse_sim.evaluation.summary import GroupConfig, Summary
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 3
+_FORMAT = 4
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,11 @@ def read_scores(folder: Path) -> Scores:
     path = folder / SCORES_FILE
     data = read_json(path)
     if not isinstance(data, dict) or data.get("format") != _FORMAT:
-        raise EvaluationError(f"{path}: is not a score of format {_FORMAT}; run warehouse-sim evaluate again")
+        found = data.get("format") if isinstance(data, dict) else None
+        raise EvaluationError(
+            f"{path}: is a score of format {found}, not {_FORMAT}, and its numbers would mean something else; "
+            f"run warehouse-sim evaluate again on the {PREDICTIONS_FILE} beside it"
+        )
     try:
         return Scores(
             method=data["method"],

@@ -12,7 +12,7 @@ from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import EvaluationError
-from warehouse_sim.evaluation.docking import FAILURE_AXES
+from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
@@ -69,7 +69,7 @@ def evaluate(
 
 def docking_failures(table: ErrorTable) -> dict[str, int]:
     """Count the ground truths that cannot be docked (no margin) by the error to blame, "missed" for no estimate."""
-    failed = table.limiting_error[table.dockable & (table.slack < 0.0)]
+    failed = table.limiting_error[table.dockable & ~table.docks()]
     return {axis: int((failed == axis).sum()) for axis in (*FAILURE_AXES, "missed")}
 
 

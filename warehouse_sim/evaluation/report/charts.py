@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, insertion_depth
+from warehouse_sim.evaluation.docking import DockingFace, ForkConfig
 from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.insertion import insertion_depth
 from warehouse_sim.evaluation.metrics import accuracy_curve
 from warehouse_sim.evaluation.report.figure import PALETTE, chart
 
@@ -59,20 +60,25 @@ def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace], fork: ForkConfi
             style = {"color": _QUIET, "linewidth": 1.0, "linestyle": ("-", "--", "-.", ":")[index % 4]}
             label = f"room in {1000.0 * (2.0 * beside + fork.tine_width):g} mm pockets"
             axes.plot(100.0 * outline[:, 0], np.rad2deg(outline[:, 1]), label=label, **style)
-        _scatter(axes, lateral_cm, yaw_deg, rows.slack >= 0.0, (18.0, 9.0))
+        _scatter(axes, lateral_cm, yaw_deg, rows.docks(), (18.0, 9.0))
         axes.set(xlabel="lateral error at the entry (cm)", ylabel="yaw error (deg)")
         drawing.legend_above()
         return drawing.svg()
 
 
-def offset_chart(table: ErrorTable) -> str:
-    """Draw estimates from above: where the approached side was believed to be, seen from the vehicle."""
+def offset_chart(table: ErrorTable, fork: ForkConfig) -> str:
+    """Draw estimates from above: where the approached side was believed to be, seen from the vehicle.
+
+    The dashed line is the depth error at which the heel of the tines touches the true side.
+    """
     rows = table.select(table.found)
-    passed = rows.slack >= 0.0 if rows.dockable.any() else None
+    passed = rows.docks() if rows.dockable.any() else None
     with chart() as drawing:
         axes = drawing.axes
         axes.axhline(0, color=_QUIET, linewidth=0.8)
         axes.axvline(0, color=_QUIET, linewidth=0.8)
+        if passed is not None:
+            axes.axhline(100.0 * fork.heel_gap, color=_QUIET, linewidth=0.8, linestyle=(0, (3, 3)))
         _scatter(axes, -100.0 * rows.lateral, 100.0 * rows.depth, passed, (18.0, 18.0))
         axes.set(
             xlabel="← left \u2003 lateral error (cm) \u2003 right →",
@@ -99,7 +105,7 @@ def histogram_chart(table: ErrorTable, largest_cm: float = 15.0) -> str:
 
 def failure_chart(failures: Mapping[str, int]) -> str:
     """Draw how many objects cannot be docked, by the error to blame."""
-    names, counts = list(failures)[::-1], list(failures.values())[::-1]
+    names, counts = [name.replace("_", " ") for name in failures][::-1], list(failures.values())[::-1]
     with chart() as drawing:
         axes = drawing.axes
         bars = axes.barh(names, counts, color=_FAIL, height=0.62)
@@ -141,7 +147,7 @@ def _scatter(axes: Any, x: Column, y: Column, passed: Passed | None, reach: tupl
     x, y = np.clip(x, -reach[0], reach[0]), np.clip(y, -reach[1], reach[1])
     kinds: list[tuple[Passed, str, str | None]] = [(np.ones(len(x), bool), _PASS, None)]
     if passed is not None:
-        kinds = [(passed, _PASS, "docks"), (~passed, _FAIL, "collides")]
+        kinds = [(passed, _PASS, "docks"), (~passed, _FAIL, "fails")]
     for chosen, color, label in kinds:
         style = {"color": color, "alpha": 0.7, "linewidths": 0}
         axes.scatter(x[chosen & ~beyond], y[chosen & ~beyond], s=14, label=label, **style)

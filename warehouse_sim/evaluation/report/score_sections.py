@@ -40,7 +40,7 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
     for info in source.data.objects.values():
         faces += docking_faces(info.size, info.pockets) if info.pockets else ()
     drawings = [("How large the errors are", charts.histogram_chart(table))]
-    drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table)))
+    drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table, fork)))
     if scores.overall.dockable_count:
         drawings.append(("Lateral and yaw share the room beside the tines", charts.sweep_chart(table, faces, fork)))
         drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
@@ -119,8 +119,8 @@ def _case_caption(table: ErrorTable, row: int) -> dict[str, str]:
     errors = f"lateral {signed(100.0 * table.lateral[row])} cm, yaw {signed(np.rad2deg(table.yaw[row]))}°"
     if not table.dockable[row]:
         return {"title": add, "errors": errors, "place": place}
-    slack_mm = 1000.0 * table.slack[row]
-    verdict = f"docks, {slack_mm:.0f} mm to spare" if slack_mm >= 0 else f"collides: {table.limiting_error[row]}"
+    spare = f"docks, {max(0.0, 1000.0 * table.slack[row]):.0f} mm to spare"
+    verdict = spare if table.docks()[row] else f"does not dock: {table.limiting_error[row].replace('_', ' ')}"
     return {"title": verdict, "errors": f"{add}, {errors}", "place": place}
 
 

@@ -1,0 +1,58 @@
+"""Which error to blame when an estimate does not dock."""
+
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.evaluation.docking import DockingErrors, DockingFace, ForkConfig
+from warehouse_sim.evaluation.insertion import DockingSlack, insertion_depth
+from warehouse_sim.geometry.pose import invert, transform_points
+
+FailureAxis = Literal["lateral", "vertical", "yaw", "pitch", "roll", "too_deep", "too_short", "upside_down", "reversed"]
+FAILURE_AXES: tuple[FailureAxis, ...] = get_args(FailureAxis)
+_LEAST_ROOM = 1e-3
+"""Metres. Where the fork does not fit at all, every estimate fails, and the shares still compare."""
+
+
+def failure_axes(errors: DockingErrors, slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> list[FailureAxis]:
+    """Name for each estimate the error that alone uses up most of the room it has.
+
+    Where something fails, only what fails is named: a fork that clears the walls and stops too deep is "too_deep".
+    """
+    at_walls, along = _used_at_walls(errors, face, fork), _used_along(slack, face, fork)
+    hits = np.minimum(slack.lateral, slack.vertical) < 0.0
+    fails = np.stack([*[hits] * len(at_walls), slack.heel < 0.0, slack.tips < 0.0])
+    used = np.where(fails | ~fails.any(axis=0), np.concatenate([at_walls, along]), -np.inf)
+    names = np.array(FAILURE_AXES)[used.argmax(axis=0)]
+    names = np.where(errors.reversed, "reversed", names)
+    return np.where(errors.upside_down, "upside_down", names).tolist()
+
+
+def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "5 n"]:
+    """Offsets count as they are, an angle by the chord that it moves the tip (yaw, pitch) or the outer tine (roll).
+
+    Each is divided by the room beside or above a tine in the narrowest pocket.
+    """
+    clear = np.min([pocket.size for pocket in face.pockets], axis=0)
+    beside, above = np.maximum((clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0, _LEAST_ROOM)
+    length = max(insertion_depth(pocket, fork) for pocket in face.pockets)
+    openings = np.stack([pocket.T_object_pocket[:3, 3] for pocket in face.pockets])
+    aside = np.abs(transform_points(invert(face.T_object_dock), openings)[:, 1]).max() + fork.tine_width / 2.0
+    return np.stack(
+        [
+            np.abs(errors.lateral) / beside,
+            np.abs(errors.vertical) / above,
+            2.0 * length * np.abs(np.sin(errors.yaw / 2.0)) / beside,
+            2.0 * length * np.abs(np.sin(errors.pitch / 2.0)) / above,
+            2.0 * aside * np.abs(np.sin(errors.roll / 2.0)) / above,
+        ]
+    )
+
+
+def _used_along(slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "2 n"]:
+    """Of the room before the face (too deep) and beyond the least insertion (too short)."""
+    before, beyond = fork.heel_gap, fork.reach - fork.least_insertion * face.depth
+    return np.stack(
+        [(before - slack.heel) / max(before, _LEAST_ROOM), (beyond - slack.tips) / max(beyond, _LEAST_ROOM)]
+    )
