@@ -53,15 +53,27 @@ def test_no_estimates_is_a_file_with_a_header(tmp_path: Path) -> None:
         ([], ":1: the header must be"),
         (["scene,im,obj", ROW], ":1: the header must be"),
         ([HEADER, ROW, ROW + ",1"], ":3: 7 fields separated by commas are expected, found 8"),
-        ([HEADER, "", ROW], ":2: 7 fields"),
-        ([HEADER, ROW.replace("0.5", "high")], ":2: a field is not a number"),
-        ([HEADER, ROW.replace("1,2,3", "1,2.0,3")], ":2: a field is not a number"),
-        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0")], ":2: R needs 9 and t needs 3 numbers"),
-        ([HEADER, ROW.replace("10 20 1000", "10 20")], ":2: R needs 9 and t needs 3 numbers"),
-        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0 -1")], ":2: R must be a rotation"),
+        ([HEADER, "", ROW], ":2: the line is blank"),
+        ([HEADER, ROW, "  ", ROW.replace("0.5", "0.4")], ":3: the line is blank"),
+        ([HEADER, ROW.replace("0.5", "high")], ":2: score holds something else than numbers: 'high'"),
+        ([HEADER, ROW.replace("0.5", "")], ":2: score needs one number, found 0"),
+        ([HEADER, ROW.replace("1,2,3", "1,2.0,3")], ":2: scene_id, im_id and obj_id are whole numbers, found '2.0'"),
+        ([HEADER, ROW.replace("1,2,3", "1,2_0,3")], ":2: scene_id, im_id and obj_id are whole numbers, found '2_0'"),
+        ([HEADER, ROW.replace("1,2,3", f"1,2,{'9' * 3000}")], "are whole numbers, found '999999"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0")], ":2: R needs 9 numbers"),
+        ([HEADER, ROW.replace("10 20 1000", "10 20")], ":2: t needs 3 numbers"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "1 0 0 0 1 0 0 0 -1")], ":2: R must be a rotation, found [1.0, "),
         ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", "2 0 0 0 2 0 0 0 2")], ":2: R must be a rotation"),
-        ([HEADER, ROW.replace("1000", "nan")], ":2: R must be a rotation, and every number finite"),
-        ([HEADER, ROW.replace("0.5", "inf")], ":2: R must be a rotation, and every number finite"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", " ".join(["1e300"] * 9))], ":2: R must be a rotation"),
+        ([HEADER, ROW.replace("1 0 0 0 1 0 0 0 1", " ".join(["nan"] * 9))], ":2: R must be finite"),
+        ([HEADER, ROW.replace("1000", "nan")], ":2: t must be finite, found '10 20 nan'"),
+        ([HEADER, ROW.replace("1000", "1e300")], ":2: t is in millimetres and ends at 1e+07, found '10 20 1e300'"),
+        ([HEADER, ROW.replace("0.5", "inf")], ":2: score must be finite, found 'inf'"),
+        ([HEADER, ROW.replace(",-1", ",1e999")], ":2: time must be finite, found '1e999'"),
+        ([HEADER, ROW, ROW.replace("0.5", "0.6"), ROW], ":4: repeats line 2; remove one of the two"),
+        ([HEADER, ROW, ROW.replace("0.5", "0.50")], ":3: repeats line 2; remove one of the two"),
+        ([HEADER, ROW, "x" * 100_000], ":3: has over 4096 characters"),
+        (["PK\x03\x04" + "\0" * 10_000_000], ":1: the header must be"),
         ([HEADER, ROW, ROW.replace(",-1", ",0.3")], "the rows of scene 1, image 2 differ"),
     ],
 )
@@ -72,6 +84,32 @@ def test_wrong_files_are_refused_with_their_line(tmp_path: Path, lines: list[str
         pose_csv.read(path)
     assert message in str(caught.value)
     assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 300 + len(str(path))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text + "\n\n  \n",
+        lambda text: text.rstrip("\n"),
+        lambda text: "\ufeff" + text.replace("\n", "\r\n") + "\r\n\r\n",
+    ],
+)
+def test_what_other_programs_do_to_the_text_of_a_file_changes_nothing(tmp_path: Path, change) -> None:
+    pose_csv.write(tmp_path / "a.csv", random_estimates(5))
+    (tmp_path / "b.csv").write_bytes(change((tmp_path / "a.csv").read_text()).encode("utf-8"))
+    plain, changed = pose_csv.read(tmp_path / "a.csv"), pose_csv.read(tmp_path / "b.csv")
+    for one, other in zip(plain, changed, strict=True):
+        assert np.array_equal(one.T_camera_object, other.T_camera_object)
+        assert (one.scene_id, one.score, one.time) == (other.scene_id, other.score, other.time)
+
+
+def test_what_has_no_end_and_no_lines_is_refused_at_once() -> None:
+    with pytest.raises(DatasetError, match="/dev/zero:1: the header must be"):
+        pose_csv.read(Path("/dev/zero"))
 
 
 def test_missing_file_says_what_makes_it(tmp_path: Path) -> None:

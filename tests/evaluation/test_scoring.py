@@ -9,7 +9,7 @@ import pytest
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from tests.evaluation.pallet import nudge
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import EvaluationError
+from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation import ScoreConfig, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.measure import MeasureConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
@@ -185,6 +185,44 @@ def test_a_prediction_of_another_dataset_is_refused_by_its_line(data, score, cha
     first, *rest = estimates_of(data)
     with pytest.raises(EvaluationError, match=message):
         score([replace(first, **change), *(item for item in rest if item.image_id != 77)])
+
+
+def scaled(estimates, factor):
+    def T(item):
+        return make_transform(item.T_camera_object[:3, :3], factor * item.T_camera_object[:3, 3])
+
+    return [replace(item, T_camera_object=T(item)) for item in estimates]
+
+
+@pytest.mark.parametrize(
+    ("factor", "message"),
+    [
+        (1e-3, r"method_made-test\.csv: t looks like metres: read as millimetres.*multiply t by 1000"),
+        (1.5e-3, "t looks like metres"),
+        (1e3, r"t looks like micrometres.*multiply t by 0\.001"),
+    ],
+)
+def test_predictions_in_another_unit_are_refused_with_a_hint(data, score, factor, message):
+    with pytest.raises(EvaluationError, match=message):
+        score(scaled(estimates_of(data), factor))
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 2.0, 10.0])
+def test_predictions_that_are_merely_wrong_are_scored(data, score, factor):
+    assert score(scaled(estimates_of(data), factor)).overall.metrics["add_2pct"] == 0.0
+
+
+def test_the_unit_is_judged_by_the_images_that_have_predictions(data, score):
+    estimates = [item for item in scaled(estimates_of(data), 1e-3) if item.image_id == 1]
+    with pytest.raises(EvaluationError, match="metres"):
+        score(estimates)
+    assert score(estimates_of(data)[:1]).counts["found"] == 1
+
+
+def test_repeated_predictions_are_refused_by_their_lines(data, score):
+    first, *rest = estimates_of(data)
+    with pytest.raises(DatasetError, match=r"csv:22: repeats line 2; remove one of the two"):
+        score([first, *rest[1:], rest[0], first])
 
 
 def test_a_split_without_ground_truth_is_refused(data, tmp_path):

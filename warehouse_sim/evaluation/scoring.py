@@ -18,6 +18,7 @@ from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
+from warehouse_sim.evaluation.units import check_unit
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -34,7 +35,8 @@ def evaluate(
         method: Name to store; else the file name up to the first underscore (the BOP rule).
 
     Raises:
-        EvaluationError: A prediction names an image or object that the split lacks, or no ground truth counts.
+        EvaluationError: A prediction names an image or object that the split lacks, translations are not in
+            millimetres, or no ground truth counts.
         DatasetError: The dataset or the CSV cannot be read.
     """
     config = config or ScoreConfig()
@@ -42,6 +44,7 @@ def evaluate(
     images = reader.images(split)
     estimates = pose_csv.read(predictions)
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
+    check_unit(estimates, images, predictions)
     _check_geometry(images, set(reader.objects), data)
     table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images))
     if len(table) == 0:
