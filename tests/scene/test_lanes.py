@@ -1,9 +1,12 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from tests.scene.raster import Pile, may_carry
 from warehouse_sim.errors import PlacementError
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import SceneDraft
@@ -13,6 +16,8 @@ from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.schema import ObjectInstance
 
 X = [-1.2, 0.0, 1.2]
+GOODS = ("carton", "tote", "drum", "sack")
+ONE = Distribution.constant(1.0)
 
 
 def filled(seed: int, clear_height: float = 5.0, depth: int = 3, loads: UnitLoadConfig | None = None, **settings):
@@ -76,12 +81,52 @@ def test_empty_pallets_are_stacked_alone_and_of_one_kind() -> None:
         assert len({item.model for item in stack}) == 1
 
 
-def test_a_lane_of_one_kind_holds_one_article() -> None:
-    draft = filled(2, one_kind_share=1.0, empties_share=0.0, fill=Distribution.constant(1.0))
-    for lane, x in enumerate(X):
-        near = [item for item in draft.instances if abs(item.T_world_object[0, 3] - x) < 0.6]
-        goods = {item.model for item in near if draft.models[item.model].class_name == "carton"}
-        assert len(goods) == 1, lane
+@pytest.mark.parametrize("recipe", ["block_storage", "dock_staging", "mixed_pallets"])
+def test_a_lane_of_one_kind_holds_one_article_on_one_type_of_pallet(recipe: str) -> None:
+    loads = load_recipe(recipe).scene.loads
+    classes = set()
+    for seed in range(6):
+        config = {"one_kind_share": 1.0, "empties_share": 0.0, "fill": Distribution.constant(1.0)}
+        draft = filled(seed, loads=loads, stack=Distribution.choice(1, 3), **config)
+        for lane, x in enumerate(X):
+            near = [item for item in draft.instances if abs(item.T_world_object[0, 3] - x) < 0.61]
+            models = [draft.models[item.model] for item in near]
+            goods = {model.name for model in models if model.class_name in GOODS}
+            assert len(goods) == 1, lane
+            assert len({model.obj_id for model in models if model.class_name == "pallet"}) == 1, lane
+            classes |= {model.class_name for model in models}
+    assert len(classes & set(GOODS)) >= 2  # lanes differ, as the recipe's shares say
+
+
+def test_the_mix_of_goods_over_lanes_is_the_recipes() -> None:
+    loads = replace(UnitLoadConfig(), tote_share=0.3, sack_share=0.2, empty_share=0.0)
+    kinds = []
+    for seed in range(60):
+        draft = filled(seed, depth=1, loads=loads, one_kind_share=1.0, empties_share=0.0, fill=ONE, stack=ONE)
+        places = {(round(item.T_world_object[0, 3] / 1.2), item.model) for item in draft.instances}
+        kinds += [draft.models[name].class_name for _, name in places if draft.models[name].class_name in GOODS]
+    assert len(kinds) == 180
+    assert 0.2 < kinds.count("tote") / 180 < 0.4  # three standard deviations
+    assert 0.11 < kinds.count("sack") / 180 < 0.29
+
+
+@pytest.mark.parametrize("recipe", ["block_storage", "dock_staging", "mixed_pallets"])
+def test_every_upper_load_rests_on_a_full_and_level_layer_that_bears_it(recipe: str) -> None:
+    loads = load_recipe(recipe).scene.loads
+    uppers = 0
+    for seed in range(2):
+        draft = filled(seed, loads=loads, fill=ONE, stack=Distribution.constant(4), empties_share=0.0)
+        pile = Pile(draft.models, draft.instances)
+        for number in pile.pallets():
+            if pile.low[number] > 0.3:
+                share, over = pile.supported(number)
+                assert share >= 0.85
+                assert over
+                uppers += 1
+        carried = pile.carried()
+        cartons = [i for i, model in enumerate(pile.models) if model.class_name == "carton"]
+        assert all(carried[i] <= may_carry(pile.models[i], pile.across(i)) for i in cartons)
+    assert uppers >= 5
 
 
 def test_a_lane_too_narrow_for_every_pallet_is_an_error() -> None:

@@ -8,13 +8,14 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
+from warehouse_sim.scene.packing.contents import one_article
 from warehouse_sim.scene.placing import care_after, envelope_of, placed
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
 
 STACKING_LOAD = 4000.0
 """What may stand on the lowest pallet of a stack (kg); EPAL's product sheet of the EPAL 1."""
@@ -34,9 +35,9 @@ class LanesConfig:
     fill: Distribution = field(default=Distribution.uniform(0.3, 1.0))
     """Share of a lane's places that are taken, from its far end, 0-1."""
     stack: Distribution = field(default=Distribution.uniform(1, 3))
-    """Loads on each other, a whole number 1-4; the safe loads of the pallets and the clear height limit it too."""
+    """Loads on each other, a whole number 1-4; what pallets and goods bear and the clear height limit it too."""
     one_kind_share: float = 0.7
-    """Share of the lanes that hold one article, 0-1; the others hold what comes."""
+    """Share of the lanes that hold one article on one type of pallet, 0-1; the others hold what comes."""
     empties_share: float = 0.1
     """Share of the lanes that hold stacks of empty pallets, 0-1."""
     empties: Distribution = field(default=Distribution.uniform(4, 10))
@@ -84,7 +85,7 @@ def fill_lanes(
     for number, lane in enumerate(lanes):
         count = round(config.fill.draw(rng) * len(lane.T_world_places))
         empty = rng.random() < config.empties_share
-        kind = _of_one_kind(loads, rng) if rng.random() < config.one_kind_share else loads
+        kind = _of_one_article(lane, loads, rng) if rng.random() < config.one_kind_share else loads
         draw = _empty_stack if empty else _draw_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
             near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
@@ -104,28 +105,35 @@ def fill_lanes(
 
 
 def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
-    """Draw loads on equal pallets; all but the uppermost have a full and level top layer to stand on."""
+    """Draw loads on equal pallets; each stands on a full and level top layer, and no goods bear more than they can."""
     wanted = max(1, config.stack.draw_count(rng))
     top = replace(loads, pallets=(_choose_pallet(lane, loads, rng),))
     level = replace(top.stacking, top_layer_share=Distribution.constant(1.0))
     full = replace(top, empty_share=0.0, mixed_share=0.0, stacking=level)
     stack: Stack = []
-    height, carried = 0.0, 0.0
+    height, spare = 0.0, np.inf
     for number in range(wanted):
+        room = lane.clear_height - height
         try:
-            load = build_unit_load(lane.clear_height - height, top if number == wanted - 1 else full, rng)
+            load = build_unit_load(room, top if number == wanted - 1 else full, rng, most_mass=spare)
         except PlacementError:
             if stack:
-                break  # the stack ends where its goods are too high for the rest of the room
+                break  # the stack ends where its goods are too high for the rest of the room, or too heavy
             raise
-        if stack and carried + load.mass > STACKING_LOAD:
+        T_stack_load = _on_top(height, config, rng, stacked=bool(stack))
+        if stack and not (load.mass <= spare and _stands_on(stack[-1], load, T_stack_load)):
             break
-        stack.append((load, _on_top(height, config, rng, stacked=bool(stack))))
-        carried += load.mass if number else 0.0
+        spare = min(load.bearing, spare - load.mass if stack else STACKING_LOAD)
+        stack.append((load, T_stack_load))
         height += load.height
         if lane.clear_height - height < _LEAST_HEADROOM:
             break
     return stack
+
+
+def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: Transform) -> bool:
+    lower, T_stack_lower = below
+    return lower.supports(load.pallet, invert(T_stack_lower) @ T_stack_load)
 
 
 def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
@@ -148,12 +156,11 @@ def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) 
     return str(rng.choice(names))
 
 
-def _of_one_kind(loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
-    """Return ``loads`` with one stock-keeping unit of each kind of goods, as a lane holds it."""
-    cartons, totes, drums, sacks = (
-        (str(rng.choice(names)),) for names in (loads.cartons, loads.totes, loads.drums, loads.sacks)
-    )
-    return replace(loads, mixed_share=0.0, cartons=cartons, totes=totes, drums=drums, sacks=sacks)
+def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
+    """Return ``loads`` with one article, in one pattern, on one type of pallet, as a lane holds it."""
+    pallet = catalog_object(_choose_pallet(lane, loads, rng))
+    alike = tuple(name for name in loads.pallets if catalog_object(name).obj_id == pallet.obj_id)
+    return replace(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), pallets=alike)
 
 
 def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:

@@ -12,6 +12,7 @@ from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, supported_share
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.securing import corner_posts, film_around
@@ -65,6 +66,15 @@ class UnitLoad:
         envelope = self.envelope()
         return float(envelope.T_parent_box[2, 3] + envelope.size[2] / 2)
 
+    @property
+    def bearing(self) -> float:
+        """What may stand on it on a pallet of the same size (kg): no piece of goods bears more than its strength."""
+        return bearing(self.pieces, self.pallet.size.tolist())
+
+    def supports(self, pallet: ObjectModel, T_load_pallet: Transform) -> bool:
+        """Return whether its uppermost pieces are level and broad enough for a pallet to stand on them."""
+        return supported_share(self.pieces, pallet.size[:2].tolist(), T_load_pallet) >= LEAST_SUPPORT
+
     def envelope(self) -> OrientedBox:
         """Return the box around all pieces in the load's frame, from 20 mm up so that the support itself is free."""
         stack = BoxStack.of([OrientedBox(T_load_piece, model.size) for model, T_load_piece in self.pieces])
@@ -86,6 +96,7 @@ def build_unit_load(
     config: UnitLoadConfig,
     rng: np.random.Generator,
     footprint: tuple[float, float] | None = None,
+    most_mass: float = np.inf,
 ) -> UnitLoad:
     """Draw a unit load.
 
@@ -94,6 +105,7 @@ def build_unit_load(
         config: What the recipe says of loads.
         rng: Stream to draw from.
         footprint: Greatest edges of the pallet along its x and y (m); any pallet of the recipe by default.
+        most_mass: Greatest mass of all (kg), where it stands on something that bears no more.
 
     Raises:
         PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
@@ -110,16 +122,29 @@ def build_unit_load(
         centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
         pieces.append((model, make_transform(rotation_z(turn), centre)))
         floor += INITIAL_AIR + float(model.size[2])
-    overhang = 2 * config.overhang_mm.draw(rng) / 1000
-    room = Room(
-        area=(float(pallet.size[0]) + overhang, float(pallet.size[1]) + overhang),
-        height=headroom - floor + INITIAL_AIR - _HEADROOM_LEFT,
-        payload=safe_working_load(pallet) - _SECURING_MASS,
-    )
+    room = room_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.draw(rng), most_mass)
     T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
     goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in draw_goods(room, config, rng)]
     pieces += goods + _securing(goods, pallet, floor, config, rng)
     return UnitLoad(tuple(pieces))
+
+
+def room_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass: float = np.inf) -> Room:
+    """Return the room for goods on a pallet.
+
+    Args:
+        pallet: The pallet.
+        headroom: Greatest height (m), pallet included.
+        overhang_mm: How far goods may stand out over each edge (mm).
+        most_mass: Greatest mass of all (kg).
+    """
+    length, width, height = pallet.size.tolist()
+    overhang = 2 * overhang_mm / 1000
+    return Room(
+        area=(length + overhang, width + overhang),
+        height=headroom - height - _HEADROOM_LEFT,
+        payload=min(safe_working_load(pallet), most_mass - pallet.mass) - _SECURING_MASS,
+    )
 
 
 def _draw_pallet(

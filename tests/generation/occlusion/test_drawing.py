@@ -1,8 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.scene.raster import Pile, may_carry
 from warehouse_sim.generation.occlusion.drawing import OccluderStock
 from warehouse_sim.generation.occlusion.occluder import Occluder
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 
@@ -17,8 +21,8 @@ def drawn(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
 @pytest.mark.parametrize("kind", ["load", "wrap", "pallet", "traffic"])
 @pytest.mark.parametrize("least", [0.3, 1.9])
 def test_occluders_stand_on_the_floor_and_are_high_enough(kind: str, least: float) -> None:
-    found = drawn(kind, least, 5)
-    assert len(found) >= 3
+    found = [occluder for seed in range(4) for occluder in drawn(kind, least, 5, seed)]
+    assert len(found) >= 8
     for occluder in found:
         assert occluder.kind == kind
         assert occluder.height >= least
@@ -48,3 +52,36 @@ def test_the_same_stream_gives_the_same_occluders() -> None:
         assert [item.model for item in a.instances] == [item.model for item in b.instances]
         for x, y in zip(a.instances, b.instances, strict=True):
             np.testing.assert_array_equal(x.T_world_object, y.T_world_object)
+
+
+@pytest.mark.parametrize("recipe", ["industrial", "mixed_pallets", "block_storage"])
+@pytest.mark.parametrize("height", [1.3, 2.2])
+def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: str, height: float) -> None:
+    # Loads come out low, so that one that should be high enough alone needs another below it, too.
+    loads = replace(load_recipe(recipe).scene.loads, max_cartons=16)
+    pairs = 0
+    for seed in range(5):
+        stock = OccluderStock(loads, np.random.default_rng(seed))
+        for occluder in filter(None, (stock.draw("wrap", height), stock._unit_load(height))):
+            pile = Pile(occluder.models, occluder.instances)
+            for upper in pile.pallets()[1:]:
+                share, over = pile.supported(upper)
+                assert share >= 0.85
+                assert over
+                pairs += 1
+            carried = pile.carried()
+            for number, model in enumerate(pile.models):
+                if model.class_name == "carton":
+                    assert carried[number] <= may_carry(model, pile.across(number))
+    assert pairs >= 4
+
+
+def test_a_column_is_no_higher_than_its_lowest_piece_bears() -> None:
+    heavy = replace(load_recipe("industrial").scene.loads, totes=("tote_600x400x147_grey",))
+    stock = OccluderStock(heavy, np.random.default_rng(0))
+    for _ in range(20):
+        column = stock._column(1.9)
+        assert column is not None
+        carried = sum(column.models[item.model].mass for item in column.instances[1:])
+        name = column.instances[0].model
+        assert not name.startswith("carton") or carried <= may_carry(column.models[name], across=False)

@@ -8,12 +8,13 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog.loads.strength import stacking_strength
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.occlusion.occluder import Occluder, at_rest
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
 _TRAFFIC = ("person", "forklift", "pallet_jack", "cone", "bollard")
@@ -25,6 +26,8 @@ _SKEW = Distribution.normal(0.0, 1.2, -3.5, 3.5)
 _OFF = Distribution.normal(0.0, 0.008, -0.03, 0.03)
 """Its shift along each axis (m)."""
 _MOST_EMPTIES, _MOST_PIECES = 15, 6
+_PAIRS = 12
+"""Loads tried below another."""
 _VARIANTS = 3
 """Different loads, columns and stacks of each sort that a scene gets before it takes them again."""
 
@@ -77,27 +80,41 @@ class OccluderStock:
         return self._loads_on_each_other("wrap", height, replace(self._loads, wrap_share=1.0))
 
     def _loads_on_each_other(self, kind: str, height: float, loads: UnitLoadConfig) -> Occluder | None:
-        """Return a unit load, or two where one is not high enough; the lower one has a full and level top layer."""
-        draft, base = SceneDraft(), 0.0
+        """Return a unit load, or one on another where one alone is not high enough."""
         goods = Distribution.uniform(max(0.3, min(height, _ROOM) - 0.3), max(0.6, min(height, _ROOM)))
         tall = replace(loads, height=goods)
-        level = replace(tall.stacking, top_layer_share=Distribution.constant(1.0))
-        full = replace(tall, mixed_share=0.0, sack_share=0.0, stacking=level)
         try:
-            while base < min(height, _ROOM + 0.3) and draft.groups < 2:
-                load = build_unit_load(_ROOM, full if height > _ROOM else tall, self._rng)
-                load.add_to(draft, make_transform(rotation_z(np.pi * self._rng.integers(2)), np.array([0, 0, base])))
-                base += load.height
+            alone = build_unit_load(_ROOM, tall, self._rng)
+            stack = (alone,) if alone.height >= min(height, _ROOM + 0.3) else self._pair(tall)
         except PlacementError:
             return None
+        draft, base = SceneDraft(), 0.0
+        for load in stack:
+            load.add_to(draft, make_transform(rotation_z(np.pi * self._rng.integers(2)), np.array([0, 0, base])))
+            base += load.height
         return at_rest(kind, draft)
+
+    def _pair(self, loads: UnitLoadConfig) -> tuple[UnitLoad, UnitLoad]:
+        """Draw two loads on equal pallets, the lower with a full and level top layer that bears the upper one.
+
+        Raises:
+            PlacementError: No goods that were tried carry a pallet, or none are light enough to stand on them.
+        """
+        upper = replace(loads, pallets=(self.draw_pallet(),))
+        level = replace(upper.stacking, top_layer_share=Distribution.constant(1.0))
+        full = replace(upper, mixed_share=0.0, sack_share=0.0, stacking=level)
+        for _ in range(_PAIRS):
+            below = build_unit_load(_ROOM, full, self._rng)
+            if below.supports(below.pallet, np.eye(4)):
+                return below, build_unit_load(_ROOM, upper, self._rng, most_mass=below.bearing)
+        raise PlacementError(f"none of {_PAIRS} loads is broad enough to carry another; list goods that fill a pallet")
 
     def _column(self, height: float) -> Occluder | None:
         """Return one drum, or cartons or totes of one kind on each other, as they stand about before being packed."""
         names = {"carton": self._loads.cartons, "tote": self._loads.totes, "drum": self._loads.drums}
         sort = str(self._rng.choice(list(names)))
         model = catalog_object(str(self._rng.choice(names[sort])))
-        most = 1 if sort == "drum" else _MOST_PIECES
+        most = 1 if sort == "drum" else min(_MOST_PIECES, 1 + int(stacking_strength(model) / model.mass))
         return self._piled("load", model, min(most, max(1, round(height / model.size[2]))))
 
     def _empties(self, height: float) -> Occluder | None:

@@ -1,13 +1,14 @@
 """What a pallet carries: which goods, how many layers, in which pattern."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene.packing.bearing import without_overload
 from warehouse_sim.scene.packing.layer import how_many
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.mixed import pack_mixed
@@ -32,15 +33,39 @@ class Room:
 
 
 def draw_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
-    """Draw the goods of a loaded pallet.
+    """Draw the goods of a loaded pallet; no piece bears more than its stacking strength.
 
     Raises:
         PlacementError: Nothing that the recipe lists fits ``room``, or pieces cannot be jittered as asked.
     """
     names = _kind(config, rng)
     if names is config.cartons and config.mixed_share > 0.0 and rng.random() < config.mixed_share:
-        return _mixed(room, config, rng)
-    return _equal(names, room, config, rng)
+        return without_overload(_mixed(room, config, rng))
+    return without_overload(_equal(names, room, config, rng))
+
+
+def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
+    """Draw one article as the recipe's shares say: ``config`` with one stock-keeping unit in one pattern.
+
+    Raises:
+        PlacementError: Nothing of the kind that is drawn fits ``room``.
+    """
+    names = _kind(config, rng)
+    model = catalog_object(str(rng.choice(_that_fit(names, room))))
+    listed = _listed_patterns(model, room, config)
+    kind, one = model.class_name, (model.name,)
+    return replace(
+        config,
+        tote_share=float(kind == "tote"),
+        drum_share=float(kind == "drum"),
+        sack_share=float(kind == "sack"),
+        mixed_share=0.0,
+        cartons=one if kind == "carton" else config.cartons,
+        totes=one if kind == "tote" else config.totes,
+        drums=one if kind == "drum" else config.drums,
+        sacks=one if kind == "sack" else config.sacks,
+        patterns=(listed[int(rng.integers(len(listed)))],),
+    )
 
 
 def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
@@ -92,12 +117,16 @@ def _that_fit(names: Sequence[str], room: Room) -> list[str]:
 
 def _cycle(model: ObjectModel, room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Cycle:
     """Draw the pattern among those of the recipe that the piece's size allows; columns when it allows none."""
-    gap = config.stacking.gap_mm / 1000
-    possible = possible_patterns(model.size, room.area, gap)
-    listed: list[Pattern] = [pattern for pattern in config.patterns if pattern in possible] or ["column"]
+    listed = _listed_patterns(model, room, config)
     # Pieces without corners stand in columns: nothing about them interlocks.
     chosen = listed[int(rng.integers(len(listed)))] if len(listed) > 1 and model.class_name != "drum" else listed[0]
-    return pattern_layers(chosen, model.size, room.area, gap)
+    return pattern_layers(chosen, model.size, room.area, config.stacking.gap_mm / 1000)
+
+
+def _listed_patterns(model: ObjectModel, room: Room, config: UnitLoadConfig) -> list[Pattern]:
+    """Return those patterns of the recipe that the piece's size allows; columns when it allows none."""
+    possible = possible_patterns(model.size, room.area, config.stacking.gap_mm / 1000)
+    return [pattern for pattern in config.patterns if pattern in possible] or ["column"]
 
 
 def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:

@@ -1,0 +1,49 @@
+"""How much goods bear on top of them while they are stored.
+
+Cartons follow McKee, Gander and Wachuta, "Compression strength formula for corrugated boxes" (Paperboard Packaging
+48(8), 1963): BCT = 5.87 ECT sqrt(caliper x perimeter), whose constant has no unit. The board is single wall C flute of
+32 lb/in, the carriers' grade for contents up to 65 lb (Item 222 of the National Motor Freight Classification). What is
+left of it in a warehouse are the Fibre Box Association's multipliers (Fibre Box Handbook).
+
+Drums bear what the stacking test of ADR 6.1.5.6 puts on them: their like, up to 3 m. Sacks lie at most ten high (IS
+4082:1996, so that cement does not lump). Makers give 250-600 kg for euro containers; the number here is common and
+unverified.
+"""
+
+import math
+
+from warehouse_sim.schema import ObjectModel
+
+_EDGE_CRUSH = 5604.0
+"""Edge crush test of the board (N/m): 32 lb/in."""
+_CALIPER = 0.004
+"""Thickness of the board (m)."""
+_GRAVITY = 9.81
+_KEPT = 0.60 * 0.80 * 0.90
+"""What is left after 30 days, at 70 % humidity, on a pallet with gaps between its boards."""
+_IN_LINE, _ACROSS = 0.90, 0.50
+"""What is left where edges stand on edges, a little off, and where they stand across joints (0.6 to 0.4)."""
+_TOTE = 300.0
+"""What a euro container bears (kg)."""
+_SACKS_HIGH, _DRUMS_HIGH = 10, 3.0
+"""Sacks on each other, the lowest included, and the height of a stack of drums (m)."""
+
+
+def stacking_strength(model: ObjectModel, *, across: bool = False) -> float:
+    """Return what may stand on a piece of goods (kg), infinite for what is no goods.
+
+    Args:
+        model: The piece.
+        across: Whether what stands on it is not in line with it, edge on edge.
+    """
+    if model.class_name == "carton":
+        perimeter = 2.0 * float(model.size[0] + model.size[1])
+        crush = 5.87 * _EDGE_CRUSH * math.sqrt(_CALIPER * perimeter)
+        return crush * _KEPT * (_ACROSS if across else _IN_LINE) / _GRAVITY
+    if model.class_name == "tote":
+        return _TOTE
+    if model.class_name == "sack":
+        return (_SACKS_HIGH - 1) * model.mass
+    if model.class_name == "drum":
+        return (_DRUMS_HIGH / float(model.size[2]) - 1.0) * model.mass
+    return math.inf

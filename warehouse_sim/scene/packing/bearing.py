@@ -1,0 +1,110 @@
+"""What pieces on each other bear: the weight on each of them, and how much more may stand on all.
+
+Weight goes down in proportion to the areas of contact. Pieces are taken as they lie in their cells: a turn by a degree
+or two takes as much from one contact as it gives to the next.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.catalog.loads.strength import stacking_strength
+from warehouse_sim.geometry.convex import area, convex_hull
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import ObjectModel
+
+Pieces = Sequence[tuple[ObjectModel, Transform]]
+"""Models and their upright poses in a common frame, z up; those without collision boxes bear and weigh nothing."""
+
+LEAST_SUPPORT = 0.87
+"""Least share of a pallet's base that must rest on what it stands on."""
+_TOUCH = 0.002
+"""A base and a top that differ by less than this (m) are in contact."""
+_IN_LINE = 0.9
+"""Two pieces are in line where their contact is at least this share of the larger base."""
+
+
+def without_overload(pieces: Pieces) -> list[tuple[ObjectModel, Transform]]:
+    """Return pieces without the uppermost ones that those below would not bear, level by level."""
+    left = list(pieces)
+    while left and np.any(_burdens(left)[:, 0] > _strengths(left)):
+        bottoms = np.array([_bottom(piece) for piece in left])
+        left = [piece for piece, bottom in zip(left, bottoms, strict=True) if bottom < bottoms.max() - _TOUCH]
+    return left
+
+
+def bearing(pieces: Pieces, deck: Sequence[float]) -> float:
+    """Return what may stand on pieces (kg), on a pallet of edges ``deck`` (m) of which ``LEAST_SUPPORT`` rests."""
+    solid = [piece for piece in pieces if piece[0].collision]
+    burden, share = _burdens(solid, LEAST_SUPPORT * deck[0] * deck[1]).T
+    loaded = share > 0.0
+    return float(np.min((_strengths(solid) - burden)[loaded] / share[loaded], initial=np.inf))
+
+
+def supported_share(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transform) -> float:
+    """Return the share, 0-1, of a pallet's base of edges ``deck`` (m) that rests on the uppermost pieces."""
+    solid = [piece for piece in pieces if piece[0].collision]
+    low, high = _extents(solid)
+    top = _uppermost(high)
+    centre, half = T_pieces_deck[:2, 3], np.array(deck) / 2
+    edges = np.minimum(high[top, :2], centre + half) - np.maximum(low[top, :2], centre - half)
+    fill = np.array([_fill(model) for model, _ in solid])[top]
+    return float(np.sum(fill * np.prod(np.maximum(edges, 0.0), axis=1)) / (deck[0] * deck[1]))
+
+
+def _burdens(pieces: Pieces, deck_area: float = np.inf) -> Float[np.ndarray, "n 2"]:
+    """Return what stands on each piece (kg), and what each gets of a kilogram spread over ``deck_area`` (m^2) of tops.
+
+    With S[i, j] the share of piece i that rests on piece j, burdens b solve b = S'(m + b) + t.
+    """
+    low, high = _extents(pieces)
+    contact = _contacts(pieces)
+    resting = contact.sum(axis=1, keepdims=True)
+    shares = np.divide(contact, resting, out=np.zeros_like(contact), where=resting > 0.0)
+    masses = np.array([model.mass for model, _ in pieces])
+    on_top = np.where(_uppermost(high), np.prod(high[:, :2] - low[:, :2], axis=1) / deck_area, 0.0)
+    return np.linalg.solve(np.eye(len(pieces)) - shares.T, np.column_stack([shares.T @ masses, on_top]))
+
+
+def _contacts(pieces: Pieces) -> Float[np.ndarray, "n n"]:
+    """Return the area (m^2) with which each piece (row) rests on each other (column)."""
+    low, high = _extents(pieces)
+    edges = np.minimum(high[:, None, :2], high[None, :, :2]) - np.maximum(low[:, None, :2], low[None, :, :2])
+    touch = np.abs(low[:, None, 2] - high[None, :, 2]) < _TOUCH
+    return np.where(touch, np.prod(np.maximum(edges, 0.0), axis=2), 0.0)
+
+
+def _strengths(pieces: Pieces) -> Float[np.ndarray, " n"]:
+    """Return what each piece bears (kg) under what stands on it."""
+    low, high = _extents(pieces)
+    bases = np.prod(high[:, :2] - low[:, :2], axis=1)
+    contact = _contacts(pieces)
+    goods = np.isfinite([stacking_strength(model) for model, _ in pieces])
+    off = (contact > 0.0) & (contact < _IN_LINE * np.maximum(bases[:, None], bases[None])) & goods[:, None]
+    across = off.any(axis=0)
+    return np.array([stacking_strength(model, across=bool(x)) for (model, _), x in zip(pieces, across, strict=True)])
+
+
+def _extents(pieces: Pieces) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Return the lower and upper corners (m) of the pieces, each along the axis that it is nearest to."""
+    centres = np.array([T[:3, 3] for _, T in pieces])
+    sizes = [model.size[[1, 0, 2]] if abs(T[1, 0]) > abs(T[0, 0]) else model.size for model, T in pieces]
+    half = np.array(sizes) / 2
+    return centres - half, centres + half
+
+
+def _uppermost(high: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
+    """Return which pieces reach the common top."""
+    return np.asarray(high[:, 2] > high[:, 2].max() - _TOUCH)
+
+
+def _bottom(piece: tuple[ObjectModel, Transform]) -> float:
+    model, T = piece
+    return float(T[2, 3] - model.size[2] / 2)
+
+
+def _fill(model: ObjectModel) -> float:
+    """Return the share of its rectangle that a piece takes seen from above: less than one for what is round."""
+    corners = np.concatenate([box.corners() for box in model.collision])
+    return area(convex_hull(corners[:, :2])) / float(np.prod(model.size[:2]))
