@@ -69,7 +69,7 @@ def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace], fork: ForkConfi
 def offset_chart(table: ErrorTable, fork: ForkConfig) -> str:
     """Draw estimates from above: where the approached side was believed to be, seen from the vehicle.
 
-    The dashed line is the depth error at which the heel of the tines touches the true side.
+    A line marks the depth error from which the heel of the tines pushes the object.
     """
     rows = table.select(table.found)
     passed = rows.docks() if rows.dockable.any() else None
@@ -78,7 +78,8 @@ def offset_chart(table: ErrorTable, fork: ForkConfig) -> str:
         axes.axhline(0, color=_QUIET, linewidth=0.8)
         axes.axvline(0, color=_QUIET, linewidth=0.8)
         if passed is not None:
-            axes.axhline(100.0 * fork.heel_gap, color=_QUIET, linewidth=0.8, linestyle=(0, (3, 3)))
+            style = {"color": _QUIET, "linewidth": 0.8, "linestyle": (0, (3, 3))}
+            axes.axhline(100.0 * fork.heel_gap, label="the heel touches", **style)
         _scatter(axes, -100.0 * rows.lateral, 100.0 * rows.depth, passed, (18.0, 18.0))
         axes.set(
             xlabel="← left \u2003 lateral error (cm) \u2003 right →",
