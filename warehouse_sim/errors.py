@@ -37,6 +37,10 @@ class SettleError(WarehouseSimError):
     """A scene did not come to rest, or came to rest in an impossible state."""
 
 
+class WorkerError(WarehouseSimError):
+    """A process that made a scene was ended from outside or crashed, and so was the one that made it again."""
+
+
 class RenderError(WarehouseSimError):
     """No renderer could be opened, or a frame could not be drawn."""
 

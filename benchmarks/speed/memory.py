@@ -11,6 +11,7 @@ from typing import Any
 from benchmarks.speed.subject import Settings
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.processes import end_with_parent
 
 SCENES, OBSERVATIONS_PER_SCENE, WARM_UP = 50, 20, 100
 QUICK_SCENES, QUICK_WARM_UP = 2, 20
@@ -21,7 +22,7 @@ RECIPE = "demo"
 def memory(settings: Settings) -> dict[str, Any]:
     """Return the row; the run has a process of its own, so that nothing else is in its memory."""
     scenes, warm_up = (QUICK_SCENES, QUICK_WARM_UP) if settings.quick else (SCENES, WARM_UP)
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(1, get_context("spawn"), end_with_parent) as pool:
         resident = pool.submit(resident_by_scene, settings, scenes).result()
     first, last = resident[warm_up // OBSERVATIONS_PER_SCENE - 1], resident[-1]
     return {

@@ -10,6 +10,7 @@ from typing import Self
 from benchmarks.speed.cost import Cost, measure
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.processes import end_with_parent
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Capabilities, Renderer
 from warehouse_sim.schema import RenderBuffers, SceneSpec
@@ -39,7 +40,7 @@ class RenderProcess:
     """
 
     def __init__(self, backend: str, scene: SceneSpec, camera: PinholeCamera) -> None:
-        self._pool = ProcessPoolExecutor(1, get_context("spawn"))  # an OpenGL context does not survive a fork
+        self._pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent)  # OpenGL contexts bear no fork
         self.description, self.capabilities = self._pool.submit(_open, backend, camera).result()
         self.load_cost: Cost = self._pool.submit(_load, scene).result()
 

@@ -9,7 +9,6 @@ takes most of the workers' wall time while all of them work: draw, read-back, en
 """
 
 import json
-import os
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -25,6 +24,8 @@ from benchmarks.speed.machine import machine, rounded
 from benchmarks.speed.stages import watch_generation
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.workers import prepare_worker
+from warehouse_sim.processes import end_with_parent
 
 RESULT = Path(__file__).parents[1] / "results" / "throughput.json"
 
@@ -92,18 +93,12 @@ def measure_workers(recipe: Recipe, seed: int, workers: int, scenes_per_worker: 
 
 def shares_under_load(recipe: Recipe, seed: int, workers: int, folder: Path) -> dict[str, float]:
     """Return the share of each stage in the wall time of ``workers`` processes that work at the same time."""
-    prepare = _one_thread if workers > 1 else None
+    prepare = prepare_worker if workers > 1 else end_with_parent
     with ProcessPoolExecutor(workers, get_context("spawn"), prepare) as pool:
         jobs = [pool.submit(_stages, recipe, seed, folder / f"stages_{number}") for number in range(workers)]
         measured = [job.result() for job in jobs]
     sums = {stage: sum(worker.get(stage, 0.0) for worker in measured) for stage in measured[0]}
     return {stage: seconds / sum(sums.values()) for stage, seconds in sums.items()}
-
-
-def _one_thread() -> None:
-    # As in generation: more threads would only fight for the same processors.
-    for variable in ("LP_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")
 
 
 def _stages(recipe: Recipe, seed: int, out: Path) -> dict[str, float]:

@@ -1,10 +1,15 @@
 import hashlib
 import json
+import os
+import signal
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.processes import command_line, descendants
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
@@ -50,6 +55,20 @@ def test_splits_share_no_scene_and_every_split_has_targets(dataset) -> None:
 
 def test_same_seed_same_bytes_also_with_two_workers(recipe, dataset, tmp_path) -> None:
     generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, seed=0, workers=2))
+    assert hashes(tmp_path / "again") == hashes(dataset)
+
+
+def test_a_worker_that_is_killed_changes_no_byte(recipe, dataset, tmp_path, caplog) -> None:
+    def kill_one() -> None:
+        while not (workers := [pid for pid in descendants(os.getpid()) if "spawn_main" in command_line(pid)]):
+            time.sleep(0.02)
+        os.kill(workers[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_one)
+    killer.start()
+    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, seed=0, workers=2))
+    killer.join()
+    assert "was ended by SIGKILL" in caplog.text
     assert hashes(tmp_path / "again") == hashes(dataset)
 
 

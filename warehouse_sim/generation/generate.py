@@ -1,21 +1,20 @@
 """Many scenes become a dataset: in this process or in several, from the start or where a run was stopped."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
 from warehouse_sim.render import BACKENDS, open_renderer
 from warehouse_sim.render.renderer import Renderer
 
@@ -49,6 +48,7 @@ def generate(
         DatasetError: The folder holds something else, a format cannot hold the data, or a setting is out of range.
         SettleError: A scene does not stand in any attempt.
         RenderError: No renderer can be opened.
+        WorkerError: A scene ended every worker that made it; all else is kept for ``config.resume``.
     """
     BACKENDS.get(config.backend)
     if config.workers < 1 or config.seed < 0:
@@ -58,8 +58,8 @@ def generate(
     store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)
     pending, job = store.pending(), _Job(recipe, manifest, out, config.backend)
     progress(manifest.scenes - len(pending), manifest.scenes)
-    make_scenes = _in_this_process(job, pending) if config.workers == 1 else _in_a_pool(job, pending, config.workers)
-    for finished, _ in enumerate(make_scenes, start=manifest.scenes - len(pending) + 1):
+    made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers)
+    for finished, _ in enumerate(made, start=manifest.scenes - len(pending) + 1):
         progress(finished, manifest.scenes)
     return store.finish()
 
@@ -78,35 +78,8 @@ def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
     )
 
 
-def _in_this_process(job: _Job, scene_indices: list[int]) -> Iterator[int]:
-    if not scene_indices:
-        return
-    keep_freed_memory()
+@contextmanager
+def _open_job(job: _Job) -> Iterator[Work]:
+    """Open one renderer a process, for its whole life: contexts that come and go are what drivers leak."""
     with open_renderer(job.backend) as renderer:
-        for index in scene_indices:
-            _make_scene(job, index, renderer)
-            yield index
-
-
-def _in_a_pool(job: _Job, scene_indices: list[int], workers: int) -> Iterator[int]:
-    if not scene_indices:
-        return
-    # spawn: an OpenGL context does not survive a fork.
-    with ProcessPoolExecutor(min(workers, len(scene_indices)), get_context("spawn"), prepare_worker) as pool:
-        futures = {pool.submit(_make_scene_in_worker, job, index): index for index in scene_indices}
-        try:
-            for future in as_completed(futures):
-                future.result()
-                yield futures[future]
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-@cache
-def _worker_renderer(backend: str) -> Renderer:
-    """One renderer a process, for its whole life: contexts that come and go are what drivers leak."""
-    return open_renderer(backend)
-
-
-def _make_scene_in_worker(job: _Job, scene_index: int) -> None:
-    _make_scene(job, scene_index, _worker_renderer(job.backend))
+        yield lambda index: _make_scene(job, index, renderer)

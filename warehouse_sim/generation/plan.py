@@ -1,10 +1,10 @@
 """What a dataset will be, before any of it is made: its manifest and the geometries that labels can name."""
 
 import json
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 from jaxtyping import Float
@@ -13,9 +13,9 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.split import split_scenes
+from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import scene_features
-from warehouse_sim.generation.workers import prepare_worker
 from warehouse_sim.schema import ObjectModel
 
 
@@ -44,6 +44,7 @@ def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
 
     Raises:
         SettleError: A scene that must be measured does not stand in any attempt.
+        WorkerError: A scene that must be measured ended every worker that made it.
     """
     scenes = recipe.scenes if config.scenes is None else config.scenes
     features = _features(recipe, config, scenes) if recipe.split.stratify else None
@@ -79,8 +80,12 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
 
 
 def _features(recipe: Recipe, config: GenerateConfig, scenes: int) -> Float[np.ndarray, "n k"]:
-    measure = partial(scene_features, recipe, config.seed)
-    if config.workers == 1:
-        return np.stack([measure(index) for index in range(scenes)])
-    with ProcessPoolExecutor(min(config.workers, scenes), get_context("spawn"), prepare_worker) as pool:
-        return np.stack(list(pool.map(measure, range(scenes))))
+    measured = dict(
+        make_scenes(partial(_open_measure, recipe, config.seed), config.seed, range(scenes), config.workers)
+    )
+    return np.stack([measured[index] for index in range(scenes)])
+
+
+@contextmanager
+def _open_measure(recipe: Recipe, seed: int) -> Iterator[Work]:
+    yield partial(scene_features, recipe, seed)

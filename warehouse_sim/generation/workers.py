@@ -3,6 +3,8 @@
 import ctypes
 import os
 
+from warehouse_sim.processes import end_with_parent
+
 # malloc.h of the GNU C library. No larger threshold of the first kind is accepted.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST_MMAP_THRESHOLD = 32 << 20
@@ -10,7 +12,8 @@ _KEPT_BYTES = 128 << 20
 
 
 def prepare_worker() -> None:
-    """Give the process one thread in every library: more would only fight for the same processors."""
+    """Let the process end with its parent, and give it one thread in every library: more would fight for processors."""
+    end_with_parent()
     for variable in ("LP_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     keep_freed_memory()

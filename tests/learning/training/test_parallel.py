@@ -1,4 +1,7 @@
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -6,6 +9,7 @@ import pytest
 import safetensors.torch
 import torch
 
+from tests.processes import left_after_kill
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
@@ -73,6 +77,28 @@ def fail(place: Place) -> None:
 def test_a_process_that_fails_is_told(tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="process of the training failed"), companions(2, fail):
         pass
+
+
+ORPHAN = """
+import time
+from warehouse_sim.learning.training.parallel import companions
+def wait(place):
+    time.sleep(600)
+if __name__ == "__main__":
+    with companions(2, wait):
+        print("started", flush=True)
+        time.sleep(600)
+"""
+
+
+def test_companions_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
+    script = tmp_path / "orphan.py"
+    script.write_text(ORPHAN)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    process = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, env=environment)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"started\n"
+    assert left_after_kill(process, 30.0) == set()
 
 
 def test_a_batch_must_be_divisible() -> None:

@@ -14,6 +14,7 @@ from torch import nn
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.training.clock import Clock
+from warehouse_sim.processes import end_with_parent
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def companions(world: int, work: Callable[..., None], *args: Any) -> Iterator[Pl
     port = _free_port()
     # Forked processes would inherit threads and CUDA contexts that do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    others = [context.Process(target=work, args=(Place(rank, world, port), *args)) for rank in range(1, world)]
+    others = [context.Process(target=_run, args=(work, Place(rank, world, port), *args)) for rank in range(1, world)]
     try:
         for process in others:
             process.start()
@@ -131,6 +132,11 @@ def companions(world: int, work: Callable[..., None], *args: Any) -> Iterator[Pl
                 process.terminate()
         if torch.distributed.is_initialized():
             torch.distributed.destroy_process_group()
+
+
+def _run(work: Callable[..., None], *args: Any) -> None:
+    end_with_parent()
+    work(*args)
 
 
 def _free_port() -> int:

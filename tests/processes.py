@@ -1,0 +1,51 @@
+"""What the system's own tables say of processes."""
+
+import os
+import subprocess
+import time
+from pathlib import Path
+
+
+def descendants(pid: int) -> set[int]:
+    """Return the living processes that ``pid`` started, and those that they started."""
+    children: dict[int, list[int]] = {}
+    for number in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            state, parent = (Path("/proc") / number / "stat").read_text().rpartition(")")[2].split()[:2]
+        except OSError:
+            continue
+        if state != "Z":
+            children.setdefault(int(parent), []).append(int(number))
+    found, wave = set(), [pid]
+    while wave:
+        wave = [child for parent in wave for child in children.get(parent, [])]
+        found.update(wave)
+    return found
+
+
+def command_line(pid: int) -> str:
+    """Return how a process was started, or nothing if it is gone."""
+    try:
+        return (Path("/proc") / str(pid) / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+    except OSError:
+        return ""
+
+
+def is_alive(pid: int) -> bool:
+    """Tell whether a process is there and not merely waiting to be counted."""
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def left_after_kill(process: subprocess.Popen, seconds: float) -> set[int]:
+    """Kill a process as the system does when memory runs out; return which of its children live on after a while."""
+    children = descendants(process.pid)
+    assert children
+    process.kill()
+    process.wait()
+    deadline = time.monotonic() + seconds
+    while (left := set(filter(is_alive, children))) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return left

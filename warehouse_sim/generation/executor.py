@@ -1,0 +1,186 @@
+"""Scenes are made one after the other in this process, or side by side in several."""
+
+import logging
+import pickle
+import signal
+import traceback
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
+from multiprocessing import connection, get_context
+from multiprocessing.connection import Connection
+from typing import Any, Self
+
+from warehouse_sim.errors import WorkerError
+from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
+
+Work = Callable[[int], Any]
+"""Makes the scene of that index."""
+OpenWork = Callable[[], AbstractContextManager[Work]]
+"""Opens what a process needs for all its scenes, such as a renderer; can be pickled."""
+Made = Iterator[tuple[int, Any]]
+"""Scene indices with what the work returned."""
+
+_TRIES = 2
+"""Workers that one scene may cost: the first death may be another program's doing."""
+_MOST_LOST = 3
+"""Scenes that are given up before the machine is to blame and no other is begun."""
+
+_log = logging.getLogger(__name__)
+
+
+def make_scenes(open_work: OpenWork, seed: int, scene_indices: Sequence[int], workers: int) -> Made:
+    """Yield each scene's index with what the work returned for it, in the order in which they are finished.
+
+    Args:
+        open_work: Called once in each process.
+        seed: Seed of the dataset, for messages.
+        scene_indices: Scenes to make.
+        workers: Processes, >= 1; 1 works in this one.
+
+    Raises:
+        WorkerError: A scene ended every worker that made it; the others are made before this is raised.
+        Exception: What the work raised; scenes that other workers are making then are finished before.
+    """
+    if not scene_indices:
+        return
+    if workers == 1:
+        keep_freed_memory()
+        with open_work() as work:
+            for index in scene_indices:
+                yield index, work(index)
+        return
+    with _Pool(open_work, seed, scene_indices) as pool:
+        yield from pool.run(min(workers, len(scene_indices)))
+
+
+class _Worker:
+    """A process that makes one scene at a time; a dead one is found when its answer is waited for.
+
+    Args:
+        open_work: An ``OpenWork``, pickled.
+    """
+
+    def __init__(self, open_work: bytes) -> None:
+        context = get_context("spawn")  # An OpenGL context does not survive a fork.
+        self.pipe, theirs = context.Pipe()
+        self.scene_index: int | None = None
+        """The scene that it is making."""
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
+        with suppress(OSError):
+            self.pipe.send_bytes(open_work)
+
+    def begin(self, scene_index: int) -> None:
+        """Ask for a scene."""
+        self.scene_index = scene_index
+        with suppress(OSError):
+            self.pipe.send(scene_index)
+
+    def end(self) -> int:
+        """Let the process end, at once if it is making a scene, and return its exit code."""
+        self.pipe.close()
+        if self.scene_index is not None:
+            self._process.kill()
+        self._process.join()
+        return self._process.exitcode or 0
+
+
+class _Pool:
+    """Workers, the scenes that wait for one, and what went wrong."""
+
+    def __init__(self, open_work: OpenWork, seed: int, scene_indices: Sequence[int]) -> None:
+        self._open_work, self._seed, self._waiting = pickle.dumps(open_work), seed, deque(scene_indices)
+        self._workers: list[_Worker] = []
+        self._deaths: Counter[int] = Counter()
+        self._lost: list[str] = []
+        self._problem: Exception | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in self._workers:
+            worker.end()
+
+    def run(self, workers: int) -> Made:
+        """Yield scenes as they are finished."""
+        for _ in range(workers):
+            self._begin_next(self._hire())
+        while busy := {worker.pipe: worker for worker in self._workers if worker.scene_index is not None}:
+            for pipe in connection.wait(list(busy)):
+                yield from self._take_answer(busy[pipe])  # type: ignore[index]  # wait returns what it was given
+        if self._problem is not None:
+            raise self._problem
+        if self._lost:
+            raise WorkerError(
+                f"{'; '.join(self._lost)}; all else is kept: free some memory, or make it alone with --workers 1 "
+                "(and --resume, which goes on where this run stopped)"
+            )
+
+    def _take_answer(self, worker: _Worker) -> Made:
+        """Yield the scene that the worker has finished, if it has, and see that work goes on."""
+        index = worker.scene_index
+        assert index is not None
+        try:
+            result, problem = worker.pipe.recv()
+        except (EOFError, OSError):
+            self._replace(worker, index)
+            return
+        worker.scene_index = None
+        self._problem = self._problem or problem
+        self._begin_next(worker)
+        if problem is None:
+            yield index, result
+
+    def _hire(self) -> _Worker:
+        self._workers.append(_Worker(self._open_work))
+        return self._workers[-1]
+
+    def _begin_next(self, worker: _Worker) -> None:
+        if self._waiting and self._problem is None and len(self._lost) < _MOST_LOST:
+            worker.begin(self._waiting.popleft())
+
+    def _replace(self, dead: _Worker, scene_index: int) -> None:
+        """Take note of what killed a worker, and put another in its place."""
+        self._workers.remove(dead)
+        death = f"the worker that made scene {scene_index} of seed {self._seed} was ended by {_cause(dead.end())}"
+        self._deaths[scene_index] += 1
+        if self._deaths[scene_index] < _TRIES:
+            _log.warning("%s; the scene is made again", death)
+            self._waiting.appendleft(scene_index)
+        else:
+            self._lost.append(f"{death}, {_TRIES} times")
+        if self._waiting:
+            self._begin_next(self._hire())
+
+
+def _cause(exit_code: int) -> str:
+    if exit_code == -signal.SIGKILL:
+        return "SIGKILL, which the system sends when memory runs out"
+    return signal.Signals(-exit_code).name if exit_code < 0 else f"itself with exit code {exit_code}"
+
+
+def _serve(pipe: Connection) -> None:
+    """Make scenes until nobody asks for one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The terminal sends it to all; the first process decides.
+    prepare_worker()  # Before anything is imported that starts threads.
+    with ExitStack() as opened, suppress(EOFError):
+        open_work, work = pipe.recv_bytes(), None
+        while True:
+            index = pipe.recv()
+            try:
+                work = work or opened.enter_context(pickle.loads(open_work)())
+                pipe.send((work(index), None))
+            except Exception as problem:
+                pipe.send((None, _portable(problem)))
+
+
+def _portable(problem: Exception) -> Exception:
+    """Return the error with where it arose as a note, as far as it can be pickled; its text otherwise."""
+    problem.add_note("".join(traceback.format_exception(problem)))
+    try:
+        return pickle.loads(pickle.dumps(problem))
+    except Exception:
+        return RuntimeError("".join(traceback.format_exception(problem)))
