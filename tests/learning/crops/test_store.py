@@ -1,8 +1,14 @@
+import json
 import os
+import random
 import shutil
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import get_context
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -99,12 +105,66 @@ def test_an_interrupted_cut_leaves_no_entry(toy_root: Path, tmp_path: Path, monk
     assert {path.name for path in tmp_path.iterdir()} == {entry.name, f".{entry.name}.young"}
 
 
+ROUNDS, THREADS = 50, 2
+SMALL = CropConfig(stored_points=64)
+
+
+def on_a_slow_disk(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function with random pauses around it, in which others can do what they like."""
+
+    def paused(*args: Any, **named: Any) -> Any:
+        time.sleep(random.uniform(0.0, 0.01))
+        try:
+            return function(*args, **named)
+        finally:
+            time.sleep(random.uniform(0.0, 0.01))
+
+    return paused
+
+
+def fill_together(root: Path, cache: Path, start: Barrier) -> int:
+    """Load the crops of a split at the same moment as other threads and another process; return how often it failed."""
+    readers, failed = [DatasetReader(root) for _ in range(THREADS)], 0
+    expected = load_crops(readers[0], "val", SMALL, 1, None)
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(THREADS) as pool:
+        patch.setattr(Path, "rename", on_a_slow_disk(Path.rename))
+        patch.setattr(shutil, "rmtree", on_a_slow_disk(shutil.rmtree))
+        for folder in (cache / str(turn) for turn in range(ROUNDS)):
+            start.wait(60.0)
+            found = list(pool.map(lambda reader: load_crops(reader, "val", SMALL, 1, folder), readers))  # noqa: B023
+            failed += any(arrays is None or not same(arrays, expected) for arrays in found)
+    return failed
+
+
+def fill_together_elsewhere(*arguments: Any) -> None:
+    raise SystemExit(fill_together(*arguments))
+
+
+def keep_busy() -> None:
+    while True:
+        sum(range(1000))
+
+
 def test_two_at_once_end_with_one_whole_entry(toy_root: Path, tmp_path: Path) -> None:
-    readers = [DatasetReader(toy_root) for _ in range(4)]
-    with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda reader: load_crops(reader, "train", CONFIG, 1, tmp_path), readers))
-    assert all(same(found[0], other) for other in found[1:])
-    assert len(list(tmp_path.iterdir())) == 1
+    context, name = get_context("spawn"), f"val-{crops_digest(DatasetReader(toy_root), 'val', SMALL)}"
+    for turn in range(0, ROUNDS, 2):  # Damaged entries, which each must replace, are where most can go wrong.
+        (tmp_path / str(turn) / name).mkdir(parents=True)
+        (tmp_path / str(turn) / name / "crops.json").write_text("{")
+    arguments = toy_root, tmp_path, context.Barrier(2)
+    other = context.Process(target=fill_together_elsewhere, args=arguments)
+    busy = [context.Process(target=keep_busy, daemon=True) for _ in range(2)]
+    for process in (other, *busy):
+        process.start()
+    failed = fill_together(*arguments)
+    other.join()
+    for process in busy:
+        process.kill()
+    assert (failed, other.exitcode) == (0, 0)
+    for turn in range(ROUNDS):
+        (entry,) = (tmp_path / str(turn)).iterdir()
+        contents = json.loads((entry / "crops.json").read_text())
+        assert contents["bytes"] == {file.name: file.stat().st_size for file in entry.glob("*.npy")}
+        assert entry.name == name
 
 
 def test_a_folder_that_cannot_be_written_is_named(toy_root: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Keep the crops of a split on disk, so that they are cut out of the images once and never fill the memory."""
 
 import contextlib
+import errno
 import hashlib
 import json
 import logging
@@ -70,7 +71,7 @@ def load_crops(
     if arrays is None:
         chunks = read_crops(reader, split, whole, _SEED, workers, progress)
         try:
-            arrays = _open(entry) if _fill(entry, chunks, whole) else None
+            arrays = _fill(entry, chunks, whole)
         except OSError as problem:
             raise TrainingError(
                 f"{cache}: crops cannot be kept there ({problem.strerror or problem}); free some space, choose another "
@@ -97,11 +98,14 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     return digest.hexdigest()[:24]
 
 
-def _fill(entry: Path, chunks: Iterable[Sequence[Crop]], config: CropConfig) -> bool:
-    """Write an entry under another name, then rename it: it is whole or not there. Tell whether there are any crops."""
+def _fill(entry: Path, chunks: Iterable[Sequence[Crop]], config: CropConfig) -> Arrays | None:
+    """Write an entry under another name, then rename it: it is whole or not there. Return its arrays, if any.
+
+    They are opened before the rename: open files stay what they are, whatever others do to the entry afterwards.
+    """
     entry.parent.mkdir(parents=True, exist_ok=True)
     _remove_leftovers(entry)
-    folder, count = Path(tempfile.mkdtemp(prefix=f".{entry.name}.", dir=entry.parent)), 0
+    folder, count = _unique_folder(entry), 0
     try:
         files: dict[str, GrowingArray] = {}
         for crops in chunks:
@@ -114,22 +118,37 @@ def _fill(entry: Path, chunks: Iterable[Sequence[Crop]], config: CropConfig) -> 
             file.close()
         contents = {"crops": count, "bytes": {path.name: path.stat().st_size for path in sorted(folder.iterdir())}}
         write_bytes(folder / _CONTENTS, (json.dumps(contents, indent=1) + "\n").encode(), durable=True)
-        if count:
+        arrays = _open(folder) if count else None
+        if arrays is not None:
             _publish(folder, entry)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return count > 0
+    return arrays
 
 
 def _publish(folder: Path, entry: Path) -> None:
-    if _open(entry) is not None:
-        return  # Another process was faster; both cut the same.
-    shutil.rmtree(entry, ignore_errors=True)
-    try:
-        folder.rename(entry)
-    except OSError:
-        if _open(entry) is None:
-            raise
+    """Give a whole folder the name of the entry, unless another whole one has it: both hold the same.
+
+    A rename never replaces a folder that holds anything. A damaged one is moved aside; should another process have put
+    a whole one there since it was looked at, then that is moved, and this one, just as whole, takes its place.
+    """
+    while True:
+        try:
+            folder.rename(entry)
+            return
+        except OSError as problem:
+            if problem.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+        if _open(entry) is not None:
+            return
+        aside = _unique_folder(entry)
+        with contextlib.suppress(FileNotFoundError):  # Another process moved it first.
+            entry.rename(aside)
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _unique_folder(entry: Path) -> Path:
+    return Path(tempfile.mkdtemp(prefix=f".{entry.name}.", dir=entry.parent))
 
 
 def _open(entry: Path) -> Arrays | None:
