@@ -49,6 +49,10 @@ class DatasetError(WarehouseSimError):
     """A dataset on disk is incomplete, inconsistent or cannot hold what was asked."""
 
 
+class OutputError(WarehouseSimError):
+    """A file or folder cannot be written."""
+
+
 class TrainingError(WarehouseSimError):
     """A run folder or its data cannot be used for training or prediction."""
 

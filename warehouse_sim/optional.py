@@ -1,9 +1,38 @@
-"""Import packages that an installation may lack, with one clear line when it does."""
+"""Packages that an installation may lack, with one clear line when it does."""
 
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
 from warehouse_sim.errors import MissingPackageError
+
+EXTRAS = {
+    "generate": ("mujoco", "moderngl", "glcontext", "embreex"),
+    "learn": ("torch", "lightning", "safetensors", "tensorboardX", "sklearn"),
+    "export": ("onnx", "onnxruntime", "onnxscript"),
+    "report": ("matplotlib", "jinja2"),
+    "peers": ("pyrender", "trimesh"),
+}
+"""Modules by the extra that brings them, where all of them are needed together."""
+
+
+def missing(extra: str) -> list[str]:
+    """Return the modules of an extra that are not installed."""
+    return [module for module in EXTRAS[extra] if not _is_installed(module)]
+
+
+def require_extra(extra: str, purpose: str) -> None:
+    """Make sure that an extra of warehouse-sim is installed, before anything is begun that needs it.
+
+    Args:
+        extra: Key of ``EXTRAS``.
+        purpose: What needs it, as it reads after "is needed".
+
+    Raises:
+        MissingPackageError: A module of it is not installed.
+    """
+    if modules := missing(extra):
+        raise MissingPackageError(f"{', '.join(modules)}: needed {purpose} but not installed; {_remedy(extra)}")
 
 
 def require(module: str, extra: str, purpose: str) -> ModuleType:
@@ -21,6 +50,16 @@ def require(module: str, extra: str, purpose: str) -> ModuleType:
         return import_module(module)
     except ImportError as error:
         raise MissingPackageError(
-            f"{module} is needed {purpose} but cannot be imported ({error}); "
-            f"install it with: pip install 'warehouse-sim[{extra}]'"
+            f"{module} is needed {purpose} but cannot be imported ({error}); {_remedy(extra)}"
         ) from error
+
+
+def _is_installed(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ImportError:
+        return False
+
+
+def _remedy(extra: str) -> str:
+    return f"install it with: pip install 'warehouse-sim[{extra}]'"

@@ -10,8 +10,8 @@ import safetensors.torch
 import torch
 import tyro
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.learning import run_folder
+from warehouse_sim.output import write_bytes
 from warehouse_sim.resources import data_folder
 
 _LIMIT_MIB = 12.0

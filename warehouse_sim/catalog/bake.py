@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from warehouse_sim.catalog.textures import TEXTURES, paint
-from warehouse_sim.errors import WarehouseSimError
+from warehouse_sim.output import make_folder, write_bytes
 
 COMMAND = "python -m warehouse_sim.catalog.bake assets"
 LICENCE = "Apache-2.0"
@@ -23,21 +23,16 @@ def bake(folder: Path) -> Path:
     """Write all textures and the manifest into ``folder``; return the manifest.
 
     Raises:
-        WarehouseSimError: A file cannot be written.
+        OutputError: A file cannot be written.
     """
     entries = []
-    try:
-        for name in sorted(TEXTURES):
-            (folder / "textures" / name).mkdir(parents=True, exist_ok=True)
-            for kind, pixels in paint(name).images().items():
-                path = Path("textures") / name / f"{kind}.png"
-                entries.append(_write(folder, path, pixels))
-        manifest = folder / "manifest.json"
-        manifest.write_text(json.dumps({"files": entries}, indent=2) + "\n", encoding="utf-8")
-    except OSError as problem:
-        raise WarehouseSimError(
-            f"{problem.filename}: cannot be written ({problem.strerror}); check the folder"
-        ) from problem
+    for name in sorted(TEXTURES):
+        make_folder(folder / "textures" / name)
+        for kind, pixels in paint(name).images().items():
+            path = Path("textures") / name / f"{kind}.png"
+            entries.append(_write(folder, path, pixels))
+    manifest = folder / "manifest.json"
+    write_bytes(manifest, (json.dumps({"files": entries}, indent=2) + "\n").encode("utf-8"))
     return manifest
 
 
@@ -50,7 +45,7 @@ def _write(folder: Path, path: Path, pixels: np.ndarray) -> dict[str, str]:
     """Write one grey or RGB image and return its entry in the manifest; its pixel hash is of RGB order."""
     ordered = pixels[..., ::-1] if pixels.ndim == 3 else pixels  # OpenCV writes BGR
     encoded = cv2.imencode(".png", ordered, [cv2.IMWRITE_PNG_COMPRESSION, 6])[1].tobytes()
-    (folder / path).write_bytes(encoded)
+    write_bytes(folder / path, encoded)
     return {
         "path": path.as_posix(),
         "sha256": hashlib.sha256(encoded).hexdigest(),

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish
+from warehouse_sim.optional import require_extra
 
 
 def catalog(names: tyro.conf.Positional[tuple[str, ...]] = (), out: Path = Path("catalog.png")) -> None:
@@ -14,6 +15,7 @@ def catalog(names: tyro.conf.Positional[tuple[str, ...]] = (), out: Path = Path(
         names: Names of catalog objects, see ``warehouse-sim list``; all by default.
         out: PNG file to write.
     """
+    require_extra("generate", "to draw objects")
     from warehouse_sim.generation.catalog_sheet import draw_catalog_sheet
 
     draw_catalog_sheet(out, names or None)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from warehouse_sim.cli.console import say
+from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
     from warehouse_sim.physics import SettleConfig, SettleReport
@@ -20,6 +21,7 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
         scene: Index of the scene, >= 0.
         seed: Seed of the dataset, >= 0.
     """
+    require_extra("generate", "to make scenes")
     from warehouse_sim.errors import PlacementError
     from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.generation.scene import ATTEMPTS

@@ -16,6 +16,8 @@ from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train
 from warehouse_sim.cli.validate import validate
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.optional import require_extra
+from warehouse_sim.output import make_folder, write_bytes
 
 
 def demo(
@@ -40,11 +42,14 @@ def demo(
         max_minutes: Time for training in minutes.
         workers: Processes that generate; one per processor by default.
     """
+    require_extra("generate", "to make scenes")
+    require_extra("learn", "to train")
+    require_extra("report", "to write a report")
     from warehouse_sim.estimators.settings import PredictConfig
     from warehouse_sim.learning.settings import TrainConfig
 
     data, run, workers = out / "data", out / estimator, workers or os.cpu_count() or 1
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     clock = _StageClock()
     with clock.stage("preview"):
         preview(recipe, seed=seed, out=out / "preview.png")
@@ -67,7 +72,7 @@ def demo(
         scored.append(folder)
     with clock.stage("report"):
         report((data, run, *scored), out / "report.html")
-    (out / "timing.json").write_text(json.dumps(clock.seconds, indent=1) + "\n", encoding="utf-8")
+    write_bytes(out / "timing.json", (json.dumps(clock.seconds, indent=1) + "\n").encode("utf-8"))
     say(f"the demo took {sum(clock.seconds.values()) / 60:.1f} minutes")
     finish(out / "report.html", "preview", "demo", "--seed", "1", "--out", out / "another.png")
     return 0

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, say
+from warehouse_sim.optional import require_extra
 from warehouse_sim.resources import model_dir
 
 
@@ -15,6 +16,8 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
         run: Run folder, or name of a bundled estimator.
         out: ONNX file to write.
     """
+    require_extra("learn", "to read a network")
+    require_extra("export", "to export it")
     from warehouse_sim.estimators.export import export_onnx
 
     difference = export_onnx(model_dir(run), out)

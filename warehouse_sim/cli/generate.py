@@ -6,6 +6,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import count_progress, finish
+from warehouse_sim.optional import require_extra
 
 
 def generate(
@@ -32,6 +33,7 @@ def generate(
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
     """
+    require_extra("generate", "to make scenes")
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig

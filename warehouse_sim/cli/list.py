@@ -7,9 +7,8 @@ from rich.table import Table
 
 from warehouse_sim.catalog import CATALOG
 from warehouse_sim.dataset.writers import WRITERS
-from warehouse_sim.errors import MissingPackageError
 from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.optional import require
+from warehouse_sim.optional import missing
 from warehouse_sim.render import BACKENDS
 from warehouse_sim.resources import recipe_names, suite_names
 from warehouse_sim.sensors import SENSORS
@@ -34,11 +33,7 @@ def list_names() -> None:
     for kind, names in kinds.items():
         table.add_row(kind, ", ".join(names))
     console.print(table)
-    try:
-        require("torch", "learn", "to count parameters")
-    except MissingPackageError:
-        pass
-    else:
+    if not missing("learn"):
         console.print(_estimators())
     print("next:   warehouse-sim preview demo")
 

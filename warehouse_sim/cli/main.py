@@ -2,6 +2,7 @@
 
 import io
 import logging
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -45,7 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Command line without the program's name; ``sys.argv[1:]`` by default.
 
     Returns:
-        The exit code: 0 for success, 1 when checks did not hold, 2 for wrong input, 130 when interrupted.
+        The exit code: 0 for success, 1 when checks did not hold, 2 for wrong input, 130 when interrupted,
+        141 when stdout was closed.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # in a log file, results stand between the progress they belong to
@@ -60,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except WarehouseSimError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:
+        # Who read stdout, such as head, has seen enough. Nor shall Python write there when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     except KeyboardInterrupt:
         print("interrupted; the same command with --resume goes on where it stopped", file=sys.stderr)
         return 130

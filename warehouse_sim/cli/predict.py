@@ -7,6 +7,7 @@ import tyro
 
 from warehouse_sim.cli.console import finish, share_progress
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.optional import require_extra
 
 
 def predict(
@@ -25,6 +26,7 @@ def predict(
         split: Split to predict on.
         config: Where detections come from, how a pose is selected and refined.
     """
+    require_extra("learn", "to predict")
     from warehouse_sim.dataset import pose_csv
     from warehouse_sim.estimators.predict import predict as estimate
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, say
+from warehouse_sim.optional import require_extra
 
 
 def preview(
@@ -23,6 +24,7 @@ def preview(
         difficulty: As in ``generate``.
         out: PNG file to write.
     """
+    require_extra("generate", "to make scenes")
     from warehouse_sim.generation.contact_sheet import draw_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish
+from warehouse_sim.optional import require_extra
 
 
 def report(folders: tyro.conf.Positional[tuple[Path, ...]], out: Path = Path("report.html")) -> None:
@@ -14,6 +15,7 @@ def report(folders: tyro.conf.Positional[tuple[Path, ...]], out: Path = Path("re
         folders: Dataset, run and evaluation folders.
         out: HTML file to write.
     """
+    require_extra("report", "to write a report")
     from warehouse_sim.evaluation.report import write_report
 
     finish(write_report(folders, out))

@@ -7,6 +7,7 @@ import tyro
 
 from warehouse_sim.cli.console import finish, say, share_progress
 from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.optional import require_extra
 
 
 def train(
@@ -32,6 +33,7 @@ def train(
             folder; ``none`` keeps them in memory.
         config: How to train.
     """
+    require_extra("learn", "to train")
     from warehouse_sim.estimators.calibrate import LEAST_SAMPLES, calibrate
     from warehouse_sim.learning.training.train import train as run
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Int32
 
-from warehouse_sim.dataset.atomic import share_file, write_bytes
 from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.output import share_file, write_bytes
 from warehouse_sim.schema import ObjectAnnotation, Observation
 
 

@@ -4,15 +4,16 @@ import json
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.output import write_bytes
 
 
 def write_json(path: Path, data: Any, depth: int = 1) -> None:
     """Write ``data`` so that containers are spread over lines down to ``depth`` and compact below.
 
     Raises:
-        DatasetError: The data hold what JSON cannot (NaN, infinity, objects), or the file cannot be written.
+        DatasetError: The data hold what JSON cannot (NaN, infinity, objects).
+        OutputError: The file cannot be written.
     """
     try:
         text = _spread(data, depth, "") + "\n"

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.output import write_bytes
 
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 _HEADER = """ply

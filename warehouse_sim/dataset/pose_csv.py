@@ -8,10 +8,10 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.plain import is_rigid
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import PoseEstimate
 
 _HEADER = "scene_id,im_id,obj_id,score,R,t,time"
@@ -34,7 +34,7 @@ def write(path: Path, estimates: Iterable[PoseEstimate]) -> None:
             raise DatasetError(f"{path}: the estimate of obj_id {row.obj_id} in {_image(row)} is not finite")
     _require_one_time(rows, str(path))
     lines = [_HEADER, *map(_line, rows)]
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_bytes(path, ("\n".join(lines) + "\n").encode("ascii"), durable=True)
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.atomic import remove_temporaries
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
@@ -17,6 +16,7 @@ from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.writers import WRITERS, DatasetWriter
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.output import make_folder, remove_temporaries, writing
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
 
@@ -48,7 +48,7 @@ class DatasetStore:
             DatasetError: The folder holds something else, or a dataset that differs from this one.
         """
         self._claim(resume)
-        self._layout.scenes.mkdir(parents=True, exist_ok=True)
+        make_folder(self._layout.scenes)
         write_manifest(self._layout.unfinished, self.manifest)
         write_objects(self.root, models)
         for writer in self._writers:
@@ -118,7 +118,8 @@ class DatasetStore:
         renderers = {record.renderer for record in records}
         manifest = replace(self.manifest, renderers=tuple(sorted(renderers)), split_table=table)
         write_manifest(self._layout.manifest, manifest)
-        self._layout.unfinished.unlink()
+        with writing(self._layout.unfinished):
+            self._layout.unfinished.unlink()
         return manifest
 
     def _require_next(self, observation: Observation, scene_index: int, expected: int) -> None:
@@ -130,16 +131,18 @@ class DatasetStore:
             )
 
     def _claim(self, resume: bool) -> None:
-        if not self.root.exists() or not any(self.root.iterdir()):
-            self.root.mkdir(parents=True, exist_ok=True)
-            return
+        make_folder(self.root)
+        with writing(self.root):
+            if not any(self.root.iterdir()):
+                return
         if not resume:
             raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)
             self._require_same(replace(stored, renderers=(), split_table={}), self._layout.manifest)
             # Opened again, it is not complete until it is finished again.
-            self._layout.manifest.rename(self._layout.unfinished)
+            with writing(self._layout.unfinished):
+                self._layout.manifest.rename(self._layout.unfinished)
         elif self._layout.unfinished.is_file():
             self._require_same(load_manifest(self._layout.unfinished), self._layout.unfinished)
         else:

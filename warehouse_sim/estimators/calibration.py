@@ -7,10 +7,10 @@ import numpy as np
 import yaml
 
 from warehouse_sim.config import load_yaml, to_mapping
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.select import Selection
 from warehouse_sim.estimators.settings import Refinement
+from warehouse_sim.output import write_bytes
 
 CALIBRATION = "calibration.yaml"
 

@@ -17,6 +17,7 @@ from warehouse_sim.learning.networks.inputs import NetworkInput
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
 from warehouse_sim.learning.run_folder import RunConfig, load_network, read_config
 from warehouse_sim.optional import require
+from warehouse_sim.output import make_folder, write_bytes
 
 OUTPUTS = ("rotations", "translations", "confidences", "rotation", "translation")
 """Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""
@@ -76,7 +77,7 @@ def export_onnx(run: Path, out: Path) -> float:
     network = PortableNetwork(load_network(run, config)).eval()
     example = random_inputs(config, _TRACED)
     names = list(example)
-    out.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(out.parent)
     free = {name: {0: torch.export.Dim("batch")} for name in names}
     with torch.no_grad(), _quiet():
         # Strict: the other way of tracing takes the length of a batch for a constant.
@@ -89,7 +90,7 @@ def export_onnx(run: Path, out: Path) -> float:
     difference = _difference(network, session, random_inputs(config, _CHECKED))
     if not difference <= TOLERANCE:
         raise TrainingError(f"{run}: the exported network differs from torch by {difference:.1e}; nothing was written")
-    out.write_bytes(model.SerializeToString())
+    write_bytes(out, model.SerializeToString())
     return difference
 
 

@@ -1,6 +1,7 @@
 """One row a ground truth: what an estimator did with it. Everything in a score is a function of this table."""
 
 import csv
+import io
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
 from warehouse_sim.errors import EvaluationError
+from warehouse_sim.output import write_bytes
 
 _WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction")
 _TEXT = ("class_name", "object_name", "face", "limiting_error")
@@ -119,11 +121,12 @@ def table_from_rows(rows: list[dict[str, Any]]) -> ErrorTable:
 def write_table(table: ErrorTable, path: Path) -> None:
     """Write the table as CSV with seven significant digits."""
     columns = table.columns()
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        for row in zip(*columns.values(), strict=True):
-            writer.writerow([f"{value:.7g}" if isinstance(value, float) else value for value in row])
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*columns.values(), strict=True):
+        writer.writerow([f"{value:.7g}" if isinstance(value, float) else value for value in row])
+    write_bytes(path, text.getvalue().encode("utf-8"))
 
 
 def read_table(path: Path) -> ErrorTable:

@@ -12,6 +12,7 @@ from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_t
 from warehouse_sim.evaluation.measure import MeasureConfig
 from warehouse_sim.evaluation.metrics import MetricConfig
 from warehouse_sim.evaluation.summary import GroupConfig, Summary
+from warehouse_sim.output import make_folder
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
@@ -90,7 +91,7 @@ def write_scores(scores: Scores, folder: Path) -> Path:
     Returns:
         The path of scores.json, which is written last.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     pose_csv.write(folder / PREDICTIONS_FILE, list(scores.estimates))
     write_table(scores.table, folder / ERRORS_FILE)
     write_json(folder / SCORES_FILE, to_mapping(scores), depth=3)

@@ -9,11 +9,11 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_names, catalog_object, materials
 from warehouse_sim.catalog.parts import box_part
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, level_camera, make_transform, transform_points
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.schema import Light, ObjectInstance, ObjectModel, SceneSpec, Viewpoint
 
@@ -49,7 +49,7 @@ def draw_catalog_sheet(
         models.sort(key=lambda model: (model.obj_id, model.name))
     with open_renderer(backend) as renderer:
         cells = [captioned(draw_thumbnail(renderer, model), model) for model in models]
-    out.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(out.parent)
     write_bytes(out, encode_rgb(_grid(cells, columns)))
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
@@ -13,6 +12,7 @@ from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 
@@ -36,7 +36,7 @@ def draw_contact_sheet(recipe: Recipe, seed: int, scene_index: int, out: Path, b
     scene = prepare_scene(recipe, seed, scene_index).scene
     with open_renderer(backend) as renderer:
         observation = next(observe_scene(scene, recipe.sensors, renderer))
-    out.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(out.parent)
     write_bytes(out, encode_rgb(contact_sheet(observation)))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import make_transform, rotation_x
 from warehouse_sim.optional import require
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import SceneSpec
 
 # glTF is y up.
@@ -17,6 +18,7 @@ def write_glb(scene: SceneSpec, path: Path) -> Path:
 
     Raises:
         MissingPackageError: trimesh is not installed.
+        OutputError: The file cannot be written.
     """
     trimesh = require("trimesh", "interchange", "to write GLB")
     visual = require("trimesh.visual", "interchange", "to write GLB")
@@ -48,8 +50,6 @@ def write_glb(scene: SceneSpec, path: Path) -> Path:
             )
             mesh.visual = visual.TextureVisuals(material=materials[part.material])
             graph.add_geometry(mesh, node_name=node, geom_name=name, transform=T)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_bytes(graph.export(file_type="glb"))
-    temporary.replace(path)
+    make_folder(path.parent)
+    write_bytes(path, graph.export(file_type="glb"))
     return path

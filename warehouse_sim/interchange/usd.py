@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.errors import WarehouseSimError
+from warehouse_sim.errors import OutputError
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.optional import require
+from warehouse_sim.output import make_folder
 from warehouse_sim.schema import Material, ObjectModel, SceneSpec
 
 
@@ -18,10 +19,12 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
 
     Raises:
         MissingPackageError: usd-core is not installed.
+        OutputError: The file cannot be written.
     """
     usd = require("pxr.Usd", "interchange", "to write USD")
     geom = require("pxr.UsdGeom", "interchange", "to write USD")
-    path.parent.mkdir(parents=True, exist_ok=True)
+    tf = require("pxr.Tf", "interchange", "to write USD")
+    make_folder(path.parent)
     stage = usd.Stage.CreateInMemory()
     geom.SetStageUpAxis(stage, geom.Tokens.z)
     geom.SetStageMetersPerUnit(stage, 1.0)
@@ -42,8 +45,12 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
             ("obj_id", model.obj_id),
         ):
             prim.SetCustomDataByKey(key, value)
-    if not stage.GetRootLayer().Export(str(path)):
-        raise WarehouseSimError(f"{path}: USD cannot be written there; the name must end in .usda, .usdc or .usd")
+    try:
+        written = stage.GetRootLayer().Export(str(path))
+    except tf.ErrorException:
+        written = False
+    if not written:
+        raise OutputError(f"{path}: USD cannot be written there; the name must end in .usda, .usdc or .usd")
     return path
 
 

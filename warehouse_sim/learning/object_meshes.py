@@ -7,11 +7,11 @@ import numpy as np
 import safetensors
 import safetensors.numpy
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.learning.objects import ObjectShape
+from warehouse_sim.output import write_bytes
 
 MESHES = "objects.safetensors"
 

@@ -10,12 +10,12 @@ import safetensors.torch
 import yaml
 
 from warehouse_sim.config import load_yaml, to_mapping
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.learning.crops.config import CropConfig
 from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.learning.objects import ObjectShape
 from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.output import write_bytes
 
 CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS, EVENTS = (
     "config.yaml",

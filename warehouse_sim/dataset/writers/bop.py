@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask
 from warehouse_sim.dataset.json_file import read_table, write_json
@@ -27,6 +26,7 @@ from warehouse_sim.dataset.writers.bop_labels import (
 from warehouse_sim.dataset.writers.bop_models import write_models
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import ObjectModel
 
 _INFO = """# Dataset in the BOP format
@@ -62,7 +62,7 @@ class BopWriter:
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
-        self._layout.root.mkdir(exist_ok=True)
+        make_folder(self._layout.root)
         write_models(self._layout.root, models)
         defaults = {key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy", "width", "height")}
         write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera, "distortion")})
@@ -75,7 +75,8 @@ class BopWriter:
         """Open a scene anew."""
         layout = self._layout.scene(self._manifest.split_of(scene_index), scene_index)
         if layout.root.exists():
-            shutil.rmtree(layout.root)
+            with writing(layout.root):
+                shutil.rmtree(layout.root)
         return BopSceneWriter(layout, self._objects, self._clean)
 
     def finish(self) -> None:
@@ -108,7 +109,7 @@ class BopSceneWriter:
     def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], clean: bool) -> None:
         self._layout, self._objects, self._clean = layout, objects, clean
         for name in ("rgb", "depth", "mask", "mask_visib", *(("rgb_clean", "depth_clean") if clean else ())):
-            (layout.root / name).mkdir(parents=True)
+            make_folder(layout.root / name)
         self._cameras: dict[int, dict[str, Any]] = {}
         self._poses: dict[int, list[dict[str, Any]]] = {}
         self._infos: dict[int, list[dict[str, Any]]] = {}

@@ -12,6 +12,7 @@ from warehouse_sim.dataset.ply import write_ply
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.geometry.remesh import grid_box, split_long_edges
+from warehouse_sim.output import make_folder
 from warehouse_sim.schema import ObjectModel, Part
 
 _FEWEST, _MOST = 2000, 4000
@@ -21,7 +22,7 @@ def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
     """Write models/ and models_eval/ with their models_info.json, in millimetres."""
     layout = BopLayout(folder)
     for kind in ("models", "models_eval"):
-        layout.models_info(kind).parent.mkdir(exist_ok=True)
+        make_folder(layout.models_info(kind).parent)
         infos = {}
         for model in sorted(models, key=lambda model: model.obj_id):
             mesh = model.mesh() if kind == "models" else even_mesh(model)

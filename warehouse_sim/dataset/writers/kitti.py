@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
 from warehouse_sim.dataset.layout import DatasetLayout, KittiLayout, kitti_kinds, stores_clean
@@ -22,6 +21,7 @@ from warehouse_sim.dataset.writers.kitti_calib import (
 from warehouse_sim.dataset.writers.kitti_label import DONT_CARE, kitti_label
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import LidarScan, ObjectModel, Observation
 
 _STEPS_PER_METRE = 256.0
@@ -90,10 +90,10 @@ class KittiWriter:
             )
         for split in SPLITS:
             for kind in self._kinds:
-                (self._layout.folder(split) / kind).mkdir(parents=True, exist_ok=True)
+                make_folder(self._layout.folder(split) / kind)
         sets: dict[str, tuple[Split, ...]] = {name: (name,) for name in SPLITS}
         sets["trainval"] = ("train", "val")
-        self._layout.image_set("train").parent.mkdir(exist_ok=True)
+        make_folder(self._layout.image_set("train").parent)
         for name, parts in sets.items():
             frames = [frame for part in parts for scene in self._manifest.splits[part] for frame in self._frames(scene)]
             text = "".join(f"{frame:06d}\n" for frame in frames)
@@ -104,9 +104,9 @@ class KittiWriter:
         """Open a scene anew."""
         split = self._manifest.split_of(scene_index)
         frames = self._frames(scene_index)
-        for frame in frames:
-            for kind in self._kinds:
-                self._layout.file(split, kind, frame).unlink(missing_ok=True)
+        for path in (self._layout.file(split, kind, frame) for frame in frames for kind in self._kinds):
+            with writing(path):
+                path.unlink(missing_ok=True)
         return KittiSceneWriter(self._layout, split, frames, stores_clean(self._manifest.recipe))
 
     def finish(self) -> None:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.score_sections import evaluation_section, score_row
 from warehouse_sim.evaluation.report.sections import dataset_section, run_section
 from warehouse_sim.evaluation.report.sources import EvaluationSource, read_sources
 from warehouse_sim.optional import require
+from warehouse_sim.output import make_folder, write_bytes
 
 _MANY = 3
 """From more evaluations than this on, each shows one case a group, to keep the page small."""
@@ -40,7 +40,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         runs=[run_section(run) for run in sources.runs],
         datasets=[dataset_section(data) for data in sources.datasets.values()],
     )
-    out.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(out.parent)
     write_bytes(out, html.encode("utf-8"))
     return out
 

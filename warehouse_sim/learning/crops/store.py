@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
@@ -23,6 +22,7 @@ from warehouse_sim.learning.crops.config import CropConfig
 from warehouse_sim.learning.crops.crop_set import stack_arrays
 from warehouse_sim.learning.crops.cut import Crop
 from warehouse_sim.learning.crops.read import read_crops
+from warehouse_sim.output import write_bytes
 
 _FORMAT = 1
 """To be raised when the arrays change."""

@@ -24,6 +24,7 @@ from warehouse_sim.learning.training.parallel import ActAsOne, OneMachine, Place
 from warehouse_sim.learning.training.precision import choose_precision
 from warehouse_sim.learning.training.preparation import Prepared
 from warehouse_sim.learning.training.streams import BatchStream
+from warehouse_sim.output import writing
 
 _VALIDATION_BATCH = 64
 _PATIENCE = timedelta(minutes=10)
@@ -72,7 +73,8 @@ def fit(
     validation = cast(Dataset[torch.Tensor], torch.arange(len(crops["val"])).split(_VALIDATION_BATCH))
     train_loader, val_loader = DataLoader(stream, batch_size=None), DataLoader(validation, batch_size=None)
     clock.start_training()
-    trainer.fit(module, train_loader, val_loader, ckpt_path=latest_checkpoint(run), weights_only=True)
+    with writing(run):  # Checkpoints and events are all that the libraries below write.
+        trainer.fit(module, train_loader, val_loader, ckpt_path=latest_checkpoint(run), weights_only=True)
     average.apply()
     return Fitted(trainer, module)
 

@@ -8,6 +8,7 @@ import lightning
 
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.training.module import PoseTraining
+from warehouse_sim.output import writing
 
 
 class CurveWriter(lightning.Callback):
@@ -34,7 +35,7 @@ class CurveWriter(lightning.Callback):
             **{name: round(value, 3) for name, value in pl_module.metrics.items()},
         }
         new = not self._path.exists()
-        with self._path.open("a", newline="", encoding="utf-8") as file:
+        with writing(self._path), self._path.open("a", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(row))
             if new:
                 writer.writeheader()

@@ -6,6 +6,7 @@ from pathlib import Path
 import lightning
 
 from warehouse_sim.learning.training.module import PoseTraining
+from warehouse_sim.output import writing
 
 
 class RunLog(lightning.Callback):
@@ -20,7 +21,7 @@ class RunLog(lightning.Callback):
 
     def note(self, message: str) -> None:
         """Write one line with the time (UTC) before it."""
-        with self._path.open("a", encoding="utf-8") as file:
+        with writing(self._path), self._path.open("a", encoding="utf-8") as file:
             file.write(f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}Z  {message}\n")
 
     def on_validation_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:

@@ -28,6 +28,7 @@ from warehouse_sim.learning.training.records import CurveWriter, EventWriter, Pr
 from warehouse_sim.learning.training.run_log import RunLog
 from warehouse_sim.learning.training.start import start_at_mean_rotation
 from warehouse_sim.learning.training.warm_start import start_from
+from warehouse_sim.output import make_folder, writing
 from warehouse_sim.resources import cache_folder
 
 
@@ -57,6 +58,7 @@ def train(
     Raises:
         UnknownNameError: No such estimator, or nothing to begin with of that name.
         DatasetError: A folder of ``data`` is no dataset with BOP files.
+        OutputError: The run folder cannot be written.
         TrainingError: A split, the run folder or the weights to begin with cannot be used.
     """
     ESTIMATORS.get(estimator)
@@ -135,7 +137,8 @@ def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -
 def _observers(run: Path, log: RunLog, progress: Progress | None) -> list[lightning.Callback]:
     """Return what writes the curves; those of a session that left no checkpoint are begun anew."""
     if latest_checkpoint(run) is None:
-        (run / run_folder.CURVES).unlink(missing_ok=True)
+        with writing(run / run_folder.CURVES):
+            (run / run_folder.CURVES).unlink(missing_ok=True)
     reporters = [ProgressReporter(progress)] if progress else []
     return [CurveWriter(run / run_folder.CURVES), EventWriter(), log, *reporters]
 
@@ -152,9 +155,10 @@ def _claim_folder(run: Path, resume: bool) -> RunConfig | None:
         raise TrainingError(f"{run} is complete, there is nothing to resume; choose another folder to train again")
     if resume and (run / run_folder.CONFIG).is_file():
         return run_folder.read_config(run)
-    if run.exists() and any(run.iterdir()):
+    make_folder(run)
+    # A run that was stopped while it read has left nothing but its log.
+    if any(path.name != run_folder.LOG for path in run.iterdir()):
         raise TrainingError(f"{run} is not empty; resume the run in it, or choose another folder")
-    run.mkdir(parents=True, exist_ok=True)
     return None
 
 

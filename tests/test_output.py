@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.dataset.atomic import remove_temporaries, share_file, write_bytes
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import OutputError
+from warehouse_sim.output import remove_temporaries, share_file, write_bytes
 
 
 @pytest.mark.parametrize("durable", [False, True])
@@ -24,7 +24,7 @@ def test_failed_write_keeps_the_old_file(tmp_path: Path, monkeypatch: pytest.Mon
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full_disk)
-    with pytest.raises(DatasetError, match=r"a\.bin: cannot be written \(No space left on device\)"):
+    with pytest.raises(OutputError, match=r"a\.bin: cannot be written \(No space left on device\)"):
         write_bytes(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

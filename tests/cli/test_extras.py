@@ -1,0 +1,139 @@
+"""Every verb on an installation that lacks an extra: one line names it, or the verb does not need it."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.toy import make_dataset
+from tests.estimators.made_run import made_run
+from warehouse_sim.cli.main import VERBS
+from warehouse_sim.optional import EXTRAS
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = {"scikit-learn": "sklearn", "usd-core": "pxr", "pyrender2": "pyrender"}
+"""What to import, where that is not the package's name."""
+SCENES, NETWORKS, EXPORT, PAGES = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}
+VERB = {
+    "list": ("list", set()),
+    "catalog": ("catalog epal1 --out c.png", SCENES),
+    "preview": ("preview smoke --out p.png", SCENES),
+    "check-scene": ("check-scene smoke", SCENES),
+    "generate": ("generate smoke --scenes 1 --workers 1 --out {new}", SCENES),
+    "validate": ("validate {data}", set()),
+    "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
+    "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
+    "export": ("export {run} --out m.onnx", EXPORT),
+    "evaluate": ("evaluate {predictions} --data {data} --out scores", set()),
+    "report": ("report {data} --out r.html", PAGES),
+    "demo": ("demo --recipe smoke --out {new}", SCENES | NETWORKS | PAGES),
+}
+"""A command of each verb and the extras without which it must refuse."""
+SITE = """
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {blocked!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Blocked())
+"""
+RUN = """
+import sys, traceback
+from warehouse_sim.cli.main import main
+for command in sys.argv[1:]:
+    print(f"== {command}", file=sys.stderr)
+    try:
+        code = main(command.split())
+    except BaseException:
+        code = "crash"
+        traceback.print_exc()
+    print(f"== {code}", file=sys.stderr)
+"""
+
+
+def extras() -> dict[str, set[str]]:
+    """Return the modules of each extra, as the package's metadata lists them."""
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    names = {extra: {re.split(r"[\[>=<]", item)[0] for item in items} for extra, items in listed.items()}
+    return {extra: {MODULES.get(name, name) for name in found} for extra, found in names.items()}
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    root = tmp_path_factory.mktemp("extras")
+    (root / "p.csv").write_text("scene_id,im_id,obj_id,score,R,t,time\n")
+    return {
+        "data": make_dataset(root / "data"),
+        "run": made_run(root / "run"),
+        "predictions": root / "p.csv",
+        "new": root / "new",
+    }
+
+
+def answers(blocked: set[str], commands: list[str], folder: Path) -> dict[str, tuple[str, str]]:
+    """Run commands where some packages cannot be imported; return exit code and stderr of each."""
+    (folder / "sitecustomize.py").write_text(SITE.format(blocked=blocked))
+    paths = os.pathsep.join([str(folder), *filter(None, sys.path)])
+    process = subprocess.run(
+        [sys.executable, "-c", RUN, *commands],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+    )
+    found = re.findall(r"^== (.*)\n([\s\S]*?)^== (\w+)$", process.stderr, re.MULTILINE)
+    assert [command for command, _, _ in found] == commands, process.stderr
+    return {command: (code, text) for command, text, code in found}
+
+
+def test_every_verb_is_here() -> None:
+    assert VERB.keys() == VERBS.keys()
+
+
+@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report"])
+def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
+    assert set(EXTRAS[extra]) == extras()[extra]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    "blocked",
+    [
+        *(pytest.param(extras()[extra], id=extra) for extra in ("generate", "learn", "export", "report")),
+        pytest.param({"embreex", "tensorboardX"}, id="one of several"),
+        pytest.param(set().union(*extras().values()), id="all"),
+    ],
+)
+def test_a_verb_names_the_extra_that_it_lacks(places: dict[str, Path], tmp_path: Path, blocked: set[str]) -> None:
+    lacking = {extra for extra, modules in extras().items() if modules & blocked}
+    commands = {command.format(**places): needed for command, needed in VERB.values()}
+    # What does not need the extra is run in the installation that has none: once suffices.
+    wanted = [command for command, needed in commands.items() if needed & lacking or len(lacking) > 4]
+    for command, (code, text) in answers(blocked, wanted, tmp_path).items():
+        assert "Traceback" not in text, text
+        errors = [line for line in text.splitlines() if line.startswith("error: ")]
+        if commands[command]:
+            assert code == "2", command
+            (line,) = errors
+            assert any(f"pip install 'warehouse-sim[{extra}]'" in line for extra in commands[command] & lacking), line
+        else:
+            assert (code, errors) == ("0", []), text
+    assert not places["new"].exists()
+
+
+@pytest.mark.gl
+def test_what_a_backend_needs_is_named(tmp_path: Path, places: dict[str, Path]) -> None:
+    lacking = {"pyrender": "peers", "mitsuba": "pathtrace", "mujoco": "generate"}
+    for module, extra in lacking.items():
+        backend = {"mitsuba": "pathtrace"}.get(module, module)
+        command = f"generate smoke --scenes 1 --workers 1 --backend {backend} --out {places['new']}"
+        code, text = answers({module}, [command], tmp_path)[command]
+        assert code == "2"
+        (line,) = [line for line in text.splitlines() if line.startswith("error: ")]
+        assert f"pip install 'warehouse-sim[{extra}]'" in line
+        assert "Traceback" not in text
+        assert not places["new"].exists()

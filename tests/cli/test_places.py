@@ -1,0 +1,121 @@
+"""Where a verb cannot write, it says so in one line: no traceback, nothing else touched."""
+
+import errno
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.toy import make_dataset
+from tests.estimators.made_run import made_run
+from warehouse_sim.cli.main import main
+
+FOLDER_VERBS = {
+    "generate": "generate smoke --scenes 1 --workers 1",
+    "train": "train densefusion-pointcloud --data {data} --cache none",
+    "evaluate": "evaluate {predictions} --data {data}",
+    "demo": "demo --recipe smoke",
+}
+FILE_VERBS = {
+    "catalog": "catalog epal1",
+    "preview": "preview smoke",
+    "predict": "predict {run} --data {data}",
+    "report": "report {data}",
+}
+FOLDERS = ("{at}/file", "{at}/file/below", "{at}/dangling", "{at}/dangling/below", "/proc/x")
+FILES = ("{at}/folder", "{at}/file/below", "{at}/dangling/below", "/proc/x/y", "/dev/full")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    root = tmp_path_factory.mktemp("made")
+    data, run = make_dataset(root / "data"), made_run(root / "run")
+    assert main(shlex.split(f"predict {run} --data {data} --out {root / 'p.csv'}")) == 0
+    return {"data": data, "run": run, "predictions": root / "p.csv"}
+
+
+@pytest.fixture
+def at(tmp_path: Path) -> Path:
+    (tmp_path / "file").write_text("precious")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    return tmp_path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], command: str) -> str:
+    """Run a command that must fail and return its one line."""
+    capsys.readouterr()
+    assert main(shlex.split(command)) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    return line
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [(verb, place) for verb in FOLDER_VERBS.values() for place in FOLDERS]
+    + [(verb, place) for verb in FILE_VERBS.values() for place in FILES],
+)
+def test_a_place_that_cannot_be_written_is_named(capsys, made, at: Path, command: str, place: str) -> None:
+    place = place.format(at=at)
+    line = refusal(capsys, f"{command.format(**made)} --out {place}")
+    assert str(Path(place).parent) in line
+    assert "cannot be written" in line
+    assert (at / "file").read_text() == "precious"
+    assert not (at / "nowhere").exists()
+    assert Path("/dev/full").is_char_device()
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("command", [*FOLDER_VERBS.values(), *FILE_VERBS.values()], ids=[*FOLDER_VERBS, *FILE_VERBS])
+@pytest.mark.parametrize(("function", "number"), [("mkdir", errno.EROFS), ("replace", errno.ENOSPC)])
+def test_what_the_system_refuses_is_told(capsys, monkeypatch, made, tmp_path, command, function, number) -> None:
+    """A disk that cannot be written, and one that is full."""
+
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, function, refused)
+    line = refusal(capsys, f"{command.format(**made)} --out {tmp_path / 'new' / 'out'}")
+    assert f"cannot be written ({os.strerror(number)})" in line
+
+
+FULL = """
+import resource, sys
+from warehouse_sim.cli.main import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), int(sys.argv[1])))
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(("verb", "limit"), [("train", 20_000), ("generate", 3000), ("generate", 20_000)])
+def test_a_disk_that_takes_no_more_ends_the_run_in_one_line(made, tmp_path: Path, verb: str, limit: int) -> None:
+    """The system's own limit on the size of files stands for a full disk, libraries' files included."""
+    more = "--max-steps 6 --batch 4 --validations 3" if verb == "train" else ""
+    command = shlex.split(f"{FOLDER_VERBS[verb].format(**made)} {more} --out {tmp_path / 'out'}")
+    run = subprocess.run([sys.executable, "-c", FULL, str(limit), *command], capture_output=True, text=True)
+    assert run.returncode == 2
+    (line,) = [line for line in run.stderr.splitlines() if line.startswith("error: ")]
+    assert "cannot be written (File too large); free some space" in line
+    assert "Traceback" not in run.stderr
+
+
+def test_nothing_is_said_when_the_reader_has_seen_enough() -> None:
+    script = f"{shlex.quote(sys.executable)} -m warehouse_sim list | head -c 1"
+    run = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert len(run.stdout) == 1
+    assert run.stderr == ""
+
+
+def test_a_closed_pipe_is_not_written_to_again(made, capfd) -> None:
+    code = f"import sys; from warehouse_sim.cli.main import main; sys.exit(main(['validate', {str(made['data'])!r}]))"
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    assert process.wait() == 141
+    assert process.stderr.read() == b""

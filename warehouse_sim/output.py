@@ -1,0 +1,101 @@
+"""Files and folders that this package writes: whole or not at all, and one clear line when that cannot be done."""
+
+import contextlib
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from warehouse_sim.errors import OutputError
+
+_TEMPORARY = ".part"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Name ``path`` and a remedy when the system refuses what the block writes there.
+
+    Raises:
+        OutputError: It did.
+    """
+    try:
+        yield
+    except OSError as problem:
+        reason = "it is a link that leads nowhere" if os.path.islink(path) and not path.exists() else problem.strerror
+        remedy = "free some space or choose another folder" if problem.errno in _FULL else "choose another place"
+        raise OutputError(f"{path}: cannot be written ({reason or problem}); {remedy}") from problem
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, and those that it lies in, unless it is there.
+
+    Raises:
+        OutputError: It cannot be made.
+    """
+    with writing(path):
+        path.mkdir(parents=True, exist_ok=True)
+
+
+def write_bytes(path: Path, data: bytes, durable: bool = False) -> None:
+    """Write ``data`` to ``path`` in one step; an existing file is replaced, a device or a pipe is written to.
+
+    Args:
+        path: File to make; its folder must exist.
+        data: The whole content.
+        durable: Force the data to the disk before the rename. Bulk files go without, for speed: a killed process
+            loses nothing by that, and what a power cut takes is found by ``warehouse-sim validate``.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    with writing(path):
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
+            return
+        temporary = _temporary(path)
+        try:
+            with open(temporary, "wb") as file:
+                file.write(data)
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
+            os.replace(temporary, path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+            raise
+
+
+def share_file(source: Path, path: Path, data: bytes) -> None:
+    """Make ``path`` a second name of ``source``, which holds ``data``; a copy where the disk has no hard links.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    temporary = _temporary(path)
+    with writing(path):
+        temporary.unlink(missing_ok=True)
+    try:
+        os.link(source, temporary)
+    except OSError:
+        write_bytes(path, data)
+        return
+    with writing(path):
+        os.replace(temporary, path)
+
+
+def remove_temporaries(root: Path) -> None:
+    """Delete what a killed run left behind under ``root``.
+
+    Raises:
+        OutputError: It cannot be deleted.
+    """
+    for path in root.rglob(f".*{_TEMPORARY}"):
+        with writing(path):
+            path.unlink()
+
+
+def _temporary(path: Path) -> Path:
+    # The process number keeps two processes apart that write the same shared file.
+    return path.with_name(f".{path.name}.{os.getpid()}{_TEMPORARY}")
