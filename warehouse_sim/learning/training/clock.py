@@ -17,7 +17,8 @@ class Clock:
         self._start = time.monotonic()
         self._training_start: float | None = None
         self._spent_before, self._trained_before = 0.0, 0.0
-        self._reserved = 0.0
+        self.reserved = 0.0
+        """Seconds that are kept for what follows the last step."""
         self._agreed: float | None = None
 
     def start_training(self) -> None:
@@ -42,13 +43,17 @@ class Clock:
 
     def reserve(self, seconds: float) -> None:
         """Keep ``seconds`` of the wall time for what follows the last step."""
-        self._reserved = seconds
+        self.reserved = seconds
+
+    def left(self) -> float:
+        """Return the seconds that are left for training, >= 0; infinity without a limit."""
+        return math.inf if self.max_seconds is None else max(0.0, self.max_seconds - self.reserved - self.spent())
 
     def share_of_time(self) -> float:
         """Return the share of the training that is over by the wall time, 0-1; 0 without a limit."""
         if self.max_seconds is None:
             return 0.0
-        left = max(0.0, self.max_seconds - self._reserved - self.spent())
+        left = self.left()
         return min(1.0, self.trained() / (self.trained() + left)) if left else 1.0
 
     def agree(self, share_of_time: float) -> None:

@@ -41,6 +41,8 @@ class PoseTraining(lightning.LightningModule):
         """The samples of a step that this process takes."""
         self._errors: list[Tensor] = []
         self._validation_start = 0.0
+        self.validation_seconds = 0.0
+        """How long the last validation took."""
         self._loss = torch.tensor(float("nan"))
         self.metrics = dict[str, float]()
 
@@ -111,7 +113,12 @@ class PoseTraining(lightning.LightningModule):
             name = f"val_within_{round(100 * threshold)}_percent"
             self.metrics[name] = 100.0 * float((relative < threshold).float().mean())
         # The last validation comes after the last step: keep its time, and some for writing the files.
-        self.clock.reserve(1.0 + 1.2 * (time.monotonic() - self._validation_start))
+        self.validation_seconds = time.monotonic() - self._validation_start
+        self.clock.reserve(1.0 + 1.2 * self.validation_seconds)
+
+    def on_train_epoch_end(self) -> None:
+        """Take no further stretch when the time is up, be it before the last one."""
+        self.trainer.should_stop = self.clock.fraction(self.global_step) >= 1.0
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Keep the time that is already used up."""

@@ -21,6 +21,7 @@ from warehouse_sim.learning.settings import TrainConfig
 from warehouse_sim.learning.threads import cpu_threads
 from warehouse_sim.learning.training.clock import Clock
 from warehouse_sim.learning.training.fit import Fitted, fit, latest_checkpoint
+from warehouse_sim.learning.training.forecast import StepForecast
 from warehouse_sim.learning.training.parallel import Place, companions
 from warehouse_sim.learning.training.preparation import Prepared, prepare
 from warehouse_sim.learning.training.quiet import quiet_lightning
@@ -79,7 +80,8 @@ def train(
         run_folder.write_config(run, prepared.config)
         log.note(", ".join(f"{len(crops)} crops of {split}" for split, crops in prepared.crops.items()))
         with quiet_lightning(), companions(job.config.devices, _accompany, job) as place:
-            fitted = fit(prepared, network, clock, run, place, _observers(run, log, progress))
+            observers = _observers(run, clock, job.config.max_minutes, log, progress)
+            fitted = fit(prepared, network, clock, run, place, observers)
         result = _result(fitted, prepared)
     run_folder.write_weights(run, network)
     write_meshes(run, dataset_meshes(folders, prepared.config.objects))
@@ -134,13 +136,16 @@ def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -
     return network, replace(prepared, config=replace(config, started_from=started_from))
 
 
-def _observers(run: Path, log: RunLog, progress: Progress | None) -> list[lightning.Callback]:
+def _observers(
+    run: Path, clock: Clock, minutes: float | None, log: RunLog, progress: Progress | None
+) -> list[lightning.Callback]:
     """Return what writes the curves; those of a session that left no checkpoint are begun anew."""
     if latest_checkpoint(run) is None:
         with writing(run / run_folder.CURVES):
             (run / run_folder.CURVES).unlink(missing_ok=True)
+    forecasts = [StepForecast(clock, minutes)] if minutes else []
     reporters = [ProgressReporter(progress)] if progress else []
-    return [CurveWriter(run / run_folder.CURVES), EventWriter(), log, *reporters]
+    return [*forecasts, CurveWriter(run / run_folder.CURVES), EventWriter(), log, *reporters]
 
 
 def _crops_folder(cache: Path | None) -> Path | None:
