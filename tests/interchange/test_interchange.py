@@ -5,6 +5,7 @@ import pytest
 import trimesh
 from pxr import Usd, UsdGeom
 
+from warehouse_sim.errors import OutputError
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.interchange import write_glb, write_usd
 from warehouse_sim.resources import find_recipe
@@ -45,3 +46,11 @@ def test_glb_holds_every_triangle_in_a_y_up_world(scene, tmp_path: Path) -> None
     np.testing.assert_allclose(loaded.bounds, [[low[0], low[2], -high[1]], [high[0], high[2], -low[1]]], atol=1e-4)
     triangles = sum(len(scene.model_of(instance).mesh().faces) for instance in scene.instances)
     assert sum(len(loaded.geometry[loaded.graph[node][1]].faces) for node in loaded.graph.nodes_geometry) == triangles
+
+
+@pytest.mark.parametrize("write", [write_usd, write_glb])
+def test_a_place_that_cannot_be_written_is_named(scene, tmp_path: Path, write) -> None:
+    (tmp_path / "taken.usda").mkdir()
+    for path in (tmp_path / "taken.usda", Path("/proc/scene.usda")):
+        with pytest.raises(OutputError, match=rf"{path}: .*cannot be written .*choose another place"):
+            write(scene, path)

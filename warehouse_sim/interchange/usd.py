@@ -15,6 +15,8 @@ from warehouse_sim.schema import Material, ObjectModel, SceneSpec
 def write_usd(scene: SceneSpec, path: Path) -> Path:
     """Write ``scene`` to ``path`` (.usda or .usdc), z up, metres, with UsdPreviewSurface materials.
 
+    ``write_usd(prepared.scene, Path("scene.usda"))`` writes what ``prepare_scene`` returned.
+
     Objects carry their ``instance_id``, ``class_name`` and ``obj_id`` as custom data, so labels can be made elsewhere.
 
     Raises:
@@ -50,7 +52,9 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
     except tf.ErrorException:
         written = False
     if not written:
-        raise OutputError(f"{path}: USD cannot be written there; the name must end in .usda, .usdc or .usd")
+        raise OutputError(
+            f"{path}: USD cannot be written there; choose another place, and a name in .usda, .usdc or .usd"
+        )
     return path
 
 

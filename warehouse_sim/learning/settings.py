@@ -64,8 +64,8 @@ class TrainConfig:
     """Keep the original's quirks: image values of 0-255, log-softmax over the embedding, no batch normalisation,
     average pooling, separate heads."""
     max_minutes: float | None = 5.0
-    """Wall time of the whole run with reading, validation and saving (minutes), > 0; none for no limit. A warning at the
-    beginning says so when fewer than 100 steps will fit."""
+    """Wall time of the whole run with reading, validation and saving (minutes), > 0; none for no limit. When fewer than
+    100 steps will fit, a warning at the beginning says so."""
     max_steps: int | None = None
     """Optimiser steps, >= 1; none for no limit."""
     batch: int = 16

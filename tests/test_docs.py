@@ -1,0 +1,56 @@
+"""Every Python sample of README and docs runs, on small data."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.dataset.toy import make_dataset
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.scene import sample_scene
+
+ROOT = Path(__file__).resolve().parents[1]
+SMALL = {'load_recipe("demo")': 'load_recipe("smoke")'}
+"""What stands in for what would take long."""
+
+
+def samples(page: Path) -> list[str]:
+    """Return the Python samples of a page in order; a later one may use the names of an earlier one."""
+    found = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    for long, short in SMALL.items():
+        found = [sample.replace(long, short) for sample in found]
+    return found
+
+
+PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if samples(page)]
+
+
+def given() -> dict[str, Any]:
+    """Return what samples take for granted: a scene and its camera, and an image of a pallet as arrays."""
+    recipe, mask = load_recipe("smoke"), np.zeros((240, 320), dtype=bool)
+    mask[100:160, 120:220] = True
+    return {
+        "scene": sample_scene(recipe.scene, seed=0, scene_index=0),
+        "camera": recipe.sensors.make_camera(),
+        "depth": np.where(mask, 2.0, 4.0).astype(np.float32),
+        "K": np.array([[300.0, 0.0, 159.5], [0.0, 300.0, 119.5], [0.0, 0.0, 1.0]]),
+        "mask": mask,
+        "rgb": np.full((240, 320, 3), 128, dtype=np.uint8),
+    }
+
+
+def test_the_pages_with_samples_are_known() -> None:
+    assert {"README.md", "backends.md", "custom_objects.md", "dataset.md", "estimators.md"} <= {p.name for p in PAGES}
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_samples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make_dataset(tmp_path / "out" / "demo" / "data")
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    names = given()
+    for number, sample in enumerate(samples(page)):
+        exec(compile(sample, f"{page.name}, sample {number + 1}", "exec"), names)
