@@ -9,13 +9,12 @@ from typing import cast
 import lightning
 import torch
 from lightning.pytorch.callbacks import ModelCheckpoint
-from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.strategies import DDPStrategy
 from torch.utils.data import DataLoader, Dataset
 
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.objects import shape_tensors
-from warehouse_sim.learning.run_folder import CHECKPOINTS, EVENTS
+from warehouse_sim.learning.run_folder import CHECKPOINTS
 from warehouse_sim.learning.training.balance import sampling_weights
 from warehouse_sim.learning.training.clock import Clock
 from warehouse_sim.learning.training.ema import MovingAverage
@@ -73,7 +72,7 @@ def fit(
     validation = cast(Dataset[torch.Tensor], torch.arange(len(crops["val"])).split(_VALIDATION_BATCH))
     train_loader, val_loader = DataLoader(stream, batch_size=None), DataLoader(validation, batch_size=None)
     clock.start_training()
-    with writing(run):  # Checkpoints and events are all that the libraries below write.
+    with writing(run):  # Checkpoints are all that Lightning writes.
         trainer.fit(module, train_loader, val_loader, ckpt_path=latest_checkpoint(run), weights_only=True)
     average.apply()
     return Fitted(trainer, module)
@@ -101,7 +100,7 @@ def _trainer(prepared: Prepared, run: Path, place: Place, callbacks: Sequence[li
         callbacks=[*callbacks, ModelCheckpoint(run / CHECKPOINTS, filename="{step}")],
         # One pass over val before the first step tells how much time the last one needs.
         num_sanity_val_steps=-1,
-        logger=TensorBoardLogger(run, name="", version=EVENTS) if place.rank == 0 else False,
+        logger=False,  # What is worth keeping, the observers write.
         enable_progress_bar=False,
         enable_model_summary=False,
     )

@@ -2,13 +2,15 @@
 
 import csv
 import math
+import time
 from pathlib import Path
 
 import lightning
 
 from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.training.event_file import EventFile
 from warehouse_sim.learning.training.module import PoseTraining
-from warehouse_sim.output import writing
+from warehouse_sim.output import make_folder, writing
 
 
 class CurveWriter(lightning.Callback):
@@ -46,27 +48,28 @@ class EventWriter(lightning.Callback):
     """Write the same values, and the training loss in between, as TensorBoard events.
 
     Args:
+        folder: Where each session of the run has a file.
         every: Steps between two values of the training loss, >= 2.
     """
 
-    def __init__(self, every: int = 20) -> None:
+    def __init__(self, folder: Path, every: int = 20) -> None:
+        make_folder(folder)
+        self._file = EventFile(folder / f"events.out.tfevents.{time.time_ns()}")
         self._every = every
 
     def on_train_batch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule, *_: object) -> None:
         """Write loss and learning rate at the first step and now and then."""
         assert isinstance(pl_module, PoseTraining)
-        if trainer.logger and trainer.global_step % self._every == 1:
+        if trainer.global_step % self._every == 1:
             rate = trainer.optimizers[0].param_groups[0]["lr"]
-            values = {"train/loss": pl_module.train_loss, "train/learning_rate": rate}
-            trainer.logger.log_metrics(values, trainer.global_step)
+            self._file.write({"train/loss": pl_module.train_loss, "train/learning_rate": rate}, trainer.global_step)
 
     def on_validation_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:
         """Write the validation's metrics."""
         assert isinstance(pl_module, PoseTraining)
-        if trainer.logger and not trainer.sanity_checking:
+        if not trainer.sanity_checking:
             values = {name.replace("_", "/", 1): value for name, value in pl_module.metrics.items()}
-            trainer.logger.log_metrics(values, trainer.global_step)
-            trainer.logger.save()
+            self._file.write(values, trainer.global_step)
 
 
 class ProgressReporter(lightning.Callback):

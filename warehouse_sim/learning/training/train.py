@@ -145,7 +145,7 @@ def _observers(
             (run / run_folder.CURVES).unlink(missing_ok=True)
     forecasts = [StepForecast(clock, minutes)] if minutes else []
     reporters = [ProgressReporter(progress)] if progress else []
-    return [*forecasts, CurveWriter(run / run_folder.CURVES), EventWriter(), log, *reporters]
+    return [*forecasts, CurveWriter(run / run_folder.CURVES), EventWriter(run / run_folder.EVENTS), log, *reporters]
 
 
 def _crops_folder(cache: Path | None) -> Path | None:
