@@ -61,7 +61,8 @@ QUESTIONS = (
     ),
 )
 """What is asked; the first with its selection against the second with its own."""
-METRICS = ("add_5pct", "dock_0mm")
+_TITLES = {"add_5pct": "ADD < 5 % d", "dock_0mm": "docked"}
+METRICS = tuple(_TITLES)
 CONFIG = TrainConfig(max_minutes=None, max_steps=600, batch=32, learning_rate=2e-3, threads=1, workers=1, validations=1)
 """Equal samples for all, 4 % of what the bundled weights saw: each method is trained three times."""
 _DRAWS = 2000
@@ -149,13 +150,12 @@ def _answer(question: str, first: Sequence[Scores], second: Sequence[Scores], me
 
 def as_markdown(answers: Sequence[dict]) -> str:
     """Return the answers as a Markdown table, in points; bold where both intervals lie on one side of zero."""
-    lines = [
-        "| question | ADD < 5 % d: over seeds | over scenes | docked: over seeds | over scenes |",
-        "|---|---|---|---|---|",
-    ]
+    metrics = [metric for metric in METRICS if any(row["metric"] == metric for row in answers)]
+    columns = [f"{_TITLES[metric]}: over seeds | over scenes" for metric in metrics]
+    lines = ["| question | " + " | ".join(columns) + " |", "|---|" + "---|---|" * len(metrics)]
     for question in dict.fromkeys(row["question"] for row in answers):
         cells = []
-        for metric in METRICS:
+        for metric in metrics:
             row = next(row for row in answers if (row["question"], row["metric"]) == (question, metric))
             intervals = (row["difference_interval"], row["scenes_interval"])
             sure = all(low > 0 for low, _ in intervals) or all(high < 0 for _, high in intervals)

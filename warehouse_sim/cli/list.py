@@ -43,7 +43,8 @@ def _estimators() -> Table:
 
     rows = [overview(name) for name in ESTIMATORS.names()]
     table = Table(box=None, padding=(0, 2, 0, 0))
-    for heading in ("estimator", "reads", f"parameters: {', '.join(rows[0].parameters)}", "bundled weights: with exact masks and the camera they know"):
+    bundled = "bundled weights: with exact masks and the camera they know"
+    for heading in ("estimator", "reads", f"parameters: {', '.join(rows[0].parameters)}", bundled):
         table.add_column(heading, no_wrap=heading == "estimator")
     for row in rows:
         counts = ", ".join(f"{count / 1e6:.1f} M" for count in row.parameters.values())
