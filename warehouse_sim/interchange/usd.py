@@ -52,7 +52,7 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
     except tf.ErrorException:
         written = False
     if not written:
-        raise OutputError(f"{path}: USD cannot be written there; choose another place, and a name in .usda, .usdc or .usd")
+        raise OutputError(f"{path}: USD cannot be written there; choose another place, named .usda, .usdc or .usd")
     return path
 
 

@@ -62,12 +62,12 @@ def test_two_processes_learn_what_one_learns(toy_root: Path, tmp_path: Path) -> 
 
 
 def test_a_time_limit_ends_both_at_the_same_step(toy_root: Path, tmp_path: Path) -> None:
-    config = replace(CONFIG, max_steps=None, max_minutes=24 / 60, devices=2)
+    config = replace(CONFIG, max_steps=None, max_minutes=30 / 60, devices=2)
     run = train(NAME, toy_root, tmp_path / "run", config)
     result = json.loads((run / "result.json").read_text())
     assert result["devices"] == 2
     assert result["samples"] == 4 * result["steps"] > 0
-    assert result["seconds"] < 37.0
+    assert result["seconds"] < 43.0
 
 
 def fail(place: Place) -> None:
