@@ -26,6 +26,7 @@ SIZES = {
     "dock_leveller": ("dock", (2.0, 2.5, 0.01)),
     "dock_bumper": ("dock", (0.25, 0.1, 0.5)),
     "drive_in_door": ("door", (4.2, 0.14, 4.4)),
+    "dock_seal": ("dock", (3.35, 0.2, 3.3)),
     "trailer": ("trailer", (2.55, 13.62, 2.7)),
     "roller_conveyor": ("conveyor", (2.0, 0.64, 0.75)),
     "pallet_conveyor": ("conveyor", (2.4, 1.02, 0.5)),

@@ -27,7 +27,8 @@ def test_each_opening_of_the_wall_has_a_door_and_open_ones_a_trailer(doors: int,
     x = sorted(float(item.T_world_object[0, 3]) for item in openings)
     assert x == sorted(float(item.T_world_object[0, 3]) for item in leaves)
     assert len(x) == len(named(draft, "dock_leveller")) == doors
-    assert len(named(draft, "dock_door_open")) == len(named(draft, "trailer")) == opened
+    for name in ("dock_door_open", "trailer", "dock_seal"):
+        assert len(named(draft, name)) == opened
     assert len(openings) + len(named(draft, "wall_module")) == 8
 
 
@@ -36,15 +37,21 @@ def test_doors_end_at_the_wall_trailers_begin_behind_it_and_the_apron_is_free() 
     wall = named(draft, "wall_module_dock")[0]
     inner = wall.T_world_object[1, 3] - draft.models["wall_module_dock"].size[1] / 2
     assert inner == pytest.approx(config.depth)
-    for name in ("dock_door_open", "dock_door_closed", "dock_leveller"):
+    for name in ("dock_door_open", "dock_door_closed"):
         for item in named(draft, name):
             size = draft.models[name].size
             assert item.T_world_object[1, 3] + size[1] / 2 == pytest.approx(inner)
             assert item.T_world_object[2, 3] == pytest.approx(size[2] / 2)
-    for item in named(draft, "trailer"):
-        size = draft.models["trailer"].size
-        assert item.T_world_object[1, 3] - size[1] / 2 == pytest.approx(inner + 0.2)
-        assert item.T_world_object[1, 3] + size[1] / 2 < 24.0
+    for name, start in (("dock_seal", 0.2), ("trailer", 0.4)):  # the wall is 0.2 m thick, and so is the seal
+        for item in named(draft, name):
+            size = draft.models[name].size
+            assert item.T_world_object[1, 3] - size[1] / 2 == pytest.approx(inner + start)
+            assert item.T_world_object[1, 3] + size[1] / 2 < 24.0
+    # At rest a leveller ends at the wall; at an open door its lip lies on the trailer's floor.
+    open_x = {float(item.T_world_object[0, 3]) for item in named(draft, "trailer")}
+    for item in named(draft, "dock_leveller"):
+        end = item.T_world_object[1, 3] + draft.models["dock_leveller"].size[1] / 2 - inner
+        assert end == pytest.approx(0.55 if float(item.T_world_object[0, 3]) in open_x else 0.0)
     assert config.apron > draft.models["dock_leveller"].size[1]
 
 

@@ -4,7 +4,7 @@ Origin at the centre of the bounding box, z up.
 """
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
-from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, TRAILER_SIZE
+from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
 from warehouse_sim.catalog.building.gate import GATE_SIZE, LEAF_MATERIAL, LEAF_SIZE
 from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
 from warehouse_sim.catalog.building.shell import (
@@ -41,6 +41,7 @@ BUILDING = {
         "dock_door_open": "dock:open_door",
         "dock_leveller": "dock:leveller",
         "dock_bumper": "dock:bumper",
+        "dock_seal": "dock:seal",
         "trailer": "dock:trailer",
         "drive_in_door": "gate:drive_in_door",
         "corner_marking": "markings:corner_marking",
@@ -72,6 +73,7 @@ __all__ = [
     "OPENING_WIDTH",
     "OPEN_DOOR_SIZE",
     "PAINT",
+    "SEAL_SIZE",
     "TRAILER_SIZE",
     "TRUSS_SIZE",
     "TYRE_TRACK",

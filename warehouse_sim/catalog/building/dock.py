@@ -1,4 +1,4 @@
-"""Loading docks: sectional doors closed and open, leveller, bumper, and the trailer behind an open door.
+"""Loading docks: sectional doors closed and open, leveller, bumper, seal, and the trailer behind an open door.
 
 Frame of all: origin at the centre of the bounding box, z up, x along the wall, y out of the hall (-y is inside). The
 doors fit the opening of ``wall_module_dock`` and stand before the wall's inner face; sections are 600 mm high and
@@ -23,10 +23,17 @@ DOOR_SIZE = (OPENING_WIDTH + 0.3, 0.16, OPENING_HEIGHT + 0.5)
 """Outer size of a closed door with its tracks and shaft (m)."""
 OPEN_DOOR_SIZE = (DOOR_SIZE[0], OPENING_HEIGHT + 0.35, DOOR_SIZE[2])
 """Outer size of an open door: the leaf lies under the roof, along the tracks (m)."""
+SEAL_SIZE = (3.35, 0.2, 3.3)
+"""Outer width, depth and height of the seal between wall and trailer (m)."""
 
 _SECTIONS, _PANEL, _GROOVE = 5, 0.042, 0.008
 _TRACK = 0.1
+_LEAF_WIDTH = OPENING_WIDTH + 0.05  # it overlaps the wall, where a lip of rubber closes the gap
 _CLOSED_LEAF_Y = 0.05  # of the leaf's middle, in a closed door's frame
+_SEAL_WIDTH, _SEAL_HEIGHT = 2.4, 2.6
+"""Clear width and height within a seal (m): its pads lie on the trailer's posts and on the edge of its roof."""
+_PLEATS, _PLEAT_RELIEF = 8, 0.015
+"""Pleats of a side pad, and how far every second one stands back (m)."""
 
 
 def closed_door(name: str = "dock_door_closed") -> ObjectModel:
@@ -35,18 +42,20 @@ def closed_door(name: str = "dock_door_closed") -> ObjectModel:
     leaf, section = [], OPENING_HEIGHT / _SECTIONS
     for index in range(_SECTIONS):
         z = floor + (index + 0.5) * section
-        leaf.append(box_part((OPENING_WIDTH, _PANEL, section - _GROOVE), (0.0, _CLOSED_LEAF_Y, z), "door_white"))
+        leaf.append(box_part((_LEAF_WIDTH, _PANEL, section - _GROOVE), (0.0, _CLOSED_LEAF_Y, z), "door_white"))
         if index == 2:
             leaf += _windows((0.0, _CLOSED_LEAF_Y, z))
-    core = (OPENING_WIDTH - 0.02, _PANEL - 0.012, OPENING_HEIGHT - 0.02)
+    core = (_LEAF_WIDTH - 0.02, _PANEL - 0.012, OPENING_HEIGHT - 0.02)
     leaf.append(box_part(core, (0.0, _CLOSED_LEAF_Y, floor + OPENING_HEIGHT / 2), "steel_grey"))
-    leaf.append(box_part((OPENING_WIDTH, 0.05, 0.04), (0.0, _CLOSED_LEAF_Y, floor + 0.02), "rubber"))
+    lips = _lips(floor)
     inner = _CLOSED_LEAF_Y - _PANEL / 2
     handle = [box_part((0.14, 0.03, 0.05), (-1.0, inner - 0.015, floor + 0.9), "guard_black")]
     frame = _frame(DOOR_SIZE[1] / 2)
-    solid = solid_box((OPENING_WIDTH, _PANEL, OPENING_HEIGHT), (0.0, _CLOSED_LEAF_Y, floor + OPENING_HEIGHT / 2))
-    parts = fused([*leaf, *handle, *frame, *_shaft(DOOR_SIZE[1] / 2)])
-    return fixture(name, "door", 150, DOOR_SIZE, parts, [solid, *_frame_solids(frame, DOOR_SIZE[1] / 2)])
+    solid = solid_box((_LEAF_WIDTH, _PANEL, OPENING_HEIGHT), (0.0, _CLOSED_LEAF_Y, floor + OPENING_HEIGHT / 2))
+    parts = fused([*leaf, *lips, *handle, *frame, *_shaft(DOOR_SIZE[1] / 2)])
+    return fixture(
+        name, "door", 150, DOOR_SIZE, parts, [solid, *collision_boxes(lips), *_frame_solids(frame, DOOR_SIZE[1] / 2)]
+    )
 
 
 def open_door(name: str = "dock_door_open") -> ObjectModel:
@@ -58,7 +67,7 @@ def open_door(name: str = "dock_door_open") -> ObjectModel:
     leaf = []
     for index in range(_SECTIONS):
         y = start - (index + 0.5) * section
-        leaf.append(box_part((OPENING_WIDTH, section - _GROOVE, _PANEL), (0.0, y, top), "door_white"))
+        leaf.append(box_part((_LEAF_WIDTH, section - _GROOVE, _PANEL), (0.0, y, top), "door_white"))
     rails: list[Part] = []
     length = OPEN_DOOR_SIZE[1] - 0.1
     for side in (-1.0, 1.0):
@@ -66,13 +75,13 @@ def open_door(name: str = "dock_door_open") -> ObjectModel:
         rails.append(box_part((0.05, length, 0.06), (x, (-OPEN_DOOR_SIZE[1] + length) / 2, top), "galvanised"))
     frame = _frame(wall_face)
     parts = fused([*leaf, *rails, *frame, *_shaft(wall_face)])
-    solid = solid_box((OPENING_WIDTH, OPENING_HEIGHT, _PANEL), (0.0, start - OPENING_HEIGHT / 2, top))
+    solid = solid_box((_LEAF_WIDTH, OPENING_HEIGHT, _PANEL), (0.0, start - OPENING_HEIGHT / 2, top))
     boxes = [solid, *collision_boxes(rails), *_frame_solids(frame, wall_face)]
     return fixture(name, "door", 151, OPEN_DOOR_SIZE, parts, boxes)
 
 
 def leveller(name: str = "dock_leveller") -> ObjectModel:
-    """Build a leveller at rest: its plate and lip in the floor's plane, hazard stripes at the sides."""
+    """Build a leveller, level: its plate and lip in the floor's plane, hazard stripes at the sides."""
     width, depth, thick = LEVELLER_SIZE
     lip, stripe, gap = 0.4, 0.1, 0.012
     deck = depth - lip - gap
@@ -107,6 +116,20 @@ def bumper(name: str = "dock_bumper") -> ObjectModel:
     return fixture(name, "dock", 153, size, (block, *fused(bolts)), [solid_box(size)], mass=13.0)
 
 
+def seal(name: str = "dock_seal") -> ObjectModel:
+    """Build the foam pads under pleated black fabric that a trailer is pressed against: one at each side and a head."""
+    width, depth, height = SEAL_SIZE
+    side, head = (width - _SEAL_WIDTH) / 2, height - _SEAL_HEIGHT
+    pleat = _SEAL_HEIGHT / _PLEATS
+    parts = [box_part((width, depth, head), (0.0, 0.0, (height - head) / 2), "rubber")]
+    for sign in (-1.0, 1.0):
+        for index in range(_PLEATS):
+            inset = _PLEAT_RELIEF if index % 2 else 0.0
+            z = (index + 0.5) * pleat - height / 2
+            parts.append(box_part((side - inset, depth, pleat), (sign * (width - side + inset) / 2, 0.0, z), "rubber"))
+    return fixture(name, "dock", 156, SEAL_SIZE, fused(parts), collision_boxes(parts))
+
+
 def trailer(name: str = "trailer") -> ObjectModel:
     """Build the inside of a semi-trailer that stands at the dock: open at -y, floor of wood, walls with slats."""
     width, length, height = TRAILER_SIZE
@@ -127,6 +150,21 @@ def trailer(name: str = "trailer") -> ObjectModel:
         rear = (side * (width / 2 - 0.04), 0.02 - length / 2, (floor - wall) / 2)
         slats.append(box_part((0.08, 0.04, room), rear, "truck_grey"))
     return fixture(name, "trailer", 155, TRAILER_SIZE, fused([*shell, *slats]), collision_boxes(shell))
+
+
+def _lips(floor: float) -> list[Part]:
+    """Return the rubber under a closed leaf, and that between its other edges and the wall."""
+    outer, wall_face = _CLOSED_LEAF_Y + _PANEL / 2, DOOR_SIZE[1] / 2
+    gap, overlap = wall_face - outer, (_LEAF_WIDTH - OPENING_WIDTH) / 2
+    lips = [box_part((_LEAF_WIDTH, 0.05, 0.04), (0.0, _CLOSED_LEAF_Y, floor + 0.02), "rubber")]
+    # The head lip holds the edge of the uppermost section and reaches the wall above the opening.
+    head = (_LEAF_WIDTH, _PANEL + gap + 0.004, 0.04 + _GROOVE)
+    at = (0.0, wall_face - head[1] / 2, floor + OPENING_HEIGHT - _GROOVE + head[2] / 2)
+    lips.append(box_part(head, at, "rubber"))
+    for side in (-1.0, 1.0):
+        at = (side * (_LEAF_WIDTH - overlap) / 2, outer + gap / 2, floor + OPENING_HEIGHT / 2)
+        lips.append(box_part((overlap, gap, OPENING_HEIGHT), at, "rubber"))
+    return lips
 
 
 def _windows(section: tuple[float, float, float]) -> list[Part]:

@@ -20,9 +20,9 @@ OPENING_WIDTH, OPENING_HEIGHT = 2.75, 3.0
 """Clear opening of a dock (m); a trailer is 2.55 m wide at most (96/53/EC)."""
 PANEL = 6.0
 """Edge of the floor's panels between joints (m); 20-30 times the slab's thickness is the rule for sawn joints."""
-
 _JOINT_WIDTH, _JOINT_DEPTH = 0.01, 0.02
 _PLINTH = 0.4
+_FRAME = 0.1  # around a dock's opening, on both faces of the wall
 _RIB_PITCH, _RIB_DEPTH = 0.2, 0.035  # a trapezoidal sheet of the 35/207 kind, its pitch rounded so that modules fit
 _LAYOUT = ((0.0, 0.0), (0.06, 0.0), (0.08, 1.0), (0.12, 1.0), (0.14, 0.0), (0.2, 0.0))
 _SLABS = {"floor_slab_jointed": "concrete", "floor_slab_epoxy": "epoxy_grey"}
@@ -69,17 +69,21 @@ def wall_module(name: str = "wall_module") -> ObjectModel:
 
 
 def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
-    """Build 6 m of the clad wall with a dock opening in the middle, from the floor up."""
+    """Build 6 m of the clad wall with a dock opening in the middle, from the floor up, in a flat frame of steel."""
     _, thickness, height = WALL_SIZE
-    side = (MODULE_LENGTH - OPENING_WIDTH) / 2
+    foot, edge = -height / 2, OPENING_WIDTH / 2 + _FRAME
+    lintel = foot + OPENING_HEIGHT
     parts, solid = [], []
     for sign in (-1.0, 1.0):
-        x = sign * (MODULE_LENGTH - side) / 2
-        parts += _bay(x - side / 2, x + side / 2, -height / 2)
-        solid.append(solid_box((side, thickness, height), (x, 0.0, 0.0)))
-    lintel = height - OPENING_HEIGHT
-    parts.append(_sheet(-OPENING_WIDTH / 2, OPENING_WIDTH / 2, OPENING_HEIGHT - height / 2))
-    solid.append(solid_box((OPENING_WIDTH, thickness, lintel), (0.0, 0.0, (height - lintel) / 2)))
+        parts += _bay(*sorted((sign * edge, sign * MODULE_LENGTH / 2)), foot)
+        jamb = (_FRAME, thickness, OPENING_HEIGHT + _FRAME)
+        parts.append(box_part(jamb, (sign * (edge - _FRAME / 2), 0.0, foot + jamb[2] / 2), "galvanised"))
+        side = (MODULE_LENGTH - OPENING_WIDTH) / 2
+        solid.append(solid_box((side, thickness, height), (sign * (MODULE_LENGTH - side) / 2, 0.0, 0.0)))
+    parts.append(box_part((OPENING_WIDTH, thickness, _FRAME), (0.0, 0.0, lintel + _FRAME / 2), "galvanised"))
+    parts.append(_sheet(-edge, edge, lintel + _FRAME))
+    above = height - OPENING_HEIGHT
+    solid.append(solid_box((OPENING_WIDTH, thickness, above), (0.0, 0.0, (height - above) / 2)))
     return fixture(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
 
 

@@ -64,7 +64,10 @@ def column_guard(name: str = "column_guard") -> ObjectModel:
 
 
 def ceiling(name: str = "ceiling") -> ObjectModel:
-    """Build the roof from below: trapezoidal sheet, its ribs along x, on purlins (IPE 140) along y every 2 m."""
+    """Build the roof from below: trapezoidal sheet, its ribs along x, on purlins (IPE 140) along y every 2 m.
+
+    A fascia along all four edges closes the gap between the walls and the sheet.
+    """
     length, width, height = CEILING_SIZE
     x = profile_points(-width / 2, width / 2)
     low = height / 2 - 0.1 + 0.035 * profile(x)
@@ -75,6 +78,11 @@ def ceiling(name: str = "ceiling") -> ObjectModel:
     for at in np.linspace(-length / 2 + 1.0, length / 2 - 1.0, round(length / 2)):
         purlins.append(box_part((0.073, width, 0.007), (at, 0.0, -height / 2 + 0.0035), "steel_grey"))
         purlins.append(box_part((0.005, width, 0.133), (at, 0.0, -height / 2 + 0.007 + 0.0665), "steel_grey"))
+    rise = height - 0.05
+    for side in (-1.0, 1.0):
+        z, edge = (rise - height) / 2, side * (width - WALL_SIZE[1]) / 2
+        purlins.append(box_part((length, WALL_SIZE[1], rise), (0.0, edge, z), "roof_sheet"))
+        purlins.append(box_part((WALL_SIZE[1], width, rise), (edge, 0.0, z), "roof_sheet"))
     return fixture(name, "ceiling", 145, CEILING_SIZE, (sheet, *fused(purlins)), [solid_box(CEILING_SIZE)], turns=2)
 
 

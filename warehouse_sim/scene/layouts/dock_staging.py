@@ -6,7 +6,14 @@ from typing import ClassVar
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import MODULE_LENGTH, WALL_SIZE
+from warehouse_sim.catalog.building import (
+    DOOR_SIZE,
+    LEVELLER_SIZE,
+    MODULE_LENGTH,
+    OPEN_DOOR_SIZE,
+    SEAL_SIZE,
+    WALL_SIZE,
+)
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import floor_lanes
@@ -15,6 +22,8 @@ from warehouse_sim.scene.layouts.site import Layout, Side
 
 _TRAILER_RISE = 0.005
 """How far a trailer's floor lies above the hall's (m), so that they do not share a plane."""
+_LIP_ON_TRAILER = 0.15
+"""How far the leveller's lip lies on a trailer's floor (m)."""
 
 
 @dataclass(frozen=True)
@@ -97,16 +106,23 @@ class DockStagingConfig(Layout):
         return Side(lanes=lanes)
 
     def _add_door(self, draft: SceneDraft, T_world_side: Transform, x: float, is_open: bool) -> None:
-        """Add a door to the opening at ``x``, with its leveller, and a trailer when it is open."""
-        places = [("dock_door_open" if is_open else "dock_door_closed", -0.5, 0.0), ("dock_leveller", -0.5, 0.0)]
-        if is_open:
-            floor = _trailer_floor()
-            places.append(("trailer", 0.5, _TRAILER_RISE - floor))
-        for name, side, z in places:
+        """Add a door to the opening at ``x``, with its leveller; when it is open, with a trailer in the seal."""
+
+        def add(name: str, start: float, z: float = 0.0) -> None:
+            """Add something that begins ``start`` (m) out of the wall's inner face, ``z`` (m) over the floor."""
             size = catalog_object(name).size
-            # Inside things end at the wall's inner face, the trailer begins at its outer one.
-            y = self.depth + side * size[1] + (WALL_SIZE[1] if side > 0 else 0.0)
-            draft.add(name, T_world_side @ make_transform(translation=np.array([x, y, z + size[2] / 2])))
+            at = np.array([x, self.depth + start + size[1] / 2, z + size[2] / 2])
+            draft.add(name, T_world_side @ make_transform(translation=at))
+
+        if not is_open:
+            add("dock_door_closed", -DOOR_SIZE[1])
+            add("dock_leveller", -LEVELLER_SIZE[1])
+            return
+        rear = WALL_SIZE[1] + SEAL_SIZE[1]
+        add("dock_door_open", -OPEN_DOOR_SIZE[1])
+        add("dock_leveller", rear + _LIP_ON_TRAILER - LEVELLER_SIZE[1])
+        add("trailer", rear, _TRAILER_RISE - _trailer_floor())
+        add("dock_seal", WALL_SIZE[1])
 
 
 def _trailer_floor() -> float:
