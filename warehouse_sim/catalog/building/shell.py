@@ -75,7 +75,8 @@ def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
     lintel = foot + OPENING_HEIGHT
     parts, solid = [], []
     for sign in (-1.0, 1.0):
-        parts += _bay(*sorted((sign * edge, sign * MODULE_LENGTH / 2)), foot)
+        left, right = sorted((sign * edge, sign * MODULE_LENGTH / 2))
+        parts += _bay(left, right, foot)
         jamb = (_FRAME, thickness, OPENING_HEIGHT + _FRAME)
         parts.append(box_part(jamb, (sign * (edge - _FRAME / 2), 0.0, foot + jamb[2] / 2), "galvanised"))
         side = (MODULE_LENGTH - OPENING_WIDTH) / 2
