@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import tyro
 
-from warehouse_sim.config import read_yaml
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.resources import find_recipe, recipe_names
+from warehouse_sim.yaml_file import read_yaml
 
 FOLDER = Path(__file__).parents[1] / "docs" / "images" / "recipes"
 WIDTH = 800

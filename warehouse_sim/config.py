@@ -2,14 +2,15 @@
 
 import dataclasses
 import difflib
+import math
+import sys
 import types
 import typing
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.yaml_file import read_yaml
 
 T = TypeVar("T")
 
@@ -27,20 +28,6 @@ def load_yaml(cls: type[T], path: Path, error: type[ConfigError] = ConfigError) 
         raise error(str(problem)) from problem
 
 
-def read_yaml(path: Path, error: type[ConfigError] = ConfigError) -> Any:
-    """Return the plain data of the YAML file at ``path``.
-
-    Raises:
-        error: The file is missing or is not YAML.
-    """
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise error(f"{path}: cannot be read ({problem.strerror}); check the path") from problem
-    except (yaml.YAMLError, UnicodeDecodeError) as problem:
-        raise error(f"{path}: is not valid YAML ({' '.join(str(problem).split())})") from problem
-
-
 def from_mapping(cls: type[T], data: Any, where: str) -> T:
     """Build the dataclass ``cls`` from plain data, checking every key and type.
 
@@ -52,18 +39,18 @@ def from_mapping(cls: type[T], data: Any, where: str) -> T:
         where: File and key path so far, for the messages.
 
     Raises:
-        ConfigError: Unknown key, missing key or wrong type.
+        ConfigError: Unknown key, missing key, wrong type, or a value that the dataclass refuses.
     """
     if not isinstance(data, dict):
-        raise ConfigError(f"{where}: expected a mapping of settings, found {data!r}")
+        raise ConfigError(f"{where}: expected a mapping of settings, found {shown(data)}")
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
     hints = typing.get_type_hints(cls)
     for key in data:
         if key not in fields:
-            near = difflib.get_close_matches(str(key), fields, n=1)
+            near = difflib.get_close_matches(_key_text(key), fields, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(fields)}"
-            raise ConfigError(f"{where}: {key} is not a setting; {hint}")
-    values = {key: _convert(hints[key], value, f"{where}: {key}") for key, value in data.items()}
+            raise ConfigError(f"{where}: {_key_text(key)} is not a setting; {hint}")
+    values = {key: convert(hints[key], value, f"{where}: {key}") for key, value in data.items()}
     for name, field in fields.items():
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         if required and name not in values:
@@ -87,7 +74,12 @@ def to_mapping(config: Any) -> Any:
     return str(config) if isinstance(config, Path) else config
 
 
-def _convert(hint: Any, value: Any, where: str) -> Any:
+def convert(hint: Any, value: Any, where: str) -> Any:
+    """Return a plain value as what the type ``hint`` asks for, without ``Annotated``.
+
+    Raises:
+        ConfigError: It is not of that type.
+    """
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return value
@@ -95,14 +87,18 @@ def _convert(hint: Any, value: Any, where: str) -> Any:
         return _convert_union(args, value, where)
     if origin is typing.Literal:
         if value not in args:
-            raise ConfigError(f"{where} must be one of {', '.join(map(repr, args))}, found {value!r}")
+            raise ConfigError(f"{where} must be one of {', '.join(map(repr, args))}, found {shown(value)}")
         return value
     if origin is tuple:
         return _convert_tuple(args, value, where)
     if origin is dict:
         if not isinstance(value, dict):
-            raise ConfigError(f"{where} must be a mapping, found {value!r}")
-        return {key: _convert(args[1], item, f"{where}.{key}") for key, item in value.items()}
+            raise ConfigError(f"{where} must be a mapping, found {shown(value)}")
+        names = {key: f"{where}.{_key_text(key)}" for key in value}
+        return {
+            convert(args[0], key, f"{names[key]}: the key"): convert(args[1], item, names[key])
+            for key, item in value.items()
+        }
     if hasattr(hint, "from_plain"):
         return hint.from_plain(value, where)
     if dataclasses.is_dataclass(hint):
@@ -117,7 +113,7 @@ def _convert_union(options: tuple[Any, ...], value: Any, where: str) -> Any:
     problems = []
     for option in rest:
         try:
-            return _convert(option, value, where)
+            return convert(option, value, where)
         except ConfigError as problem:
             problems.append(problem)
     raise problems[-1]
@@ -125,19 +121,25 @@ def _convert_union(options: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def _convert_tuple(args: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
     if not isinstance(value, (list, tuple)):
-        raise ConfigError(f"{where} must be a list, found {value!r}")
+        raise ConfigError(f"{where} must be a list, found {shown(value)}")
     if len(args) == 2 and args[1] is Ellipsis:
-        return tuple(_convert(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+        return tuple(convert(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if len(value) != len(args):
         raise ConfigError(f"{where} must have {len(args)} values, found {len(value)}")
-    return tuple(_convert(arg, item, f"{where}[{i}]") for i, (arg, item) in enumerate(zip(args, value, strict=True)))
+    return tuple(convert(arg, item, f"{where}[{i}]") for i, (arg, item) in enumerate(zip(args, value, strict=True)))
 
 
 def _convert_scalar(hint: Any, value: Any, where: str) -> Any:
     if hint is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
+        huge = isinstance(value, int) and abs(value) > sys.float_info.max
+        return math.inf if huge else float(value)
     if hint is Path and isinstance(value, str):
         return Path(value)
     if hint in (int, str, bool) and type(value) is hint:
         return value
-    raise ConfigError(f"{where} must be {getattr(hint, '__name__', hint)}, found {value!r}")
+    raise ConfigError(f"{where} must be {getattr(hint, '__name__', hint)}, found {shown(value)}")
+
+
+def _key_text(key: Any) -> str:
+    """Return a key as messages write it: as it is where it is a name."""
+    return key if isinstance(key, str) and key.isidentifier() and shown(key) == repr(key) else shown(key)

@@ -1,11 +1,22 @@
 """One family of errors: each says what, where and what to do, in one line."""
 
+from typing import Any
+
+_LONGEST = 80
+"""Characters of a value that a message quotes."""
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message quotes it: on one line, and cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
 
 class WarehouseSimError(Exception):
     """Base of every error that a user of this package can cause or meet."""
 
 
-class ConfigError(WarehouseSimError):
+class ConfigError(WarehouseSimError, ValueError):
     """A configuration or recipe holds a key or value that cannot be used."""
 
 
@@ -17,7 +28,7 @@ class UnknownNameError(WarehouseSimError):
     """A name is not registered; the message lists the known ones."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        super().__init__(f"unknown {kind} {name!r}; known: {', '.join(sorted(known)) or '(none)'}")
+        super().__init__(f"unknown {kind} {shown(name)}; known: {', '.join(sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:

@@ -32,7 +32,7 @@ def find_recipe(name_or_path: str) -> Path:
         UnknownNameError: Neither a shipped recipe nor a file.
     """
     path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml") and path.is_file():
+    if path.suffix in (".yaml", ".yml") and os.path.isfile(path):
         return path
     shipped = data_folder("scenes") / f"{name_or_path}.yaml"
     if name_or_path in recipe_names() and shipped.is_file():

@@ -7,11 +7,11 @@ from typing import get_args
 
 import torch
 
-from warehouse_sim.config import read_yaml
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.settings import Size
 from warehouse_sim.resources import model_dir, model_names
+from warehouse_sim.yaml_file import read_yaml
 
 CARD, RESULT = "card.yaml", "result.json"
 

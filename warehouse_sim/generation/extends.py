@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.config import read_yaml
-from warehouse_sim.errors import RecipeError, UnknownNameError
+from warehouse_sim.errors import RecipeError, UnknownNameError, shown
 from warehouse_sim.resources import find_recipe
+from warehouse_sim.yaml_file import read_yaml
 
 KEY = "extends"
 # A mapping of such keys is one value, an open number or name: half of one and half of another would be neither.
@@ -35,7 +35,7 @@ def read_chain(path: Path) -> list[tuple[Path, dict[str, Any]]]:
             raise RecipeError(f"{chain[-1][0]}: {KEY} leads back to where it began: {way}")
         settings = read_yaml(following, RecipeError) or {}
         if not isinstance(settings, dict):
-            raise RecipeError(f"{following}: expected a mapping of settings, found {settings!r}")
+            raise RecipeError(f"{following}: expected a mapping of settings, found {shown(settings)}")
         chain.append((following, {key: value for key, value in settings.items() if key != KEY}))
         following = _extended(settings[KEY], following) if KEY in settings else None
     return chain[::-1]
@@ -56,7 +56,9 @@ def overlay(base: dict[str, Any], settings: dict[str, Any]) -> dict[str, Any]:
 def _extended(value: Any, path: Path) -> Path:
     """Return the file that ``extends: value`` in the file ``path`` means; a path is seen from that file's folder."""
     if not isinstance(value, str):
-        raise RecipeError(f"{path}: {KEY} must be a shipped recipe's name or the path of a .yaml file, found {value!r}")
+        raise RecipeError(
+            f"{path}: {KEY} must be a shipped recipe's name or the path of a .yaml file, found {shown(value)}"
+        )
     try:
         beside = Path(value).suffix in (".yaml", ".yml")
         return find_recipe(str(path.parent / value) if beside else value)

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
 from warehouse_sim.evaluation.scoring import manifest_hash
+from warehouse_sim.yaml_file import read_yaml
 
 _RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.json"
 
@@ -103,12 +102,12 @@ def _read_evaluation(path: Path, datasets: dict[str, DatasetReader]) -> Evaluati
 
 def _read_run(path: Path) -> RunSource:
     try:
-        config = yaml.safe_load((path / _RUN_CONFIG).read_text(encoding="utf-8"))
+        config = read_yaml(path / _RUN_CONFIG)
         with (path / _RUN_CURVES).open(encoding="utf-8", newline="") as file:
             curves = [{key: float(cell) for key, cell in row.items() if cell} for row in csv.DictReader(file)]
         result_file = path / _RUN_RESULT
         result = json.loads(result_file.read_text(encoding="utf-8")) if result_file.is_file() else {}
-    except (OSError, ValueError, yaml.YAMLError) as problem:
+    except (OSError, ValueError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")

@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from warehouse_sim.errors import ConfigError, UnknownNameError
 from warehouse_sim.resources import data_folder
+from warehouse_sim.yaml_file import read_yaml
 
 
 def rig_names() -> list[str]:
@@ -27,9 +26,9 @@ def rig_settings(name_or_path: Any, where: str) -> dict[str, Any]:
             raise ConfigError(f"{where}: {problem}")
         path = _folder() / f"{name_or_path}.yaml"
     try:
-        settings = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise ConfigError(f"{where}: {path} cannot be read ({' '.join(str(problem).split())})") from problem
+        settings = read_yaml(path)
+    except ConfigError as problem:
+        raise ConfigError(f"{where}: {problem}") from problem
     if not isinstance(settings, dict) or "rig" in settings:
         raise ConfigError(f"{where}: {path}: a rig is a mapping of settings that names no other rig")
     return settings
