@@ -100,10 +100,10 @@ def test_turns_and_listed_boxes(tmp_path: Path) -> None:
         ({"file": "crate.yaml"}, r"crate\.yaml: file: crate\.yaml has the suffix '\.yaml'; known: \.obj, \.ply, \.glb"),
         ({"name": "epal1"}, r"crate\.yaml: name: 'epal1' is an object of the catalog"),
         ({"name": "My crate"}, r"crate\.yaml: name: 'My crate' must be lower case"),
-        ({"obj_id": 7}, r"crate\.yaml: obj_id must be >= 1000, found 7"),
-        ({"mass": -1}, r"crate\.yaml: mass must be >= 0, found -1"),
+        ({"obj_id": 7}, r"crate\.yaml: obj_id must be 1,000-999,999, found 7"),
+        ({"mass": -1}, r"crate\.yaml: mass must be 0-20,000 kg, found -1"),
         ({"mass": "heavy"}, r"crate\.yaml: mass must be float, found 'heavy'"),
-        ({"scale": 0}, r"crate\.yaml: scale must be > 0"),
+        ({"scale": 0}, r"crate\.yaml: scale must be 0.000001-1,000"),
         ({"scale": 1000}, r"crate\.yaml: scale: the object is 400 x 300 x 200 m; 0\.001 is for millimetres"),
         ({"up": "w"}, r"crate\.yaml: up must be one of 'x', 'y', 'z', found 'w'"),
         ({"material": None}, r"crate\.yaml: material: part 'body' has none"),
@@ -137,6 +137,8 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
 
 
 def test_too_many_triangles_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warehouse_sim.catalog.custom.MAX_TRIANGLES", 11)
-    with pytest.raises(ConfigError, match=r"crate\.yaml: file: crate\.obj has 12 triangles; simplify it to 11 at most"):
+    monkeypatch.setattr("warehouse_sim.catalog.mesh_size.MAX_TRIANGLES", 11)
+    with pytest.raises(
+        ConfigError, match=r"crate\.yaml: file: crate\.obj has 12 triangles or more; simplify it to 11 at most"
+    ):
         load_custom_object(write_object(tmp_path))

@@ -1,5 +1,7 @@
 """Objects that users bring: a small YAML file beside a mesh file becomes an ``ObjectModel``."""
 
+import os
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +12,18 @@ from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import read_parts
 from warehouse_sim.catalog.parts import solid_box
 from warehouse_sim.config import load_yaml
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
-MAX_TRIANGLES = 100_000
-"""More would slow every renderer and ray caster down without showing in an image."""
 _SMALLEST, _LARGEST = 0.005, 60.0
 """Limits of the longest edge (m), beyond which the unit is probably wrong."""
+_THINNEST = 0.001
+"""Least edge (m); physics has no bodies without a volume."""
+_MOST_SLENDER = 10_000.0
+"""Longest edges of all triangles over the root of their area; 5 for a box, 500 for 100,000 even triangles."""
 _OUTSIDE = 0.001
 """How far (m) a collision box may leave the object."""
 _SYMMETRY_TOLERANCE = 0.01
@@ -40,14 +44,14 @@ def load_custom_object(path: Path) -> ObjectModel:
         meshes = read_parts(_inside(path, config.file), config.up, config.scale)
     except ConfigError as problem:
         raise ConfigError(f"{path}: file: {problem}") from problem
-    count = sum(len(mesh.faces) for mesh in meshes.values())
-    if count > MAX_TRIANGLES:
-        raise ConfigError(f"{path}: file: {config.file} has {count} triangles; simplify it to {MAX_TRIANGLES} at most")
     vertices = np.concatenate([mesh.vertices[np.unique(mesh.faces)] for mesh in meshes.values()])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = high - low
-    if size.max() > _LARGEST or size.max() < _SMALLEST:
+    if not _SMALLEST <= size.max() <= _LARGEST:
         raise ConfigError(f"{path}: scale: the object is {_edges(size)} m; 0.001 is for millimetres, 0.01 for cm")
+    if size.min() < _THINNEST:
+        raise ConfigError(f"{path}: file: the object is {_edges(size)} m; each edge must be at least {_THINNEST} m")
+    _refuse_slivers(meshes.values(), f"{path}: file: {config.file}")
     centred = {name: _solid(mesh, (low + high) / 2) for name, mesh in meshes.items()}
     return ObjectModel(
         name=config.name,
@@ -67,12 +71,27 @@ def load_custom_object(path: Path) -> ObjectModel:
 def _inside(path: Path, file: str) -> Path:
     """Return the mesh file, which must lie in the folder of the YAML file or below."""
     folder = path.resolve().parent
-    found = (folder / file).resolve()
-    if not found.is_relative_to(folder):
-        raise ConfigError(f"{file!r} leaves the folder of the YAML file; copy it there")
-    if not found.is_file():
-        raise ConfigError(f"{file!r} does not exist in {folder}")
+    if "\0" in file or not (found := (folder / file).resolve()).is_relative_to(folder):
+        raise ConfigError(f"{shown(file)} leaves the folder of the YAML file; copy it there")
+    if not os.path.isfile(found):
+        raise ConfigError(f"{shown(file)} does not exist in {folder}")
     return found
+
+
+def _refuse_slivers(meshes: Collection[TriangleMesh], where: str) -> None:
+    """Refuse a surface that is made of lines: it has nothing to draw, and no even mesh of it has an end.
+
+    Raises:
+        ConfigError: It has next to no area for the length of its triangles.
+    """
+    triangles = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2).max(axis=1)
+    area = sum(mesh.face_areas().sum() for mesh in meshes)
+    if edges.sum() > _MOST_SLENDER * np.sqrt(area):
+        raise ConfigError(
+            f"{where} has next to no area: {area:.3g} m^2 in {len(edges)} triangles of up to {edges.max():.3g} m; "
+            "repair and export it again"
+        )
 
 
 def _solid(mesh: TriangleMesh, centre: np.ndarray) -> TriangleMesh:
@@ -123,7 +142,9 @@ def _collision(
         return (solid_box(size.tolist()),)
     if config.collision.kind == "parts":
         bounds = [(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for mesh in meshes.values()]
-        return tuple(solid_box((high - low).tolist(), ((low + high) / 2).tolist()) for low, high in bounds)
+        return tuple(
+            solid_box(np.maximum(high - low, _THINNEST).tolist(), ((low + high) / 2).tolist()) for low, high in bounds
+        )
     boxes = tuple(solid_box(box.size, box.centre) for box in config.collision.boxes)
     for number, box in enumerate(boxes):
         if (np.abs(box.corners()) > size / 2 + _OUTSIDE).any():

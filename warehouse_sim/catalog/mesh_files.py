@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.catalog.mesh_size import refuse_large_file, refuse_many
 from warehouse_sim.catalog.obj_file import read_obj
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -39,13 +40,19 @@ def read_parts(path: Path, up: Up | None, scale: float | None) -> dict[str, Tria
         scale: Metres of one unit of the file; what the file says, or 1, when None.
 
     Raises:
-        ConfigError: The file cannot be read, has another suffix, or holds no triangles or broken ones.
+        ConfigError: The file cannot be read, has another suffix, or holds no triangles, broken ones or too many.
         MissingPackageError: The package that reads this format is not installed.
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise ConfigError(f"{path.name} has the suffix {path.suffix!r}; known: {', '.join(SUFFIXES)}")
+    refuse_large_file(path)
     content = reader(path)
+    refuse_many(
+        path.name,
+        max(len(mesh.vertices) for mesh in content.parts.values()) if content.parts else 0,
+        sum(len(mesh.faces) for mesh in content.parts.values()),
+    )
     parts = {name: mesh for name, mesh in content.parts.items() if len(mesh.faces)}
     if not parts:
         raise ConfigError(f"{path.name} holds no triangles; export it with its meshes")
@@ -103,13 +110,18 @@ def _read_usd(path: Path) -> MeshFile:
             raise ConfigError(
                 f"{path.name} refers to {layer.realPath}, outside its folder; flatten the stage into one file"
             )
-    parts = {}
+    parts, triangles = {}, 0
     for prim in stage.Traverse(usd.TraverseInstanceProxies()):
         if prim.IsA(geom.Mesh):
             mesh = geom.Mesh(prim)
             counts, corners = (
-                np.array(item.Get() or ()) for item in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+                np.array(item.Get() or (), int)
+                for item in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
             )
+            triangles += len(corners) // 3
+            refuse_many(path.name, 0, triangles)
+            if counts.min(initial=0) < 0 or counts.sum() != len(corners):
+                raise ConfigError(f"{path.name}: {prim.GetPath()} has other corners than its polygons; export it again")
             faces = fans(counts, corners)
             if mesh.GetOrientationAttr().Get() == geom.Tokens.leftHanded:
                 faces = faces[:, ::-1]
@@ -128,12 +140,10 @@ def fans(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
         counts: Corners of each polygon.
         corners: Vertex indices of all polygons, one after the other.
     """
-    triangles, start = [np.zeros((0, 3), np.int32)], 0
-    for count in counts:
-        polygon = corners[start : start + count]
-        triangles.append(np.stack([np.repeat(polygon[:1], count - 2), polygon[1:-1], polygon[2:]], axis=1))
-        start += count
-    return np.concatenate(triangles).astype(np.int32)
+    each = np.maximum(counts - 2, 0)
+    first = np.repeat(np.cumsum(counts) - counts, each)
+    step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    return corners[np.stack([first, first + step + 1, first + step + 2], axis=1)].astype(np.int32)
 
 
 def _placed(vertices: np.ndarray, faces: np.ndarray, T_file_part: np.ndarray) -> TriangleMesh:

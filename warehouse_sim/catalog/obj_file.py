@@ -1,12 +1,14 @@
 """Wavefront OBJ: vertices and polygons by the names of their objects; colours and other files are not read."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.catalog.mesh_size import refuse_many
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.mesh import TriangleMesh
 
 
@@ -16,28 +18,39 @@ def read_obj(path: Path) -> dict[str, TriangleMesh]:
     Polygons are taken to be convex.
 
     Raises:
-        ConfigError: A line cannot be read; the message names it.
+        ConfigError: A line cannot be read, and the message names it, or there are too many triangles.
     """
     vertices: list[list[float]] = []
     triangles: dict[str, list[tuple[int, int, int]]] = defaultdict(list)
     name = path.stem
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as problem:
-        raise ConfigError(f"{path.name} cannot be read ({problem.strerror}); check the path") from problem
-    for number, line in enumerate(lines, start=1):
+    count = 0
+    for number, line in _lines(path):
         key, *values = line.split() or [""]
         try:
             if key == "v":
-                vertices.append([float(value) for value in values[:3]])
+                x, y, z = map(float, values[:3])
+                vertices.append([x, y, z])
             elif key in ("o", "g"):
                 name = " ".join(values) or path.stem
             elif key == "f":
                 polygon = [_vertex(value, len(vertices)) for value in values]
                 triangles[name] += [(polygon[0], *pair) for pair in pairwise(polygon[1:])]
+                count += max(len(polygon) - 2, 0)
         except ValueError as problem:
-            raise ConfigError(f"{path.name}: line {number}: {line.strip()!r} cannot be read ({problem})") from problem
+            raise ConfigError(
+                f"{path.name}: line {number}: {shown(line.strip())} cannot be read ({problem})"
+            ) from problem
+        refuse_many(path.name, len(vertices), count)
     return {name: _compact(np.array(vertices, float), np.array(faces, np.int32)) for name, faces in triangles.items()}
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a file with their numbers, from 1."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            yield from enumerate(file, start=1)
+    except OSError as problem:
+        raise ConfigError(f"{path.name} cannot be read ({problem.strerror}); check the path") from problem
 
 
 def _vertex(corner: str, count: int) -> int:
