@@ -83,9 +83,10 @@ def colorize_depth(depth: Float[np.ndarray, "h w"], nearest: float = 0.5, farthe
     """Colour z-depth (m) on a logarithmic scale, near is warm; no reading is black."""
     valid: Bool[np.ndarray, "h w"] = depth > 0
     scaled = np.log(np.clip(np.where(valid, depth, farthest), nearest, farthest) / nearest) / np.log(farthest / nearest)
-    colors = cv2.cvtColor(
-        cv2.applyColorMap((255 * (1 - scaled)).astype(np.uint8), cv2.COLORMAP_TURBO), cv2.COLOR_BGR2RGB
-    )
+    # A table, since OpenCV divides by the number of pixels and ends the process where there are none.
+    levels = np.arange(256, dtype=np.uint8)[None]
+    table = cv2.cvtColor(cv2.applyColorMap(levels, cv2.COLORMAP_TURBO), cv2.COLOR_BGR2RGB)[0]
+    colors = table[(255 * (1 - scaled)).astype(np.uint8)]
     colors[~valid] = 0
     return colors
 

@@ -35,8 +35,11 @@ class PinholeCamera:
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
             raise ValueError(f"a camera needs at least one pixel, found {self.width} x {self.height}")
-        if self.fx <= 0 or self.fy <= 0:
-            raise ValueError(f"focal lengths must be positive, found fx={self.fx}, fy={self.fy}")
+        if self.fx <= 0 or self.fy <= 0 or not np.isfinite([self.fx, self.fy, self.cx, self.cy]).all():
+            raise ValueError(
+                "focal lengths must be positive and all of the camera matrix finite, "
+                f"found fx={self.fx}, fy={self.fy}, cx={self.cx}, cy={self.cy}"
+            )
 
     @classmethod
     def from_focal(cls, width: int, height: int, focal_px: float) -> "PinholeCamera":

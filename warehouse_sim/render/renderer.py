@@ -78,7 +78,7 @@ class Renderer(Protocol):
             normals: Whether to fill ``RenderBuffers.normals``.
 
         Raises:
-            RenderError: The camera has a lens.
+            RenderError: See ``require_view``.
         """
 
     def silhouettes(
@@ -102,11 +102,25 @@ class Renderer(Protocol):
         """Close the renderer."""
 
 
-def require_pinhole(camera: PinholeCamera) -> None:
-    """Refuse a camera whose lens distorts: graphics libraries draw straight lines straight.
+_WIDEST = 1e3
+"""Tangent of the largest angle to the optical axis that is drawn; beyond it, single precision fails."""
+_NARROWEST = 1e-6
+"""Least extent of an image at a distance of 1 (m); below it, neighbouring pixels are one place."""
+
+
+def require_view(camera: PinholeCamera, T_world_camera: Transform) -> None:
+    """Refuse what graphics libraries cannot draw: a lens that distorts, and a view that is no view.
 
     Raises:
-        RenderError: It has one.
+        RenderError: The camera has a lens, its angles are far too small or large, or its pose is not finite.
     """
     if camera.distortion is not None:
         raise RenderError("backends draw cameras without distortion only; draw with LensRenderer(renderer)")
+    left, right, top, bottom = camera.tangent_bounds()
+    if max(map(abs, (left, right, top, bottom))) > _WIDEST or min(right - left, bottom - top) < _NARROWEST:
+        raise RenderError(
+            f"a camera of {camera.width} x {camera.height} px with fx={camera.fx:g}, fy={camera.fy:g}, "
+            f"cx={camera.cx:g}, cy={camera.cy:g} cannot be drawn; check its focal lengths and principal point"
+        )
+    if not np.isfinite(T_world_camera).all():
+        raise RenderError(f"the camera's pose is not finite: {T_world_camera[:3, 3]}")

@@ -11,7 +11,7 @@ from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
 from warehouse_sim.render.mujoco.model import MAX_LAMPS, build_visual_model
 from warehouse_sim.render.painted_mesh import require_drawable
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_pinhole
+from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -58,7 +58,7 @@ class MujocoRenderer:
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         self._make_current()
         if normals:
             raise RenderError("the mujoco backend draws no normals; use raster or pathtrace")
@@ -68,7 +68,7 @@ class MujocoRenderer:
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         self._make_current()
         scene = self._loaded_scene()
         return [scene.silhouette(camera, T_world_camera, instance) for instance in instances]

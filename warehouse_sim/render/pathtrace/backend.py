@@ -17,7 +17,7 @@ from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
 from warehouse_sim.render.pathtrace.picture import trace_picture
 from warehouse_sim.render.pathtrace.products import cast_products
 from warehouse_sim.render.pathtrace.silhouettes import cast_silhouette
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_pinhole
+from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -51,7 +51,7 @@ class PathtraceRenderer:
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Trace the loaded scene."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         scene = self._loaded_scene()
         products = cast_products(scene, camera, T_world_camera)
         return RenderBuffers(
@@ -63,14 +63,14 @@ class PathtraceRenderer:
 
     def luminance(self, camera: PinholeCamera, T_world_camera: Transform) -> Float[np.ndarray, "h w 3"]:
         """Return the luminance (cd/m^2) of three channels of each pixel of the loaded scene, before any exposure."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         return trace_picture(self._loaded_scene(), camera, T_world_camera, self._samples, self._seed, self._bounces)
 
     def silhouettes(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
         """Cast rays at each of ``instances`` of the loaded scene as if it stood alone."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         shapes = self._loaded_scene().lone_shapes
         return [cast_silhouette(shapes, camera, T_world_camera, instance) for instance in instances]
 

@@ -16,7 +16,7 @@ from warehouse_sim.render.painted_mesh import require_drawable
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
 from warehouse_sim.render.pyrender.graph import MAX_LAMPS, NEAR, SceneGraph
 from warehouse_sim.render.pyrender.look import display_table
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_pinhole
+from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -56,7 +56,7 @@ class PyrenderRenderer:
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene: one pass for the picture, and one, without antialiasing, for depth and ids."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         graph, _ = self._loaded()
         if normals:
             raise RenderError("the pyrender backend draws no normals; use raster or pathtrace")
@@ -71,7 +71,7 @@ class PyrenderRenderer:
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         graph, scene = self._loaded()
         return [self._silhouette(graph, scene, camera, T_world_camera, instance) for instance in instances]
 

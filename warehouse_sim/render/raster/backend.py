@@ -24,7 +24,7 @@ from warehouse_sim.render.raster.shading_pass import ShadingPass
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
 from warehouse_sim.render.raster.textures import TextureLibrary
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_pinhole
+from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -72,7 +72,7 @@ class RasterRenderer:
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         with self._open_context() as context:
             scene, targets = self._loaded_scene(), self._targets_for(context, camera)
             in_view = scene.geometry.objects.in_view(camera, T_world_camera)
@@ -95,7 +95,7 @@ class RasterRenderer:
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
-        require_pinhole(camera)
+        require_view(camera, T_world_camera)
         with self._open_context():
             geometry = self._loaded_scene().geometry
             rows, owner = geometry.objects.rows_of([instance.instance_id for instance in instances])
