@@ -102,7 +102,7 @@ def test_an_own_recipe_may_bear_the_name_of_the_shipped_one_that_it_extends(tmp_
             "extends: base.yaml\nscene: {layout: {baise: 2}}",
             "own.yaml: scene: layout: baise is not a setting",
         ),
-        ("extends: base.yaml\nscenes: 0", "own.yaml: scenes must be at least 1, found 0"),
+        ("extends: base.yaml\nscenes: 0", "own.yaml: scenes must be 1-1,000,000, found 0"),
         ("extends: base.yaml\nscene: 3", "own.yaml: scene: expected a mapping"),
         ("- extends", "own.yaml: expected a mapping of settings"),
     ],

@@ -74,7 +74,7 @@ def test_a_lens_that_folds_inside_the_image_is_refused_in_one_line() -> None:
         PinholeCamera(1224, 370, 721.5, 721.5, 611.5, 184.5, BARREL).require_clear_lens()
     assert "\n" not in str(caught.value)
     PinholeCamera(1392, 512, 959.791, 956.9251, 696.0217, 224.1806, BARREL).require_clear_lens()
-    with pytest.raises(ValueError, match="must be numbers"):
+    with pytest.raises(ValueError, match="k1 must be -100 to 100, found nan"):
         Distortion(k1=float("nan"))
 
 

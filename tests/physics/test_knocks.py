@@ -90,7 +90,7 @@ def test_no_knock_is_the_default() -> None:
         ({"share": 2.0}, "share must be 0-1"),
         ({"speed": Distribution.constant(9.0)}, "speed must stay within 0-5 m/s"),
         ({"height": Distribution.constant(0.8)}, "height must stay within 0-0.5"),
-        ({"pieces": Distribution.constant(0)}, "pieces must be >= 1"),
+        ({"pieces": Distribution.constant(0)}, "pieces must stay within 1-1,000"),
         ({"max_time": 0.0}, "max_time must be 0.1-60 s"),
     ],
 )

@@ -136,7 +136,7 @@ def test_a_lane_too_narrow_for_every_pallet_is_an_error() -> None:
 
 
 def test_settings_out_of_range_are_refused() -> None:
-    with pytest.raises(ValueError, match="stack must stay within 1 to 4"):
+    with pytest.raises(ValueError, match="stack must stay within 1-4"):
         LanesConfig(stack=Distribution.constant(5))
     with pytest.raises(ValueError, match="one_kind_share must be 0-1"):
         LanesConfig(one_kind_share=1.5)

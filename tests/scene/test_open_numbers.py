@@ -67,7 +67,7 @@ def test_a_setting_that_is_opened_changes_no_other() -> None:
 @pytest.mark.parametrize(
     ("plain", "message"),
     [
-        ({"layout": {"bays": {"min": 2, "max": 40}}}, "bays must be 1-12, found 40"),
+        ({"layout": {"bays": {"min": 2, "max": 40}}}, "bays must stay within 1-12, found 40"),
         ({"layout": {"bays": {"mn": 2, "max": 4}}}, "here: layout: bays must be a number"),
         ({"layout": {"sides": {"choices": []}}}, "here: layout: sides must be a value or"),
         ({"layout": {"sides": {"choices": ["one", "left"]}}}, "sides must be one of 'one', 'both', found 'left'"),

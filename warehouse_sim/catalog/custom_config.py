@@ -2,17 +2,21 @@
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from warehouse_sim.catalog.mesh_files import Up
 from warehouse_sim.config import from_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, ranged
 
 FIRST_OBJ_ID = 1000
 """Smaller numbers belong to the catalog."""
+_LEAST_MASS = 0.001
+"""What is lighter than this (kg) physics cannot move."""
 
 
 @dataclass(frozen=True)
+@ranged
 class SymmetryConfig:
     """Rotations that leave the object's look unchanged; in YAML ``none``, ``cuboid`` or a mapping of axis and count."""
 
@@ -20,12 +24,8 @@ class SymmetryConfig:
     """No rotation, the half turns of a box about its three axes, or equal turns about one axis."""
     axis: Literal["x", "y", "z"] = "z"
     """Axis of the turns in the object's frame, z up."""
-    count: int = 2
+    count: Annotated[int, Range(2, 360)] = 2
     """Turns that make a full one, 2-360; 36 and more stand for a round body."""
-
-    def __post_init__(self) -> None:
-        if not 2 <= self.count <= 360:
-            raise ValueError(f"count must be 2-360, found {self.count}")
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "SymmetryConfig":
@@ -36,17 +36,14 @@ class SymmetryConfig:
 
 
 @dataclass(frozen=True)
+@ranged
 class BoxConfig:
     """One collision box, parallel to the object's axes."""
 
-    size: tuple[float, float, float]
-    """Edge lengths along x, y and z (m), > 0."""
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Its centre, from the centre of the object's bounding box (m)."""
-
-    def __post_init__(self) -> None:
-        if min(self.size) <= 0.0:
-            raise ValueError(f"size must be > 0, found {list(self.size)}")
+    size: Annotated[tuple[float, float, float], Range(0.001, 100, "m")]
+    """Edge lengths along x, y and z (m), 0.001-100."""
+    centre: Annotated[tuple[float, float, float], Range(-100, 100, "m")] = (0.0, 0.0, 0.0)
+    """Its centre, from the centre of the object's bounding box (m), -100 to 100."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +61,14 @@ class CollisionConfig:
         if isinstance(data, list) and data:
             return from_mapping(cls, {"kind": "boxes", "boxes": data}, where)
         if data not in ("box", "parts"):
-            raise ConfigError(f"{where} must be box, parts or a list of boxes with size and centre, found {data!r}")
+            raise ConfigError(
+                f"{where} must be box, parts or a list of boxes with size and centre, found {shown(data)}"
+            )
         return cls(data)
 
 
 @dataclass(frozen=True)
+@ranged
 class CustomObjectConfig:
     """What the mesh file does not say."""
 
@@ -76,16 +76,16 @@ class CustomObjectConfig:
     """Name of the object in recipes: lower case letters, digits and _."""
     class_name: str
     """Detection class, such as carton or machine: lower case letters, digits and _."""
-    obj_id: int
-    """Number of the geometry in datasets, >= 1000, different for each of your objects and never changed."""
+    obj_id: Annotated[int, Range(FIRST_OBJ_ID, 999_999)]
+    """Number of the geometry in datasets, 1,000-999,999, different for each of your objects and never changed."""
     file: str
     """Mesh file (.obj, .ply, .glb, .usd, .usda, .usdc, .usdz) in the folder of the YAML file or below."""
-    scale: float | None = None
-    """Metres of one unit of the file, > 0; by default what a USD stage says, else 1."""
+    scale: Annotated[float, Range(0.000001, 1000)] | None = None
+    """Metres of one unit of the file, 0.000001-1,000; by default what a USD stage says, else 1."""
     up: Up | None = None
     """Axis of the file that points up; by default y for GLB, what a USD stage says, else z."""
-    mass: float = 0.0
-    """Mass (kg), >= 0; 0 for what never moves."""
+    mass: Annotated[float, Range(0, 20_000, "kg")] = 0.0
+    """Mass (kg), 0-20,000; 0 for what never moves."""
     material: str | None = None
     """Catalog material of all parts that ``materials`` does not name."""
     materials: dict[str, str] = field(default_factory=dict)
@@ -98,12 +98,6 @@ class CustomObjectConfig:
     def __post_init__(self) -> None:
         for key in ("name", "class_name"):
             if not re.fullmatch("[a-z][a-z0-9_]*", getattr(self, key)):
-                raise ValueError(f"{key}: {getattr(self, key)!r} must be lower case letters, digits and _")
-        if self.obj_id < FIRST_OBJ_ID:
-            raise ValueError(
-                f"obj_id must be >= {FIRST_OBJ_ID}, found {self.obj_id}; smaller numbers are the catalog's"
-            )
-        if self.scale is not None and self.scale <= 0.0:
-            raise ValueError(f"scale must be > 0, found {self.scale}")
-        if self.mass < 0.0:
-            raise ValueError(f"mass must be >= 0, found {self.mass}")
+                raise ValueError(f"{key}: {shown(getattr(self, key))} must be lower case letters, digits and _")
+        if 0.0 < self.mass < _LEAST_MASS:
+            raise ValueError(f"mass must be at least {_LEAST_MASS} kg, or 0 for what never moves, found {self.mass}")

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.ranges import Share, ranged
 
 Split = Literal["train", "val", "test"]
 SPLITS: tuple[Split, ...] = ("train", "val", "test")
@@ -15,22 +16,23 @@ _PRIORITY: tuple[Split, ...] = ("train", "test", "val")
 
 
 @dataclass(frozen=True)
+@ranged
 class SplitConfig:
     """Shares of the scenes; the three must sum to 1."""
 
-    train: float = 0.7
-    """Share of the scenes to learn from, 0 to 1."""
-    val: float = 0.1
-    """Share of the scenes to choose checkpoints and settings on, 0 to 1."""
-    test: float = 0.2
-    """Share of the scenes to score on, 0 to 1."""
+    train: Share = 0.7
+    """Share of the scenes to learn from, 0-1."""
+    val: Share = 0.1
+    """Share of the scenes to choose checkpoints and settings on, 0-1."""
+    test: Share = 0.2
+    """Share of the scenes to score on, 0-1."""
     stratify: tuple[Literal["visible_fraction", "distance", "lux"], ...] = ()
     """Measured means of a scene's targets in which the splits shall be alike; none = split by index."""
 
     def __post_init__(self) -> None:
         shares = (self.train, self.val, self.test)
-        if min(shares) < 0 or abs(sum(shares) - 1.0) > 1e-6:
-            raise ValueError(f"train, val and test must be >= 0 and sum to 1, found {shares}")
+        if abs(sum(shares) - 1.0) > 1e-6:
+            raise ValueError(f"train, val and test must sum to 1, found {shares}")
 
 
 def split_scenes(

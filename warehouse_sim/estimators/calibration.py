@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import yaml
@@ -11,11 +12,13 @@ from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.select import Selection
 from warehouse_sim.estimators.settings import Refinement
 from warehouse_sim.output import write_bytes
+from warehouse_sim.ranges import Range, Share, ranged
 
 CALIBRATION = "calibration.yaml"
 
 
 @dataclass(frozen=True)
+@ranged
 class ErrorCurve:
     """Error against confidence for one way of selecting and refining; errors in diameters of the object.
 
@@ -27,17 +30,17 @@ class ErrorCurve:
     """How one pose was chosen from the proposals."""
     refine: Refinement
     """What followed the network."""
-    confidence: tuple[float, ...]
+    confidence: Annotated[tuple[float, ...], Range(0, 1)]
     """Knots, rising, 0-1."""
-    error: tuple[float, ...]
-    """Median error at each knot (diameters), never rising."""
-    bound_factor: float
-    """The error stays below this multiple of its median in nine cases of ten, >= 1."""
-    samples: int
-    """Objects that it was fitted on."""
-    spearman: float
+    error: Annotated[tuple[float, ...], Range(0, 1000, "diameters")]
+    """Median error at each knot (diameters), never rising, 0-1,000."""
+    bound_factor: Annotated[float, Range(1, 1_000_000)]
+    """The error stays below this multiple of its median in nine cases of ten, 1-1,000,000."""
+    samples: Annotated[int, Range(1, 1_000_000_000)]
+    """Objects that it was fitted on, 1-1,000,000,000."""
+    spearman: Annotated[float, Range(-1, 1)]
     """Rank correlation of predicted and true error on scenes left out of the fit, -1 to 1."""
-    coverage: float
+    coverage: Share
     """Share of true errors below the bound on scenes left out of the fit, 0-1; wanted is 0.9."""
 
     def error_at(self, confidence: float) -> float:

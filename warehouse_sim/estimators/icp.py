@@ -7,6 +7,7 @@ the network's pose for the directions that the visible points do not fix. All ob
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from warehouse_sim.estimators.seen_surface import SeenSurfaces
 from warehouse_sim.estimators.surface import CadSurface
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_angle, transform_points
+from warehouse_sim.ranges import Range, ranged
 
 _MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
@@ -26,37 +28,38 @@ _TRIMMED = 0.7
 
 
 @dataclass(frozen=True)
+@ranged
 class IcpConfig:
     """How a pose is fitted to its points."""
 
-    looks: int = 3
-    """How often it is decided anew what the camera sees and how noisy it is, >= 1."""
-    iterations: int = 4
-    """Most steps after each look, >= 1."""
-    points: int = 600
-    """Most points used after the last look, >= 12; before, a third of them."""
-    gate_start: float = 0.15
-    """Points farther from the surface are ignored in the first step (squashed m), > 0."""
-    gate_end: float = 0.03
-    """The same in the last step (squashed m), > 0; three times the noise of the points where that is more."""
-    cauchy: float = 0.015
-    """Distance at which a point loses half its weight (squashed m), > 0; the noise of the points where that is more."""
-    lateral_noise: float = 0.004
-    """Error of points across the viewing direction (m), > 0; about half a pixel."""
-    squash_start: float = 0.5
-    """Assumed ratio of the errors across and along the viewing direction after the first look, 0-1."""
-    squash_least: float = 0.1
-    """Smallest ratio that is believed when it is measured, > 0, <= 1."""
-    prior_shift: float = 0.05
-    """Standard deviation of the network's position (m), > 0."""
-    prior_turn: float = 0.05
-    """Standard deviation of the network's rotation (rad), > 0."""
-    most_shift: float = 0.25
-    """A result farther from the network's position than this (m) is rejected, > 0."""
-    most_turn: float = 0.35
-    """A result turned farther than this (rad) is rejected, > 0."""
-    still: float = 1e-4
-    """An object that turns and moves by less than this (rad, m) rests until the next look, >= 0."""
+    looks: Annotated[int, Range(1, 100)] = 3
+    """How often it is decided anew what the camera sees and how noisy it is, 1-100."""
+    iterations: Annotated[int, Range(1, 1000)] = 4
+    """Most steps after each look, 1-1,000."""
+    points: Annotated[int, Range(12, 100_000)] = 600
+    """Most points used after the last look, 12-100,000; before, a third of them."""
+    gate_start: Annotated[float, Range(0.000001, 10)] = 0.15
+    """Points farther from the surface are ignored in the first step (squashed m), 0.000001-10."""
+    gate_end: Annotated[float, Range(0.000001, 10)] = 0.03
+    """The same in the last step (squashed m), 0.000001-10; three times the noise of the points where that is more."""
+    cauchy: Annotated[float, Range(0.000001, 10)] = 0.015
+    """Where a point loses half its weight (squashed m), 0.000001-10; the noise of the points where that is more."""
+    lateral_noise: Annotated[float, Range(0.000001, 10, "m")] = 0.004
+    """Error of points across the viewing direction (m), 0.000001-10; about half a pixel."""
+    squash_start: Annotated[float, Range(0.001, 1)] = 0.5
+    """Assumed ratio of the errors across and along the viewing direction after the first look, 0.001-1."""
+    squash_least: Annotated[float, Range(0.001, 1)] = 0.1
+    """Smallest ratio that is believed when it is measured, 0.001-1."""
+    prior_shift: Annotated[float, Range(0.000001, 10, "m")] = 0.05
+    """Standard deviation of the network's position (m), 0.000001-10."""
+    prior_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.05
+    """Standard deviation of the network's rotation (rad), 0.000001-10."""
+    most_shift: Annotated[float, Range(0.000001, 100, "m")] = 0.25
+    """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
+    most_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
+    """A result turned farther than this (rad) is rejected, 0.000001-10."""
+    still: Annotated[float, Range(0, 1)] = 1e-4
+    """An object that turns and moves by less than this (rad, m) rests until the next look, 0-1."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,17 @@
 """Settings of prediction; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 from warehouse_sim.estimators.icp import IcpConfig
 from warehouse_sim.estimators.select import Selection
+from warehouse_sim.ranges import Range, Seed, ranged
 
 Refinement = Literal["none", "icp"]
 
 
 @dataclass(frozen=True)
+@ranged
 class PredictConfig:
     """How poses are estimated."""
 
@@ -19,14 +21,14 @@ class PredictConfig:
     """How one pose is chosen from those that the points propose."""
     refine: Refinement = "none"
     """What follows the network: nothing, or point-to-plane ICP against the CAD surface."""
-    images_at_once: int = 8
-    """Images whose targets pass the network together, >= 1."""
-    seed: int = 0
+    images_at_once: Annotated[int, Range(1, 1024)] = 8
+    """Images whose targets pass the network together, 1-1,024."""
+    seed: Seed = 0
     """Decides which points are drawn, >= 0."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where the network runs; auto takes a GPU if there is one."""
-    threads: int | None = None
-    """Processor threads of the network, >= 1; by default one for small networks, which gain little from more and wait
-    long for them on a busy machine, and torch's own number for large ones."""
+    threads: Annotated[int, Range(1, 1024)] | None = None
+    """Processor threads of the network, 1-1,024; by default one for small networks, which gain little from more and
+    wait long for them on a busy machine, and torch's own number for large ones."""
     icp: IcpConfig = field(default_factory=IcpConfig)
     """Settings of the ICP."""

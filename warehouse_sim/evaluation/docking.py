@@ -2,29 +2,36 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, make_transform, rotation_z, transform_points
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import Pocket
 
 
 @dataclass(frozen=True)
+@ranged
 class ForkConfig:
     """A pair of tines and how they are driven in; the default is the common 100 x 40 mm section, 1150 mm long."""
 
-    tine_width: float = 0.100
-    """Width of one tine (m), > 0."""
-    tine_thickness: float = 0.040
-    """Thickness of one tine (m), > 0."""
-    tine_length: float = 1.150
-    """Length of a tine from heel to tip (m), > ``heel_gap``."""
-    heel_gap: float = 0.05
-    """How far before the estimated face the heel stops (m), >= 0."""
-    least_insertion: float = 2.0 / 3.0
+    tine_width: Annotated[float, Range(0.001, 2, "m")] = 0.100
+    """Width of one tine (m), 0.001-2."""
+    tine_thickness: Annotated[float, Range(0.001, 1, "m")] = 0.040
+    """Thickness of one tine (m), 0.001-1."""
+    tine_length: Annotated[float, Range(0.01, 10, "m")] = 1.150
+    """Length of a tine from heel to tip (m), 0.01-10; longer than ``heel_gap``."""
+    heel_gap: Annotated[float, Range(0, 1, "m")] = 0.05
+    """How far before the estimated face the heel stops (m), 0-1."""
+    least_insertion: Share = 2.0 / 3.0
     """Share (0-1) of the depth of the object that the tips must be inside before it can be lifted."""
+
+    def __post_init__(self) -> None:
+        if self.tine_length <= self.heel_gap:
+            raise ValueError(f"tine_length must be more than heel_gap, {self.heel_gap:g} m; found {self.tine_length:g}")
 
     @property
     def reach(self) -> float:

@@ -9,7 +9,6 @@ from pathlib import Path
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
@@ -51,8 +50,6 @@ def generate(
         WorkerError: A scene ended every worker that made it; all else is kept for ``config.resume``.
     """
     BACKENDS.get(config.backend)
-    if config.workers < 1 or config.seed < 0:
-        raise DatasetError(f"workers must be >= 1 and seed >= 0, found {config.workers} and {config.seed}")
     manifest = make_manifest(recipe, config)
     store = DatasetStore(out, manifest)
     store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)

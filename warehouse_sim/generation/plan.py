@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
@@ -16,23 +17,25 @@ from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import scene_features
+from warehouse_sim.ranges import Range, Seed, ranged
 from warehouse_sim.schema import ObjectModel
 
 
 @dataclass(frozen=True)
+@ranged
 class GenerateConfig:
     """How a dataset is made; only ``scenes``, ``seed``, ``formats`` and ``backend`` decide its bytes."""
 
-    scenes: int | None = None
-    """Number of scenes, >= 1; the recipe's own number by default."""
-    seed: int = 0
+    scenes: Annotated[int, Range(1, 1_000_000)] | None = None
+    """Number of scenes, 1-1,000,000; the recipe's own number by default."""
+    seed: Seed = 0
     """Seed of the dataset, >= 0."""
     formats: tuple[str, ...] = ("kitti", "bop")
     """Dataset formats to write."""
     backend: str = "raster"
     """Render backend."""
-    workers: int = 1
-    """Processes, >= 1; 1 works in this process."""
+    workers: Annotated[int, Range(1, 256)] = 1
+    """Processes, 1-256; 1 works in this process."""
     resume: bool = False
     """Keep the finished scenes of an interrupted run."""
 

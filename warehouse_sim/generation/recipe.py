@@ -1,7 +1,7 @@
 """A whole recipe file: the scene's distribution and what is done with each draw of it."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.split import SplitConfig
@@ -10,6 +10,7 @@ from warehouse_sim.generation.extends import overlay, read_chain
 from warehouse_sim.generation.occlusion.config import OcclusionConfig
 from warehouse_sim.generation.twins.config import TwinsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.recipe import SceneRecipe
@@ -17,6 +18,7 @@ from warehouse_sim.sensors.rig import RigConfig
 
 
 @dataclass(frozen=True)
+@ranged
 class Recipe:
     """What a recipe file holds; every draw is decided by it, the seed and the scene index."""
 
@@ -34,8 +36,8 @@ class Recipe:
     """Which observations come again with one thing changed."""
     split: SplitConfig = field(default_factory=SplitConfig)
     """Shares of the scenes for training, validation and test."""
-    scenes: int = 10
-    """Number of scenes when the command does not say, >= 1."""
+    scenes: Annotated[int, Range(1, 1_000_000)] = 10
+    """Number of scenes when the command does not say, 1-1,000,000."""
     name: str = ""
     """Filled in from the file's name."""
 
@@ -65,8 +67,6 @@ def _checked(settings: dict[str, Any], where: str) -> Recipe:
     """
     try:
         recipe = from_mapping(Recipe, settings, where)
-        if recipe.scenes < 1:
-            raise RecipeError(f"{where}: scenes must be at least 1, found {recipe.scenes}")
         for twin in recipe.twins.lights:
             overlaid(recipe.scene.lights, twin.settings, f"{where}: twins.lights {twin.name!r}")
     except ConfigError as problem:

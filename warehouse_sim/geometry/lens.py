@@ -1,11 +1,14 @@
 """Lens distortion after Brown and Conrady, with OpenCV's names and signs, and its inverse."""
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+
+from warehouse_sim.ranges import Range, ranged
 
 _LEAST_SLOPE = 0.25
 """Growth of the distorted radius with the true one, 1 on the axis, at which a lens is no longer believed."""
@@ -17,6 +20,7 @@ _CHUNK = 8192
 
 
 @dataclass(frozen=True)
+@ranged
 class Distortion:
     """Coefficients of D. C. Brown 1966, "Decentering distortion of lenses", as OpenCV's calibration gives them.
 
@@ -29,20 +33,16 @@ class Distortion:
     as far as ``radius``; beyond, the map is continued in proportion to r, which makes it one to one everywhere.
     """
 
-    k1: float = 0.0
-    """Radial, of r^2; negative = barrel."""
-    k2: float = 0.0
-    """Radial, of r^4."""
-    p1: float = 0.0
-    """Tangential."""
-    p2: float = 0.0
-    """Tangential."""
-    k3: float = 0.0
-    """Radial, of r^6."""
-
-    def __post_init__(self) -> None:
-        if not all(math.isfinite(value) for value in astuple(self)):
-            raise ValueError(f"the coefficients of a lens must be numbers, found {astuple(self)}")
+    k1: Annotated[float, Range(-100, 100)] = 0.0
+    """Radial, of r^2, -100 to 100; negative = barrel."""
+    k2: Annotated[float, Range(-100, 100)] = 0.0
+    """Radial, of r^4, -100 to 100."""
+    p1: Annotated[float, Range(-100, 100)] = 0.0
+    """Tangential, -100 to 100."""
+    p2: Annotated[float, Range(-100, 100)] = 0.0
+    """Tangential, -100 to 100."""
+    k3: Annotated[float, Range(-100, 100)] = 0.0
+    """Radial, of r^6, -100 to 100."""
 
     @property
     def coefficients(self) -> tuple[float, float, float, float, float]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import torch
@@ -11,29 +11,31 @@ from torch import Tensor
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.mesh import sample_surface
+from warehouse_sim.ranges import Range, ranged
 
 _MOMENT_SAMPLES = 20_000
 
 
 @dataclass(frozen=True)
+@ranged
 class ObjectShape:
     """The plain numbers of one CAD geometry that a run folder keeps."""
 
-    obj_id: int
-    """Number of the geometry in the dataset, >= 1."""
+    obj_id: Annotated[int, Range(1, 999_999)]
+    """Number of the geometry in the dataset, 1-999,999."""
     name: str
     """Name of the geometry."""
-    diameter: float
-    """Largest distance between two surface points (m), > 0; half of it is the unit of length in the network."""
-    centroid: tuple[float, ...]
-    """Mean of the surface in the object frame (m), 3 values."""
-    covariance: tuple[float, ...]
-    """Covariance of the surface about its centroid (m^2), 3x3 row by row."""
-    symmetries: tuple[tuple[float, ...], ...]
-    """Poses that look the same to the network, each a 4x4 matrix row by row (m): the declared group, or that of the
-    shape where the network sees no colour."""
-    surface: tuple[float, ...] = ()
-    """Points spread evenly over the surface, 3 values each (m); only where the nearest-point loss needs them."""
+    diameter: Annotated[float, Range(0.0001, 1000, "m")]
+    """Largest distance between two surface points (m), 0.0001-1,000; half of it is the network's unit of length."""
+    centroid: Annotated[tuple[float, ...], Range(-1000, 1000, "m")]
+    """Mean of the surface in the object frame (m), 3 values, -1,000 to 1,000."""
+    covariance: Annotated[tuple[float, ...], Range(-1_000_000, 1_000_000, "m^2")]
+    """Covariance of the surface about its centroid (m^2), 3x3 row by row, -1,000,000 to 1,000,000."""
+    symmetries: Annotated[tuple[tuple[float, ...], ...], Range(-1000, 1000)]
+    """Poses that look the same to the network, each a 4x4 matrix row by row (m), -1,000 to 1,000: the declared group,
+    or that of the shape where the network sees no colour."""
+    surface: Annotated[tuple[float, ...], Range(-1000, 1000, "m")] = ()
+    """Points evenly on the surface, 3 values each (m), -1,000 to 1,000; where the nearest-point loss needs them."""
     class_name: str = ""
     """Detection class of the geometry."""
 

@@ -5,6 +5,7 @@ A knock is a horizontal blow against the uppermost pieces of a load that rests; 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import mujoco
 import numpy as np
@@ -14,6 +15,7 @@ from warehouse_sim.geometry.pose import Transform, matrix_from_quat_wxyz
 from warehouse_sim.physics.rest import Blow, Rest, RestLimits, bring_to_rest
 from warehouse_sim.physics.stacks import Stack
 from warehouse_sim.physics.surroundings import Surroundings
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import ObjectInstance, SceneSpec
@@ -28,31 +30,20 @@ _TRIES = 4
 
 
 @dataclass(frozen=True)
+@ranged
 class KnockConfig:
     """How often and how hard loads are knocked."""
 
-    share: float = 0.0
+    share: Share = 0.0
     """Share of the loads with goods on them, and nothing on top, that get a knock, 0-1."""
-    speed: Distribution = field(default=Distribution.uniform(0.5, 2.4))
+    speed: Annotated[Distribution, Range(0, 5, "m/s")] = field(default=Distribution.uniform(0.5, 2.4))
     """Speed that the blow gives to the uppermost piece (m/s), 0-5; pieces further down get less by their height."""
-    height: Distribution = field(default=Distribution.uniform(0.0, 0.45))
+    height: Annotated[Distribution, Range(0, 0.5)] = field(default=Distribution.uniform(0.0, 0.45))
     """Where the blow lands: share of a piece's height above its centre, 0-0.5; the higher, the more it tips."""
-    pieces: Distribution = field(default=Distribution.uniform(1, 8))
-    """Pieces that are hit, from the top down, a whole number >= 1."""
-    max_time: float = 6.0
+    pieces: Annotated[Distribution, Range(1, 1000, whole=True)] = field(default=Distribution.uniform(1, 8))
+    """Pieces that are hit, from the top down, a whole number, 1-1,000."""
+    max_time: Annotated[float, Range(0.1, 60, "s")] = 6.0
     """Longest simulated time until all lie still (s), 0.1-60; a knock that takes longer is drawn again."""
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.share <= 1.0:
-            raise ValueError(f"share must be 0-1, found {self.share}")
-        if self.speed.low < 0.0 or self.speed.high > 5.0:
-            raise ValueError("speed must stay within 0-5 m/s")
-        if self.height.low < 0.0 or self.height.high > 0.5:
-            raise ValueError("height must stay within 0-0.5")
-        if self.pieces.low < 1:
-            raise ValueError(f"pieces must be >= 1, found {self.pieces.low}")
-        if not 0.1 <= self.max_time <= 60.0:
-            raise ValueError(f"max_time must be 0.1-60 s, found {self.max_time}")
 
 
 @dataclass(frozen=True, eq=False)

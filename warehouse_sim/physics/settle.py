@@ -1,6 +1,7 @@
 """Let a scene come to rest under gravity, stack by stack, and say whether it did."""
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -12,6 +13,7 @@ from warehouse_sim.physics.report import SettleReport
 from warehouse_sim.physics.rest import Rest, RestLimits, bring_to_rest
 from warehouse_sim.physics.stacks import find_stacks
 from warehouse_sim.physics.surroundings import Surroundings
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import SceneSpec
 
 _REACH = (0.03, 0.03, 0.06)
@@ -24,32 +26,26 @@ _LIE = np.deg2rad(60.0)
 
 
 @dataclass(frozen=True)
+@ranged
 class SettleConfig:
     """When a scene is at rest, and how far it may have moved by then."""
 
-    max_time: float = 3.0
+    max_time: Annotated[float, Range(0.1, 60, "s")] = 3.0
     """Longest simulated time of a stack (s), 0.1-60."""
-    rest_speed: float = 0.002
-    """At rest every body is slower than this (m/s), > 0."""
-    rest_turn: float = 0.01
-    """At rest every body turns slower than this (rad/s), > 0."""
-    max_overlap_mm: float = 1.0
-    """Deepest overlap allowed (mm), > 0."""
-    max_gap_mm: float = 1.0
-    """Largest gap allowed under a loose object (mm), > 0."""
-    max_drift_mm: float = 30.0
-    """Largest way allowed from first to last place (mm), > 0."""
-    max_tilt_deg: float = 3.0
-    """Largest tilt allowed against the first orientation (deg), > 0; beyond it a body has toppled."""
+    rest_speed: Annotated[float, Range(0.000001, 10, "m/s")] = 0.002
+    """At rest every body is slower than this (m/s), 0.000001-10."""
+    rest_turn: Annotated[float, Range(0.000001, 100, "rad/s")] = 0.01
+    """At rest every body turns slower than this (rad/s), 0.000001-100."""
+    max_overlap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
+    """Deepest overlap allowed (mm), 0.001-1,000."""
+    max_gap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
+    """Largest gap allowed under a loose object (mm), 0.001-1,000."""
+    max_drift_mm: Annotated[float, Range(0.001, 10_000, "mm")] = 30.0
+    """Largest way allowed from first to last place (mm), 0.001-10,000."""
+    max_tilt_deg: Annotated[float, Range(0.001, 180, "deg")] = 3.0
+    """Largest tilt allowed against the first orientation (deg), 0.001-180; beyond it a body has toppled."""
     knocks: KnockConfig = field(default_factory=KnockConfig)
     """Loads that were run into: where leaning and fallen goods come from."""
-
-    def __post_init__(self) -> None:
-        if not 0.1 <= self.max_time <= 60.0:
-            raise ValueError(f"max_time must be 0.1-60 s, found {self.max_time}")
-        for name in ("rest_speed", "rest_turn", "max_overlap_mm", "max_gap_mm", "max_drift_mm", "max_tilt_deg"):
-            if getattr(self, name) <= 0.0:
-                raise ValueError(f"{name} must be > 0, found {getattr(self, name)}")
 
 
 def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, SettleReport]:

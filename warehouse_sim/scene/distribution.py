@@ -1,18 +1,23 @@
 """A number that a recipe leaves open: a constant, a range, a bell or a choice."""
 
+import math
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any, Literal
 
 import numpy as np
 
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range
 
 _KEYS = {
     "uniform": ({"min", "max"}, set[str]()),
     "normal": ({"mean", "std"}, {"min", "max"}),
     "choices": ({"choices"}, {"weights"}),
 }
+
+
+_WEIGHTS = Range(0, 1_000_000)
 
 
 @dataclass(frozen=True)
@@ -46,8 +51,10 @@ class Distribution:
             raise ValueError(f"mean {self.mean} must lie between min {self.low} and max {self.high}")
         if self.kind == "choices" and not self.values:
             raise ValueError("choices must list at least one number")
-        if self.weights and (len(self.weights) != len(self.values) or min(self.weights) < 0 or not sum(self.weights)):
-            raise ValueError(f"weights must be one number >= 0 per choice and not all 0, found {list(self.weights)}")
+        if self.weights and (len(self.weights) != len(self.values) or not _can_weigh(self.weights)):
+            raise ValueError(
+                f"weights must be one number of {_WEIGHTS} per choice and not all 0, found {shown(list(self.weights))}"
+            )
 
     @classmethod
     def constant(cls, value: float) -> "Distribution":
@@ -79,18 +86,37 @@ class Distribution:
         if _is_number(data):
             return cls.constant(float(data))
         kind = _kind_of(data, where)
+        numbers = {
+            key: _numbers(value if key in ("choices", "weights") else [value], f"{where}.{key}")
+            for key, value in data.items()
+        }
         try:
             if kind == "choices":
-                values = _numbers(data["choices"], f"{where}.choices")
-                weights = _numbers(data.get("weights", []), f"{where}.weights")
-                return cls(
-                    kind, low=min(values, default=0.0), high=max(values, default=0.0), values=values, weights=weights
-                )
-            number = {key: _numbers([value], f"{where}.{key}")[0] for key, value in data.items()}
+                values = numbers["choices"]
+                ends = min(values, default=0.0), max(values, default=0.0)
+                return cls(kind, *ends, values=values, weights=numbers.get("weights", ()))
+            number = {key: values[0] for key, values in numbers.items()}
             low, high = number.get("min", -np.inf), number.get("max", np.inf)
             return cls(kind, low, high, number.get("mean", 0.0), number.get("std", 0.0))
         except ValueError as problem:
             raise ConfigError(f"{where}: {problem}") from problem
+
+    def check_within(self, allowed: Range, name: str) -> None:
+        """Refuse draws outside of ``allowed``: all that can come must lie in it.
+
+        Raises:
+            ValueError: Some lies outside, is not whole where only whole numbers are drawn, or the bell has no end.
+        """
+        ends = self.values or (self.low, self.high)
+        outside = next((end for end in ends if end not in allowed), None)
+        if outside is not None:
+            hint = "; give it min and max" if self.kind == "normal" else ""
+            raise ValueError(f"{name} must stay within {allowed.text}, found {outside:g}{hint}")
+        if not self.std <= allowed.high - allowed.low:
+            raise ValueError(f"{name} has a std of {self.std:g}, more than its whole range of {allowed.text}")
+        broken = next((end for end in ends if allowed.whole and not float(end).is_integer()), None)
+        if broken is not None:
+            raise ValueError(f"{name} must be a whole number of {allowed.text}, found {broken:g}")
 
     def to_plain(self) -> Any:
         """Return what ``from_plain`` reads back."""
@@ -130,8 +156,12 @@ class Distribution:
         return round(self.draw(rng))
 
 
+def _can_weigh(weights: tuple[float, ...]) -> bool:
+    return all(weight in _WEIGHTS for weight in weights) and sum(weights) > 0
+
+
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 def _kind_of(data: Any, where: str) -> Any:
@@ -140,11 +170,11 @@ def _kind_of(data: Any, where: str) -> Any:
         if required <= keys <= required | optional:
             return kind
     raise ConfigError(
-        f"{where} must be a number, {{min, max}}, {{mean, std, min, max}} or {{choices, weights}}, found {data!r}"
+        f"{where} must be a number, {{min, max}}, {{mean, std, min, max}} or {{choices, weights}}, found {shown(data)}"
     )
 
 
 def _numbers(data: Any, where: str) -> tuple[float, ...]:
     if not isinstance(data, (list, tuple)) or not all(map(_is_number, data)):
-        raise ConfigError(f"{where} must hold finite numbers only, found {data!r}")
+        raise ConfigError(f"{where} must hold finite numbers only, found {shown(data)}")
     return tuple(float(value) for value in data)

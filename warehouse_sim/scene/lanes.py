@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
@@ -29,44 +31,34 @@ _LEAST_HEADROOM = 0.6
 
 
 @dataclass(frozen=True)
+@ranged
 class LanesConfig:
     """How full lanes are and how carefully stacks stand in them."""
 
-    fill: Distribution = field(default=Distribution.uniform(0.3, 1.0))
+    fill: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.3, 1.0))
     """Share of a lane's places that are taken, from its far end, 0-1."""
-    stack: Distribution = field(default=Distribution.uniform(1, 3))
+    stack: Annotated[Distribution, Range(1, 4, whole=True)] = field(default=Distribution.uniform(1, 3))
     """Loads on each other, a whole number 1-4; what pallets and goods bear and the clear height limit it too."""
-    one_kind_share: float = 0.7
+    one_kind_share: Share = 0.7
     """Share of the lanes that hold one article on one type of pallet, 0-1; the others hold what comes."""
-    empties_share: float = 0.1
+    empties_share: Share = 0.1
     """Share of the lanes that hold stacks of empty pallets, 0-1."""
-    empties: Distribution = field(default=Distribution.uniform(4, 10))
+    empties: Annotated[Distribution, Range(1, 15, whole=True)] = field(default=Distribution.uniform(4, 10))
     """Pallets in a stack of empty ones, a whole number 1-15."""
-    lateral_mm: Distribution = field(default=Distribution.normal(0.0, 15.0, -45.0, 45.0))
-    """Shift of a stack across its lane (mm), within +-200."""
-    depth_mm: Distribution = field(default=Distribution.normal(0.0, 20.0, -60.0, 60.0))
-    """Shift of a stack along its lane (mm), within +-200."""
-    yaw_deg: Distribution = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
-    """Turn of a stack about the vertical against its lane (deg), within +-20."""
-    offset_mm: Distribution = field(default=Distribution.normal(0.0, 12.0, -35.0, 35.0))
-    """Shift of a load against the one under it, along each axis (mm), within +-60."""
-
-    def __post_init__(self) -> None:
-        for name, low, high in (
-            ("fill", 0.0, 1.0),
-            ("stack", 1, 4),
-            ("empties", 1, 15),
-            ("lateral_mm", -200.0, 200.0),
-            ("depth_mm", -200.0, 200.0),
-            ("yaw_deg", -20.0, 20.0),
-            ("offset_mm", -60.0, 60.0),
-        ):
-            limits = getattr(self, name)
-            if limits.low < low or limits.high > high:
-                raise ValueError(f"{name} must stay within {low:g} to {high:g}; give it min and max")
-        for name in ("one_kind_share", "empties_share"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} must be 0-1, found {getattr(self, name)}")
+    lateral_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
+        default=Distribution.normal(0.0, 15.0, -45.0, 45.0)
+    )
+    """Shift of a stack across its lane (mm), -200 to 200."""
+    depth_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
+        default=Distribution.normal(0.0, 20.0, -60.0, 60.0)
+    )
+    """Shift of a stack along its lane (mm), -200 to 200."""
+    yaw_deg: Annotated[Distribution, Range(-20, 20, "deg")] = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
+    """Turn of a stack about the vertical against its lane (deg), -20 to 20."""
+    offset_mm: Annotated[Distribution, Range(-60, 60, "mm")] = field(
+        default=Distribution.normal(0.0, 12.0, -35.0, 35.0)
+    )
+    """Shift of a load against the one under it, along each axis (mm), -60 to 60."""
 
 
 Stack = list[tuple[UnitLoad, Transform]]

@@ -9,12 +9,14 @@ import types
 import typing
 from collections.abc import Iterator
 from copy import deepcopy
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.config import convert
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, range_of
 from warehouse_sim.scene.distribution import Distribution
 
 End = Literal["low", "high"]
@@ -38,7 +40,7 @@ class Choice:
         """
         values = data.get("choices")
         if set(data) - {"choices", "weights"} or not isinstance(values, list) or not values:
-            raise ConfigError(f"{where} must be a value or {{choices, weights}}, found {data!r}")
+            raise ConfigError(f"{where} must be a value or {{choices, weights}}, found {shown(data)}")
         numbers = Distribution.from_plain(data | {"choices": list(range(len(values)))}, where)
         return cls(tuple(values), numbers.weights)
 
@@ -103,15 +105,19 @@ def close(data: Any, values: list[tuple[tuple[str | int, ...], Any]]) -> Any:
     return closed
 
 
-def _walk(hint: Any, data: Any, path: tuple[str | int, ...], where: str) -> Iterator[OpenSetting]:
+def _walk(
+    hint: Any, data: Any, path: tuple[str | int, ...], where: str, allowed: Range | None = None
+) -> Iterator[OpenSetting]:
     origin, args = typing.get_origin(hint), typing.get_args(hint)
-    if origin in (typing.Union, types.UnionType):
+    if origin is Annotated:
+        yield from _walk(args[0], data, path, where, range_of(hint))
+    elif origin in (typing.Union, types.UnionType):
         hint = next(option for option in args if option is not type(None))
-        yield from _walk(hint, data, path, where)
+        yield from _walk(hint, data, path, where, allowed)
     elif origin is tuple and isinstance(data, list):
         for index, item in enumerate(data):
             inner = args[0] if args[-1] is Ellipsis else args[min(index, len(args) - 1)]
-            yield from _walk(inner, item, (*path, index), f"{where}[{index}]")
+            yield from _walk(inner, item, (*path, index), f"{where}[{index}]", allowed)
     elif not isinstance(data, dict):
         return
     elif hasattr(hint, "type_of"):
@@ -121,14 +127,28 @@ def _walk(hint: Any, data: Any, path: tuple[str | int, ...], where: str) -> Iter
     elif dataclasses.is_dataclass(hint):
         yield from _walk_fields(hint, data, path, where)
     elif hint in (int, float):
-        yield OpenSetting(path, "int" if hint is int else "float", Distribution.from_plain(data, where))
+        yield OpenSetting(path, "int" if hint is int else "float", _number_within(hint, data, where, allowed))
     elif hint in (str, bool) or origin is Literal:
-        yield OpenSetting(path, "name", Choice.from_plain(data, where))
+        choice = Choice.from_plain(data, where)
+        for value in choice.values:
+            convert(hint, value, where)
+        yield OpenSetting(path, "name", choice)
 
 
 def _walk_fields(cls: Any, data: dict[str, Any], path: tuple[str | int, ...], where: str) -> Iterator[OpenSetting]:
-    hints = typing.get_type_hints(cls)
+    hints = typing.get_type_hints(cls, include_extras=True)
     names = {field.name for field in dataclasses.fields(cls)}
     for key, value in data.items():
         if key in names:
             yield from _walk(hints[key], value, (*path, key), f"{where}: {key}")
+
+
+def _number_within(hint: type, data: Any, where: str, allowed: Range | None) -> Distribution:
+    """Return the distribution of an open number, of which all draws are in the setting's range."""
+    source = Distribution.from_plain(data, where)
+    if allowed is not None:
+        try:
+            source.check_within(replace(allowed, whole=hint is int), where)
+        except ValueError as problem:
+            raise ConfigError(str(problem)) from problem
+    return source

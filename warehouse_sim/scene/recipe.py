@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.lanes import LanesConfig
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -23,6 +24,7 @@ from warehouse_sim.scene.viewpoints import ViewpointsConfig
 
 
 @dataclass(frozen=True)
+@ranged
 class SceneRecipe:
     """What a scene holds and from where it is seen; a number may be left open as a distribution."""
 
@@ -44,19 +46,19 @@ class SceneRecipe:
     """Lamps, daylight and exposure."""
     viewpoints: ViewpointsConfig = field(default_factory=ViewpointsConfig)
     """Where cameras look from, single or on drives."""
-    observations_per_scene: int = 8
-    """Viewpoints of each scene, 1-1000."""
+    observations_per_scene: Annotated[int, Range(1, 1000)] = 8
+    """Viewpoints of each scene, 1-1,000."""
     targets: tuple[str, ...] = ("pallet",)
     """Class names whose objects get full labels."""
     open_settings: tuple[OpenSetting, ...] = ()
     """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.observations_per_scene <= 1000:
-            raise ValueError(f"observations_per_scene must be 1-1000, found {self.observations_per_scene}")
         known = {"pallet", "carton", *(catalog_object(name).class_name for name in self.traffic.objects)}
         if not self.targets or not known.issuperset(self.targets):
-            raise ValueError(f"targets must list classes among {', '.join(sorted(known))}, found {list(self.targets)}")
+            raise ValueError(
+                f"targets must list classes among {', '.join(sorted(known))}, found {shown(list(self.targets))}"
+            )
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "SceneRecipe":

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
+from typing import Annotated
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
@@ -24,30 +26,23 @@ _REACH = 4.0
 
 
 @dataclass(frozen=True)
+@ranged
 class ShelvingConfig:
     """How pallets stand in their slots."""
 
-    empty_slot_share: float = 0.35
+    empty_slot_share: Share = 0.35
     """Share of the slots left free, 0-1; at least one slot is taken."""
-    lateral_mm: Distribution = field(default=Distribution.normal(0.0, 12.0, -40.0, 40.0))
-    """Shift of a pallet along the beams (mm), within +-200."""
-    depth_mm: Distribution = field(default=Distribution.normal(0.0, 20.0, -50.0, 50.0))
-    """Shift of a pallet into the rack (mm), within +-75 so that it stays on both beams."""
-    yaw_deg: Distribution = field(default=Distribution.normal(0.0, 2.5, -6.0, 6.0))
-    """Turn of a pallet about the vertical against its slot (deg), within +-20."""
+    lateral_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
+        default=Distribution.normal(0.0, 12.0, -40.0, 40.0)
+    )
+    """Shift of a pallet along the beams (mm), -200 to 200."""
+    depth_mm: Annotated[Distribution, Range(-75, 75, "mm")] = field(default=Distribution.normal(0.0, 20.0, -50.0, 50.0))
+    """Shift of a pallet into the rack (mm), -75 to 75 so that it stays on both beams."""
+    yaw_deg: Annotated[Distribution, Range(-20, 20, "deg")] = field(default=Distribution.normal(0.0, 2.5, -6.0, 6.0))
+    """Turn of a pallet about the vertical against its slot (deg), -20 to 20."""
 
-    hanging_film: Distribution = field(default=Distribution.constant(0))
+    hanging_film: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
     """Loads on beams with torn film that hangs down before what is below, a whole number 0-20."""
-
-    def __post_init__(self) -> None:
-        if self.hanging_film.low < 0 or self.hanging_film.high > 20:
-            raise ValueError("hanging_film must stay within 0-20")
-        if not 0.0 <= self.empty_slot_share <= 1.0:
-            raise ValueError(f"empty_slot_share must be 0-1, found {self.empty_slot_share}")
-        for name, most in (("lateral_mm", 200.0), ("depth_mm", 75.0), ("yaw_deg", 20.0)):
-            limits = getattr(self, name)
-            if max(abs(limits.low), abs(limits.high)) > most:
-                raise ValueError(f"{name} must stay within +-{most:g}; give it min and max")
 
 
 def fill_rack(

@@ -1,6 +1,7 @@
 """Unit loads that stand on the open floor of the aisle, turned any way."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.placing import envelope_of, placed
@@ -20,25 +22,18 @@ _EDGE = 0.8
 
 
 @dataclass(frozen=True)
+@ranged
 class StagingConfig:
     """Unit loads on the floor of the aisle."""
 
-    count: Distribution = field(default=Distribution.uniform(3, 6))
-    """Loads on the floor, a whole number >= 0."""
-    yaw_deg: Distribution = field(default=Distribution.uniform(-180.0, 180.0))
-    """Heading of a pallet's long edge about the vertical (deg)."""
-    depth: Distribution = field(default=Distribution.uniform(1.6, 5.5))
-    """Distance from the first rack's front to a load's centre (m), >= 0.8; the far end of the aisle limits it too."""
-    clearance: float = 0.4
-    """Least distance between two loads on the floor (m), >= 0."""
-
-    def __post_init__(self) -> None:
-        if self.count.low < 0 or self.count.high > 40:
-            raise ValueError("count must stay within 0-40")
-        if self.depth.low < _EDGE:
-            raise ValueError(f"depth must be >= {_EDGE} m, found {self.depth.low}")
-        if self.clearance < 0.0:
-            raise ValueError(f"clearance must be >= 0, found {self.clearance}")
+    count: Annotated[Distribution, Range(0, 40, whole=True)] = field(default=Distribution.uniform(3, 6))
+    """Loads on the floor, a whole number, 0-40."""
+    yaw_deg: Annotated[Distribution, Range(-360, 360, "deg")] = field(default=Distribution.uniform(-180.0, 180.0))
+    """Heading of a pallet's long edge about the vertical (deg), -360 to 360."""
+    depth: Annotated[Distribution, Range(0.8, 30, "m")] = field(default=Distribution.uniform(1.6, 5.5))
+    """Distance from the first rack's front to a load's centre (m), 0.8-30; the far end of the aisle limits it too."""
+    clearance: Annotated[float, Range(0, 10, "m")] = 0.4
+    """Least distance between two loads on the floor (m), 0-10."""
 
 
 def stage_loads(

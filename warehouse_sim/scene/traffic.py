@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Annotated
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 
@@ -35,38 +37,33 @@ _TRIES = 200
 
 
 @dataclass(frozen=True)
+@ranged
 class TrafficConfig:
     """How much of it there is; whole numbers, 0-20 each."""
 
-    forklifts: Distribution = field(default=Distribution.constant(0))
-    """Counterbalance and reach trucks."""
-    pallet_jacks: Distribution = field(default=Distribution.constant(0))
-    """Hand pallet trucks."""
-    people: Distribution = field(default=Distribution.constant(0))
-    """People on foot."""
-    cones: Distribution = field(default=Distribution.constant(0))
-    """Traffic cones."""
-    cartons: Distribution = field(default=Distribution.constant(0))
-    """Single cartons on the floor."""
-    own: Distribution = field(default=Distribution.constant(0))
-    """Things of the user's own, drawn from ``objects``."""
+    forklifts: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Counterbalance and reach trucks, 0-20."""
+    pallet_jacks: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Hand pallet trucks, 0-20."""
+    people: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """People on foot, 0-20."""
+    cones: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Traffic cones, 0-20."""
+    cartons: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Single cartons on the floor, 0-20."""
+    own: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Things of the user's own, drawn from ``objects``, 0-20."""
     objects: tuple[str, ...] = ()
     """Files that describe them (.yaml, see docs/custom_objects.md), relative to the working directory."""
-    clearance: float = 0.3
+    clearance: Annotated[float, Range(0.05, 2, "m")] = 0.3
     """Least distance between any two of these and to everything else (m), 0.05-2."""
 
     def __post_init__(self) -> None:
-        for name, _ in _KINDS:
-            limits = getattr(self, name)
-            if limits.low < 0 or limits.high > 20:
-                raise ValueError(f"{name} must stay within 0-20")
         if self.own.high > 0 and not self.objects:
             raise ValueError("own needs the files of the objects; list them under objects")
         own = [catalog_object(name) for name in self.objects]
         if len({model.obj_id for model in own}) < len(own) or len({model.name for model in own}) < len(own):
             raise ValueError("objects must differ in name and obj_id; number them from 1000 on")
-        if not 0.05 <= self.clearance <= 2.0:
-            raise ValueError(f"clearance must be 0.05-2 m, found {self.clearance}")
 
 
 def add_traffic(

@@ -21,7 +21,7 @@ def test_settings_survive_a_round_trip_through_plain_data() -> None:
     [
         ({"wrap_share": 1.2}, "wrap_share must be 0-1"),
         ({"tote_share": 0.7, "sack_share": 0.7}, "must not exceed 1 together"),
-        ({"max_cartons": 0}, "max_cartons must be >= 1"),
+        ({"max_cartons": 0}, "max_cartons must be 1-1,000, found 0"),
         ({"patterns": []}, "at least one pattern"),
         ({"patterns": ["herringbone"]}, "herringbone"),
         ({"overhang_mm": 200}, "overhang_mm must stay within"),

@@ -11,15 +11,18 @@ BAD = [
     ("viewpoints: {kind: free, trajectory: drive}", "a free camera does not drive"),
     ("viewpoints: {kind: level, pitch_deg: -5}", "a level camera has no pitch"),
     ("viewpoints: {kind: amr, level: true, pitch_deg: -5}", "a level camera has no pitch"),
-    ("viewpoints: {kind: amr, pitch_deg: {mean: 0, std: 3}}", r"pitch_deg must stay within \+-60; give it min and max"),
+    (
+        "viewpoints: {kind: amr, pitch_deg: {mean: 0, std: 3}}",
+        r"pitch_deg must stay within -60 to 60 deg, found -inf; give it min and max",
+    ),
     ("viewpoints: {min_targets: 0}", "min_targets must be 1-20, found 0"),
-    ("viewpoints: {max_bearing_deg: 90}", "max_bearing_deg must be 1-80, found 90.0"),
+    ("viewpoints: {max_bearing_deg: 90}", "max_bearing_deg must be 1-80 deg, found 90.0"),
     ("viewpoints: {sight_share: 1.1}", "sight_share must be 0-1, found 1.1"),
     ("viewpoints: {drive: {drives: 0}}", "drives must be 1-100, found 0"),
     ("viewpoints: {drive: {start: 1.6, stop: 2}}", "stop must stay below start, found 2.0 and 1.6"),
-    ("viewpoints: {drive: {speed: 9}}", "speed must stay within 0.1 to 6"),
+    ("viewpoints: {drive: {speed: 9}}", "speed must stay within 0.1-6 m/s"),
     ("viewpoints: {drive: {acceleration: 0}}", "acceleration must be 0.05-5 m/s"),
-    ("viewpoints: {drive: {radius: 0.1}}", "radius must stay within 0.3 to 6"),
+    ("viewpoints: {drive: {radius: 0.1}}", "radius must stay within 0.3-6 m"),
 ]
 
 

@@ -38,14 +38,14 @@ def test_what_is_written_is_read_back() -> None:
     [
         ({"camera": "kitty"}, "here: camera: 'kitty' is no camera preset; known: kitti, kitti_raw, wide"),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
-        ({"camera": {"focal_px": -1}}, "focal lengths must be positive"),
+        ({"camera": {"focal_px": -1}}, "focal_px must be 50-20,000 px"),
         ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
-        ({"right": {"baseline": 0}}, "here: right: baseline must be positive, found 0.0"),
+        ({"right": {"baseline": 0}}, "here: right: baseline must be 0.001-2 m, found 0.0"),
         ({"right": {"matching": {"disparities": 100}}}, "disparities must be a multiple of 16, found 100"),
         ({"lidars": {"ids": {"lidar": "vlp16"}}}, "not ids or beams; found 'ids'"),
         ({"lidars": {"a_b": {"lidar": "vlp16"}}}, "is small letters and digits, not ids or beams; found 'a_b'"),
         ({"lidar": None, "lidars": {"a": {"lidar": "vlp16"}}}, "give lidar, too"),
-        ({"camera_height": 0.05}, "camera_height must exceed 0.1 m, found 0.05"),
+        ({"camera_height": 0.05}, "camera_height must be 0.1-20 m, found 0.05"),
         (
             {"lidar_mount": {"carrier": "roof"}},
             "lidar_mount: carrier must be one of 'camera', 'vehicle', found",

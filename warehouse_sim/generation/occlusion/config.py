@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, Share, ranged
 
 Kind = Literal["border", "load", "pallet", "rack", "traffic", "building", "wrap"]
 """What may hide a target. "wrap" is a load in film; what hides is its goods, so that it is measured as "load"."""
@@ -15,19 +16,20 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @dataclass(frozen=True)
+@ranged
 class FractionRange:
     """A range that the visible fraction shall lie in; with ``width``, a window of that width somewhere in it."""
 
-    min: float
+    min: Share
     """Least visible fraction, 0-1."""
-    max: float
+    max: Share
     """Largest visible fraction, 0-1."""
-    width: float | None = None
-    """Width of the window that is drawn evenly within the range for each request; None = the whole range at once."""
+    width: Share | None = None
+    """Width of the window that is drawn evenly within the range for each request, 0-1; None = the whole range."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.min < self.max <= 1.0:
-            raise ValueError(f"a visible fraction needs 0 <= min < max <= 1, found {self.min} and {self.max}")
+        if self.min >= self.max:
+            raise ValueError(f"a visible fraction needs min < max, found {self.min} and {self.max}")
         if self.width is not None and not 0.0 < self.width <= self.max - self.min + 1e-9:
             raise ValueError(f"width must be above 0 and at most max - min, found {self.width}")
 
@@ -40,6 +42,7 @@ class FractionRange:
 
 
 @dataclass(frozen=True)
+@ranged
 class VisibleFractions:
     """The ranges that the observations of a dataset go through in turn; in YAML one mapping or a list of them."""
 
@@ -59,7 +62,7 @@ class VisibleFractions:
         """
         items = data if isinstance(data, list) else [data]
         if not items:
-            raise ConfigError(f"{where}: must be {{min, max}} or a list of them, found {data!r}")
+            raise ConfigError(f"{where}: must be {{min, max}} or a list of them, found {shown(data)}")
         return cls(tuple(from_mapping(FractionRange, item, f"{where}[{i}]") for i, item in enumerate(items)))
 
     def to_plain(self) -> Any:
@@ -74,6 +77,7 @@ class VisibleFractions:
 
 
 @dataclass(frozen=True)
+@ranged
 class OcclusionConfig:
     """How much of the target of each observation shall be seen; kept by choice of view and by occluders."""
 
@@ -81,19 +85,16 @@ class OcclusionConfig:
     """Visible pixels over all pixels of the unoccluded silhouette, those outside of the image included."""
     kinds: tuple[Kind, ...] = KINDS
     """What may hide the target most; each request draws which it tries first."""
-    tries: int = 60
-    """Views and occluders that are tried for one request at most, 1-1000; the nearest view found stays then."""
-    rays: int = 600
-    """Rays through the target's box for one measurement while searching, 100-100000; the last one takes more."""
-    camera_clearance: float = 0.8
+    tries: Annotated[int, Range(1, 1000)] = 60
+    """Views and occluders that are tried for one request at most, 1-1,000; the nearest view found stays then."""
+    rays: Annotated[int, Range(100, 100_000)] = 600
+    """Rays through the target's box for one measurement while searching, 100-100,000; the last one takes more."""
+    camera_clearance: Annotated[float, Range(0.3, 5, "m")] = 0.8
     """Least distance from a placed occluder to the camera of any view of the scene (m), 0.3-5."""
 
     def __post_init__(self) -> None:
         if not self.kinds or len(set(self.kinds)) < len(self.kinds):
             raise ValueError(f"kinds must list each kind at most once and at least one, found {list(self.kinds)}")
-        for name, low, high in (("tries", 1, 1000), ("rays", 100, 100_000), ("camera_clearance", 0.3, 5.0)):
-            if not low <= getattr(self, name) <= high:
-                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
 
     def request(self, number: int, rng: np.random.Generator) -> tuple[float, float]:
         """Return least and largest visible fraction of the dataset's request ``number``."""

@@ -1,11 +1,12 @@
 """Which twins a recipe asks for; each observation of the scene gets one of every kind that is listed."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 from warehouse_sim.catalog import materials
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.sensors.rgbd import RgbdConfig
 
 
@@ -26,7 +27,7 @@ class LightTwin:
             ConfigError: There is no name.
         """
         if not isinstance(data, dict) or not isinstance(data.get("name"), str):
-            raise ConfigError(f"{where}: expected a name and settings of scene.lights, found {data!r}")
+            raise ConfigError(f"{where}: expected a name and settings of scene.lights, found {shown(data)}")
         return cls(data["name"], {key: value for key, value in data.items() if key != "name"})
 
     def to_plain(self) -> dict[str, Any]:
@@ -35,6 +36,7 @@ class LightTwin:
 
 
 @dataclass(frozen=True)
+@ranged
 class MaterialTwin:
     """Other surfaces on the same geometry."""
 
@@ -53,6 +55,7 @@ class MaterialTwin:
 
 
 @dataclass(frozen=True)
+@ranged
 class NoiseTwin:
     """The same light on the same things, read with other noise."""
 
@@ -60,15 +63,16 @@ class NoiseTwin:
     """Name of the variant; unique among the twins."""
     rgbd: RgbdConfig | None = None
     """Settings of the RGB-D camera's noise; by default the rig's own."""
-    draw: int = 1
-    """Which draw of the noise, >= 0; 0 repeats the random numbers of the first twin under the settings of ``rgbd``."""
+    draw: Annotated[int, Range(0, 1000)] = 1
+    """Which draw of the noise, 0-1,000; 0 repeats the random numbers of the first twin under other ``rgbd``."""
 
     def __post_init__(self) -> None:
-        if self.draw < 0 or (self.draw == 0 and self.rgbd is None):
+        if self.draw == 0 and self.rgbd is None:
             raise ValueError(f"draw must be >= 1, or 0 together with rgbd; found {self.draw}")
 
 
 @dataclass(frozen=True)
+@ranged
 class TwinsConfig:
     """What is changed, one thing at a time; nothing listed = no twins."""
 

@@ -1,29 +1,33 @@
 """How targets are cut out of images."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from warehouse_sim.ranges import Range, Share, ranged
 
 _MOST_SIDE_PX = 181
 """Pixels of a crop are numbered in 16 bits."""
 
 
 @dataclass(frozen=True)
+@ranged
 class CropConfig:
     """How targets are cut out of images."""
 
-    side_px: int | None = None
-    """Side of the square crops in pixels; none when the network reads the cloud alone."""
+    side_px: Annotated[int, Range(1, _MOST_SIDE_PX, "px")] | None = None
+    """Side of the square crops in pixels, 1-181; none when the network reads the cloud alone."""
     rgb: bool = True
     """Keep colour in the square crop, where there is one."""
     depth: bool = False
     """Keep depth in the square crop, where there is one."""
-    stored_points: int = 1024
-    """Most points kept of one target, >= 1; each training step draws its own from them."""
-    min_points: int = 32
-    """Targets with fewer depth readings are left out, >= 1."""
-    min_visible_fraction: float = 0.1
+    stored_points: Annotated[int, Range(1, 65_536)] = 1024
+    """Most points kept of one target, 1-65,536; each training step draws its own from them."""
+    min_points: Annotated[int, Range(1, 65_536)] = 32
+    """Targets with fewer depth readings are left out, 1-65,536."""
+    min_visible_fraction: Share = 0.1
     """Targets less visible than this are left out, 0-1."""
-    margin: float = 0.1
-    """Space around the mask in the square crop, as a share of its longer side, >= 0."""
+    margin: Annotated[float, Range(0, 10)] = 0.1
+    """Space around the mask in the square crop, as a share of its longer side, 0-10."""
 
     @property
     def reads_rgb(self) -> bool:
@@ -36,7 +40,5 @@ class CropConfig:
         return self.side_px is not None and self.depth
 
     def __post_init__(self) -> None:
-        if self.side_px is not None and not 1 <= self.side_px <= _MOST_SIDE_PX:
-            raise ValueError(f"side_px must be 1 to {_MOST_SIDE_PX}, found {self.side_px}")
         if self.side_px is not None and not (self.rgb or self.depth):
             raise ValueError(f"a square crop of {self.side_px} px must hold rgb or depth; leave it out for neither")

@@ -1,27 +1,30 @@
 """Fuse what several images say about each point by attention over the points of an object."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import scaled_dot_product_attention
 
+from warehouse_sim.ranges import Range, ranged
+
 
 @dataclass(frozen=True)
+@ranged
 class AttentionConfig:
     """Sizes of the fusion of two image branches."""
 
-    embedding: int = 64
-    """Channels E of the tokens and of the result, a multiple of ``heads``."""
-    heads: int = 4
-    """Attention heads, >= 1."""
+    embedding: Annotated[int, Range(1, 8192)] = 64
+    """Channels E of the tokens and of the result, a multiple of ``heads``, 1-8,192."""
+    heads: Annotated[int, Range(1, 128)] = 4
+    """Attention heads, 1-128."""
     kind: Literal["self", "cross"] = "self"
     """self: tokens of all images at once. cross: the first image asks, the second answers."""
 
     def __post_init__(self) -> None:
-        if self.heads < 1 or self.embedding % self.heads:
+        if self.embedding % self.heads:
             raise ValueError(f"the embedding ({self.embedding}) must be a multiple of heads ({self.heads})")
 
 

@@ -17,9 +17,11 @@ from warehouse_sim.learning.networks.refiner import Refiner, RefinerConfig
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import compose, matrix_from_quat_wxyz
 from warehouse_sim.learning.settings import LossConfig
+from warehouse_sim.ranges import ranged
 
 
 @dataclass(frozen=True)
+@ranged
 class DenseFusionConfig:
     """Parts and sizes of a network of the DenseFusion family."""
 

@@ -1,7 +1,7 @@
 """Per-point heads: each point proposes a whole pose and says how much it trusts it."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import torch
 from jaxtyping import Float, Int
@@ -15,23 +15,25 @@ from warehouse_sim.learning.networks.proposal import Hypotheses, Proposal
 from warehouse_sim.learning.objects import ShapeTensors
 from warehouse_sim.learning.rotations import matrix_from_quat_wxyz
 from warehouse_sim.learning.settings import LossConfig
+from warehouse_sim.ranges import Range, ranged
 
 
 @dataclass(frozen=True)
+@ranged
 class HeadConfig:
     """Kind and sizes of the heads."""
 
-    widths: tuple[int, ...] = (256, 128)
-    """Channels of the hidden layers."""
+    widths: Annotated[tuple[int, ...], Range(1, 8192)] = (256, 128)
+    """Channels of the hidden layers, 1-8,192."""
     shared: bool = True
     """One trunk for all outputs; the original has one each for rotation, translation and confidence."""
     predicts: Literal["poses", "coordinates"] = "poses"
     """A pose at each point, or where each point lies on the object, to which one pose is fitted."""
     class_bias: bool = True
     """Whether the trunk knows the object's class, not only its last layer; not in the original."""
-    training_points: int | None = None
-    """Points of each object whose outputs are computed in training, drawn afresh each time, >= 1; none for all, as the
-    original. Outputs of one object's points say much the same, so a few of them train as well for less time."""
+    training_points: Annotated[int, Range(1, 65_536)] | None = None
+    """Points of each object whose outputs are computed in training, drawn afresh each time, 1-65,536; none for all, as
+    the original. Outputs of one object's points say much the same, so a few of them train as well for less time."""
 
 
 class SplitTrunk(nn.Module):

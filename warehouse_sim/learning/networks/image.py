@@ -1,7 +1,7 @@
 """Image branches: a crop becomes an embedding at each point's pixel."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import torch
 from jaxtyping import Float
@@ -10,6 +10,7 @@ from torch import Tensor, nn
 from warehouse_sim.learning.networks.inputs import NetworkInput
 from warehouse_sim.learning.networks.psp import PspResNet18
 from warehouse_sim.learning.networks.unet import UNet
+from warehouse_sim.ranges import Range, ranged
 
 Reading = Literal["rgb", "depth"]
 CHANNELS: dict[Reading, int] = {"rgb": 3, "depth": 2}
@@ -20,6 +21,7 @@ _IMAGENET = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 
 
 @dataclass(frozen=True)
+@ranged
 class ImageConfig:
     """Kind and sizes of one image branch."""
 
@@ -27,19 +29,19 @@ class ImageConfig:
     """A small U-Net, or ResNet-18 with pyramid pooling as the original."""
     reads: tuple[Reading, ...] = ("rgb",)
     """What is joined channel-wise at the branch's input: rgb, depth or both."""
-    side_px: int = 48
-    """Side of the square crop in pixels, a multiple of 8."""
-    width: int = 16
-    """Channels of the first stage; 64 in the original."""
-    embedding: int = 32
-    """Channels of the embedding at each pixel."""
+    side_px: Annotated[int, Range(8, 181, "px")] = 48
+    """Side of the square crop in pixels, a multiple of 8, 8-181."""
+    width: Annotated[int, Range(1, 1024)] = 16
+    """Channels of the first stage, 1-1,024; 64 in the original."""
+    embedding: Annotated[int, Range(1, 8192)] = 32
+    """Channels of the embedding at each pixel, 1-8,192."""
     faithful: bool = False
     """As the original: ImageNet's statistics on values of 0-255, no batch normalisation, log-softmax over channels."""
 
     def __post_init__(self) -> None:
         if not self.reads or len(set(self.reads)) < len(self.reads):
             raise ValueError(f"an image branch reads rgb, depth or both once, found {self.reads}")
-        if self.side_px <= 0 or self.side_px % 8:
+        if self.side_px % 8:
             raise ValueError(f"side_px must be a multiple of 8, found {self.side_px}")
 
 

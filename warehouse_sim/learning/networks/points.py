@@ -2,25 +2,27 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Annotated, Literal
 
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
 from warehouse_sim.learning.networks.pooling import rectified_average_and_max
+from warehouse_sim.ranges import Range, ranged
 
 
 @dataclass(frozen=True)
+@ranged
 class PointConfig:
     """Sizes of the point branch."""
 
-    count: int = 256
-    """Points drawn from each object, >= 1."""
-    local: tuple[int, int] = (64, 128)
-    """Channels of the two per-point layers, on geometry and on the image embedding alike."""
-    pooled: tuple[int, int] = (256, 512)
-    """Channels of the two layers before pooling."""
+    count: Annotated[int, Range(1, 65_536)] = 256
+    """Points drawn from each object, 1-65,536."""
+    local: Annotated[tuple[int, int], Range(1, 8192)] = (64, 128)
+    """Channels of the two per-point layers, on geometry and on the image embedding alike, 1-8,192."""
+    pooled: Annotated[tuple[int, int], Range(1, 8192)] = (256, 512)
+    """Channels of the two layers before pooling, 1-8,192."""
     pooling: Literal["average", "average+max"] = "average+max"
     """How points are summed up; the original averages."""
 

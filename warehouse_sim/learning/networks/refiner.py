@@ -1,7 +1,7 @@
 """The refiner: looks at the cloud in the frame of the current estimate and proposes a small correction."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import torch
 from jaxtyping import Float, Int
@@ -9,18 +9,20 @@ from torch import Tensor, nn
 
 from warehouse_sim.learning.networks.per_class import PerClassLinear, class_bias
 from warehouse_sim.learning.networks.points import PointBranch, PointConfig, point_layers
+from warehouse_sim.ranges import Range, ranged
 
 
 @dataclass(frozen=True)
+@ranged
 class RefinerConfig:
     """Sizes of the refiner."""
 
-    local: tuple[int, int] = (64, 128)
-    """Channels of the two per-point layers."""
-    pooled: tuple[int, int] = (256, 512)
-    """Channels of the two layers before pooling."""
-    widths: tuple[int, int] = (256, 128)
-    """Channels of the hidden layers after pooling."""
+    local: Annotated[tuple[int, int], Range(1, 8192)] = (64, 128)
+    """Channels of the two per-point layers, 1-8,192."""
+    pooled: Annotated[tuple[int, int], Range(1, 8192)] = (256, 512)
+    """Channels of the two layers before pooling, 1-8,192."""
+    widths: Annotated[tuple[int, int], Range(1, 8192)] = (256, 128)
+    """Channels of the hidden layers after pooling, 1-8,192."""
     pooling: Literal["average", "average+max"] = "average+max"
     """How points are summed up; the original averages."""
     shared: bool = True

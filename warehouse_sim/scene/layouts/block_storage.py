@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Lane, Layout, Side
@@ -17,35 +18,24 @@ PLAY = 0.06
 
 
 @dataclass(frozen=True)
+@ranged
 class BlockStorageConfig(Layout):
     """Lanes of floor storage along the aisle."""
 
     kind: ClassVar[str] = "block_storage"
 
-    lanes: int = 10
+    lanes: Annotated[int, Range(1, 32)] = 10
     """Lanes side by side on a side, 1-32."""
-    lane_depth: int = 4
+    lane_depth: Annotated[int, Range(1, 8)] = 4
     """Stacks one behind the other in a lane, 1-8."""
-    lane_width: float = 1.1
+    lane_width: Annotated[float, Range(0.7, 2, "m")] = 1.1
     """Distance from the middle of a lane to the next (m), 0.7-2."""
-    stack_pitch: float = 1.3
+    stack_pitch: Annotated[float, Range(0.7, 2, "m")] = 1.3
     """Distance from stack to stack in a lane (m), 0.7-2."""
-    clear_height: float = 5.0
+    clear_height: Annotated[float, Range(1, 7, "m")] = 5.0
     """Height that stacks may take (m), 1-7."""
     sides: Literal["one", "both"] = "one"
     """Lanes on one side of the aisle or on both."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, low, high in (
-            ("lanes", 1, 32),
-            ("lane_depth", 1, 8),
-            ("lane_width", 0.7, 2.0),
-            ("stack_pitch", 0.7, 2.0),
-            ("clear_height", 1.0, 7.0),
-        ):
-            if not low <= getattr(self, name) <= high:
-                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
 
     @property
     def length(self) -> float:

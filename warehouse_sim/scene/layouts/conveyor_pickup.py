@@ -1,12 +1,13 @@
 """A pallet conveyor along the aisle, from which a truck takes loads, with one for cartons above and behind it."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from warehouse_sim.catalog.building import CONVEYORS
 from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
@@ -19,25 +20,20 @@ _LINE = 0.35
 
 
 @dataclass(frozen=True)
+@ranged
 class ConveyorPickupConfig(Layout):
     """Length of the conveyors and how loads follow each other."""
 
     kind: ClassVar[str] = "conveyor_pickup"
 
-    segments: int = 6
+    segments: Annotated[int, Range(1, 12)] = 6
     """Segments of 2.4 m, 1-12."""
-    pitch: float = 1.6
+    pitch: Annotated[float, Range(1.3, 4, "m")] = 1.6
     """Distance from load to load (m), 1.3-4."""
-    headroom: float = 2.0
+    headroom: Annotated[float, Range(0.6, 2.5, "m")] = 2.0
     """Height that a load may take, pallet included (m), 0.6-2.5."""
     carton_line: bool = True
     """Whether a conveyor for cartons runs behind."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, low, high in (("segments", 1, 12), ("pitch", 1.3, 4.0), ("headroom", 0.6, 2.5)):
-            if not low <= getattr(self, name) <= high:
-                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
 
     @property
     def length(self) -> float:

@@ -1,7 +1,7 @@
 """A row of dock doors, and before each of them lanes where loads wait for their truck."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from warehouse_sim.catalog.building import (
     WALL_SIZE,
 )
 from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import floor_lanes
 from warehouse_sim.scene.layouts.hall import mark_line, module_x
@@ -27,42 +28,30 @@ _LIP_ON_TRAILER = 0.15
 
 
 @dataclass(frozen=True)
+@ranged
 class DockStagingConfig(Layout):
     """Doors in the wall of the front side, and the staging area before them."""
 
     kind: ClassVar[str] = "dock_staging"
 
-    doors: int = 4
+    doors: Annotated[int, Range(1, 6)] = 4
     """Doors side by side, 6 m apart, 1-6."""
-    open_share: float = 0.5
+    open_share: Share = 0.5
     """Share of the doors that are open, with a trailer behind them, 0-1."""
-    lanes_per_door: int = 3
+    lanes_per_door: Annotated[int, Range(1, 4)] = 3
     """Staging lanes before each door, 1-4."""
-    lane_depth: int = 4
+    lane_depth: Annotated[int, Range(1, 8)] = 4
     """Loads one behind the other in a lane, 1-8."""
-    lane_width: float = 1.25
+    lane_width: Annotated[float, Range(0.9, 2, "m")] = 1.25
     """Distance from the middle of a lane to the next (m), 0.9-2."""
-    pitch: float = 1.45
+    pitch: Annotated[float, Range(0.9, 2, "m")] = 1.45
     """Distance from load to load in a lane (m), 0.9-2."""
-    apron: float = 4.0
+    apron: Annotated[float, Range(3.2, 8, "m")] = 4.0
     """Free floor between the lanes and the doors (m), 3.2-8: the levellers, and room to turn."""
-    clear_height: float = 2.6
+    clear_height: Annotated[float, Range(1, 5, "m")] = 2.6
     """Height that a stack may take (m), 1-5."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, low, high in (
-            ("doors", 1, 6),
-            ("open_share", 0.0, 1.0),
-            ("lanes_per_door", 1, 4),
-            ("lane_depth", 1, 8),
-            ("lane_width", 0.9, 2.0),
-            ("pitch", 0.9, 2.0),
-            ("apron", 3.2, 8.0),
-            ("clear_height", 1.0, 5.0),
-        ):
-            if not low <= getattr(self, name) <= high:
-                raise ValueError(f"{name} must be {low}-{high}, found {getattr(self, name)}")
         if self.lanes_per_door * self.lane_width > MODULE_LENGTH:
             raise ValueError(
                 f"{self.lanes_per_door} lanes of {self.lane_width} m do not fit the {MODULE_LENGTH} m of a door; "

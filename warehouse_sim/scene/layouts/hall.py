@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
 
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -20,6 +21,7 @@ _COLUMN_PITCH = 12.0
 
 
 @dataclass(frozen=True)
+@ranged
 class HallConfig:
     """What the hall is made of."""
 
@@ -31,12 +33,8 @@ class HallConfig:
     """Whether there is a roof on trusses; without one the hall is open above."""
     columns: Literal["none", "steel", "concrete"] = "none"
     """Columns in rows of 12 m along both sides, behind what stands there and, with guards, beside the aisle's ends."""
-    tyre_marks: int = 0
+    tyre_marks: Annotated[int, Range(0, 20)] = 0
     """Tyre marks on the floor of the aisle, 0-20."""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.tyre_marks <= 20:
-            raise ValueError(f"tyre_marks must be 0-20, found {self.tyre_marks}")
 
 
 def build_hall(

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -13,6 +14,7 @@ from warehouse_sim.scene.layouts.site import Layout, Side
 
 
 @dataclass(frozen=True)
+@ranged
 class MixedConfig(Layout):
     """What stands on each side of the aisle; only the settings of one side count of each, not its own aisle."""
 
@@ -24,7 +26,6 @@ class MixedConfig(Layout):
     """Layout of the side opposite, any kind but mixed."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if isinstance(self.front, MixedConfig) or isinstance(self.back, MixedConfig):
             raise ValueError("front and back must be single layouts, not mixed again")
         if self.back.door_modules:

@@ -2,36 +2,38 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from warehouse_sim.catalog.racks import BAY_WIDTHS, FRAME_DEPTH, UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.rack import Rack, build_rack
 from warehouse_sim.scene.layouts.site import Layout, Side
 
 
 @dataclass(frozen=True)
+@ranged
 class RackAisleConfig(Layout):
     """Size of the rack and of the aisle in front of it."""
 
     kind: ClassVar[str] = "rack_aisle"
 
-    bays: int = 4
+    bays: Annotated[int, Range(1, 12)] = 4
     """Bays on a side, 1-12."""
-    beam_levels: tuple[float, ...] = (1.45, 2.9)
-    """Heights of the beams' tops above the floor (m), rising, each at least 0.6 above the one before, at most 6."""
+    beam_levels: Annotated[tuple[float, ...], Range(0.6, 6, "m")] = (1.45, 2.9)
+    """Heights of the beams' tops above the floor (m), rising, each at least 0.6 above the one before, 0.6-6."""
     ground_level: bool = True
     """Whether pallets also stand on the floor inside the rack."""
     sides: Literal["one", "both"] = "one"
     """Racks on one side of the aisle, with a wall behind, or on both."""
-    bay_width: float = 2.7
-    """Clear width of a bay (m): 1.825, 2.7 or 3.6."""
-    pallets_per_bay: int = 3
+    bay_width: Annotated[float, Range(1.825, 3.6, "m")] = 2.7
+    """Clear width of a bay (m), 1.825-3.6: 1.825, 2.7 or 3.6."""
+    pallets_per_bay: Annotated[int, Range(1, 4)] = 3
     """Pallets side by side in a bay, 1-4."""
-    pallet_width: float = 0.8
+    pallet_width: Annotated[float, Range(0.4, 1.3, "m")] = 0.8
     """Width that the places of a bay are made for (m), 0.4-1.3; what is left is split into equal gaps."""
     beams: Literal["box", "step"] = "box"
     """Plain beams or step beams; step beams can carry decks."""
@@ -43,20 +45,12 @@ class RackAisleConfig(Layout):
     """Whether frames and beams are off their drawing as far as EN 15620 allows."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 1 <= self.bays <= 12:
-            raise ValueError(f"bays must be 1-12, found {self.bays}")
-        steps = np.diff([0.0, *self.beam_levels])
-        if len(steps) and (steps.min() < 0.6 or max(self.beam_levels) > 6.0):
-            raise ValueError(
-                f"beam_levels must rise by at least 0.6 m from the floor and end by 6 m, found {list(self.beam_levels)}"
-            )
+        if np.diff(self.beam_levels).min(initial=np.inf) < 0.6:
+            raise ValueError(f"beam_levels must rise by at least 0.6 m each, found {list(self.beam_levels)}")
         if not self.beam_levels and not self.ground_level:
             raise ValueError("beam_levels is empty and ground_level is false: no slot is left for a pallet")
         if self.bay_width not in BAY_WIDTHS.values():
             raise ValueError(f"bay_width must be one of {sorted(BAY_WIDTHS.values())} m, found {self.bay_width}")
-        if not 1 <= self.pallets_per_bay <= 4 or not 0.4 <= self.pallet_width <= 1.3:
-            raise ValueError("pallets_per_bay must be 1-4 and pallet_width 0.4-1.3 m")
         if self.pallets_per_bay * self.pallet_width > self.bay_width - 0.05 * (self.pallets_per_bay + 1):
             raise ValueError(
                 f"{self.pallets_per_bay} pallets of {self.pallet_width} m need gaps of 0.05 m beyond bay_width "

@@ -7,13 +7,14 @@ positive y; the aisle is the strip from y = -width to 0. The floor is z = 0.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_hall
 
@@ -69,6 +70,7 @@ class Site:
 
 
 @dataclass(frozen=True)
+@ranged
 class Layout(ABC):
     """Where things stand: an aisle with something along its front, and a wall or more of it on the other side.
 
@@ -76,12 +78,8 @@ class Layout(ABC):
     """
 
     kind: ClassVar[str]
-    aisle_width: float = 9.5
+    aisle_width: Annotated[float, Range(3, 15, "m")] = 9.5
     """Free floor in front (m), 3-15; an observation needs its distance and about 1 m more."""
-
-    def __post_init__(self) -> None:
-        if not 3.0 <= self.aisle_width <= 15.0:
-            raise ValueError(f"aisle_width must be 3-15 m, found {self.aisle_width}")
 
     @property
     @abstractmethod
@@ -129,8 +127,8 @@ class Layout(ABC):
         from warehouse_sim.scene.layouts.kinds import LAYOUTS
 
         kind = data.get("kind", "rack_aisle") if isinstance(data, dict) else "rack_aisle"
-        if kind not in LAYOUTS:
-            raise ConfigError(f"{where}: kind must be one of {', '.join(map(repr, LAYOUTS))}, found {kind!r}")
+        if not isinstance(kind, str) or kind not in LAYOUTS:
+            raise ConfigError(f"{where}: kind must be one of {', '.join(map(repr, LAYOUTS))}, found {shown(kind)}")
         return LAYOUTS[kind]
 
     @classmethod

@@ -5,10 +5,12 @@ luminance that just saturates the sensor is L_max = 78 / (S q) 2^EV = 1.2 * 2^EV
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
+
+from warehouse_sim.ranges import Range, ranged
 
 _SATURATION = 1.2
 _METER = 12.5
@@ -18,27 +20,22 @@ _GAMMA = 2.2
 
 
 @dataclass(frozen=True)
+@ranged
 class ExposureConfig:
     """How the camera is exposed."""
 
     mode: Literal["metered", "fixed"] = "metered"
     """By what it looks at, anew for each view, or always the same."""
-    ev: float | None = None
+    ev: Annotated[float, Range(-6, 18)] | None = None
     """Exposure value at ISO 100 of the fixed mode, -6 to 18."""
-    compensation: float = 0.0
+    compensation: Annotated[float, Range(-5, 5, "stops")] = 0.0
     """Stops by which metered pictures are brighter than the meter says, -5 to 5."""
-    min_ev: float = -6.0
+    min_ev: Annotated[float, Range(-6, 18)] = -6.0
     """Least exposure value that the metered mode reaches, -6 to 18: longest time and highest gain of the camera."""
 
     def __post_init__(self) -> None:
         if (self.mode == "fixed") != (self.ev is not None):
             raise ValueError(f"ev belongs to the fixed mode and to no other, found mode {self.mode} and ev {self.ev}")
-        if self.ev is not None and not -6.0 <= self.ev <= 18.0:
-            raise ValueError(f"ev must be -6 to 18, found {self.ev}")
-        if not -6.0 <= self.min_ev <= 18.0:
-            raise ValueError(f"min_ev must be -6 to 18, found {self.min_ev}")
-        if not -5.0 <= self.compensation <= 5.0:
-            raise ValueError(f"compensation must be -5 to 5 stops, found {self.compensation}")
 
     def ev_for(self, luminance: Float[np.ndarray, " n"], weights: Float[np.ndarray, " n"]) -> float:
         """Return the exposure value for a view.

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +11,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.layer import Layer
 
@@ -20,33 +21,24 @@ _TRIES, _LAYER_TRIES = 30, 20
 
 
 @dataclass(frozen=True)
+@ranged
 class StackingConfig:
     """How carefully pieces are stacked."""
 
-    gap_mm: float = 8.0
+    gap_mm: Annotated[float, Range(1, 30, "mm")] = 8.0
     """Gap between neighbouring pieces of a layer (mm), 1-30."""
-    shift_mm: Distribution = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
-    """How far a piece stands off its cell, along each axis (mm)."""
-    yaw_deg: Distribution = field(default=Distribution.normal(0.0, 0.4, -1.5, 1.5))
-    """How far a piece is turned about the vertical (deg)."""
-    layer_shift_mm: Distribution = field(default=Distribution.constant(0.0))
-    """How far a layer stands off the one below it, along each axis (mm), within +-30; a stack leans by their sum."""
-    top_layer_share: Distribution = field(default=Distribution.uniform(0.4, 1.0))
+    shift_mm: Annotated[Distribution, Range(-50, 50, "mm")] = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
+    """How far a piece stands off its cell, along each axis (mm), -50 to 50."""
+    yaw_deg: Annotated[Distribution, Range(-45, 45, "deg")] = field(default=Distribution.normal(0.0, 0.4, -1.5, 1.5))
+    """How far a piece is turned about the vertical (deg), -45 to 45."""
+    layer_shift_mm: Annotated[Distribution, Range(-30, 30, "mm")] = field(default=Distribution.constant(0.0))
+    """How far a layer stands off the one below it, along each axis (mm), -30 to 30; a stack leans by their sum."""
+    top_layer_share: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
     """Share of the top layer's cells that are taken, 0-1; at least one cell is."""
     top_layer_order: Literal["scattered", "rows"] = "scattered"
     """Whether the cells taken in the top layer are any, or row by row from one side, as pickers leave them."""
-    half_turn_share: float = 0.0
+    half_turn_share: Share = 0.0
     """Share of the pieces that are turned by 180 degrees, so that labels and marks face all ways, 0-1."""
-
-    def __post_init__(self) -> None:
-        if not 1.0 <= self.gap_mm <= 30.0:
-            raise ValueError(f"gap_mm must be 1-30, found {self.gap_mm}")
-        if self.top_layer_share.low < 0.0 or self.top_layer_share.high > 1.0:
-            raise ValueError("top_layer_share must stay within 0-1")
-        if max(abs(self.layer_shift_mm.low), abs(self.layer_shift_mm.high)) > 30.0:
-            raise ValueError("layer_shift_mm must stay within +-30; give it min and max")
-        if not 0.0 <= self.half_turn_share <= 1.0:
-            raise ValueError(f"half_turn_share must be 0-1, found {self.half_turn_share}")
 
 
 @dataclass(frozen=True, eq=False)

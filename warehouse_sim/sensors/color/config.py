@@ -1,50 +1,40 @@
 """Settings of a colour camera."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from warehouse_sim.config import from_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, Share, ranged
 
 
 @dataclass(frozen=True)
+@ranged
 class ColorConfig:
     """Light and errors of a colour camera; in YAML also ``ideal``, which reads the clean picture."""
 
-    shot_noise: float = 0.0001
-    """Variance of linear light (1 = saturation) per linear value at ISO 100, >= 0; 1 / full well in electrons."""
-    read_noise: float = 0.00000002
-    """Variance of linear light that is always there, at ISO 100, >= 0."""
-    noise_scale: float = 1.0
-    """Factor on the standard deviation of both, >= 0."""
-    f_number: float = 2.0
-    """Focal length over aperture, > 0."""
-    max_shutter_ms: float = 10.0
-    """Longest exposure (ms), > 0; where it is too short for the scene, the gain rises."""
-    exposure_error: float = 0.1
-    """Standard deviation of a picture's exposure (stops), >= 0."""
-    white_balance_error: float = 0.015
-    """Standard deviation of the gains of red and blue, relative, >= 0."""
-    vignetting: float = 0.2
+    shot_noise: Annotated[float, Range(0, 1)] = 0.0001
+    """Variance of linear light (1 = saturation) per linear value at ISO 100, 0-1; 1 / full well in electrons."""
+    read_noise: Annotated[float, Range(0, 1)] = 0.00000002
+    """Variance of linear light that is always there, at ISO 100, 0-1."""
+    noise_scale: Annotated[float, Range(0, 100)] = 1.0
+    """Factor on the standard deviation of both, 0-100."""
+    f_number: Annotated[float, Range(0.5, 100)] = 2.0
+    """Focal length over aperture, 0.5-100."""
+    max_shutter_ms: Annotated[float, Range(0.001, 10_000, "ms")] = 10.0
+    """Longest exposure (ms), 0.001-10,000; where it is too short for the scene, the gain rises."""
+    exposure_error: Annotated[float, Range(0, 10, "stops")] = 0.1
+    """Standard deviation of a picture's exposure (stops), 0-10."""
+    white_balance_error: Share = 0.015
+    """Standard deviation of the gains of red and blue, relative, 0-1."""
+    vignetting: Share = 0.2
     """Share of the natural falloff cos^4 that the lens and its correction leave, 0-1."""
     motion_blur: bool = True
     """Whether what moves in the picture while the shutter is open is blurred."""
     bayer: bool = False
     """Whether each pixel sees one colour only, and the others are interpolated."""
-    jpeg_quality: int | None = None
+    jpeg_quality: Annotated[int, Range(1, 100)] | None = None
     """Quality at which the picture was compressed, 1-100; null = it was not."""
-
-    def __post_init__(self) -> None:
-        for name in ("shot_noise", "read_noise", "noise_scale", "exposure_error", "white_balance_error"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name} must not be negative, found {getattr(self, name)}")
-        for name in ("f_number", "max_shutter_ms"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} must be positive, found {getattr(self, name)}")
-        if not 0.0 <= self.vignetting <= 1.0:
-            raise ValueError(f"vignetting must be 0-1, found {self.vignetting}")
-        if self.jpeg_quality is not None and not 1 <= self.jpeg_quality <= 100:
-            raise ValueError(f"jpeg_quality must be 1-100, found {self.jpeg_quality}")
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "ColorConfig":
@@ -56,7 +46,7 @@ class ColorConfig:
         if not isinstance(data, str):
             return from_mapping(cls, data, where)
         if data != "ideal":
-            raise ConfigError(f"{where}: {data!r} is no colour camera; known: ideal")
+            raise ConfigError(f"{where}: {shown(data)} is no colour camera; known: ideal")
         return IDEAL_COLOR
 
     def shutter_and_gain(self, exposure_ev: float | None) -> tuple[float, float]:

@@ -1,14 +1,15 @@
 """A stereo camera with an infrared projector, such as Intel's RealSense D400 series."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from jaxtyping import Bool
 
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.depth.edges import inverse_depth
-from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_not_negative, require_positive
+from warehouse_sim.sensors.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.depth.noise import odd_window, unit_noise
 from warehouse_sim.sensors.depth.shadow import baseline_shadow
 from warehouse_sim.sensors.shot import Shot
@@ -19,6 +20,7 @@ _RAGGED = 0.15
 
 
 @dataclass(frozen=True)
+@ranged
 class ActiveStereo(DepthModel):
     """Errors of disparity that matching windows share, and holes where the pattern cannot be matched.
 
@@ -31,35 +33,28 @@ class ActiveStereo(DepthModel):
     needs_normals: ClassVar[bool] = True
     needs_surfaces: ClassVar[bool] = True
 
-    min_range: float = 0.1
-    """Nearest depth that is read (m), >= 0; see also ``search_px``."""
-    max_range: float = 10.0
-    """Farthest depth that is read (m), > min_range."""
-    focal_px: float = 424.0
-    """Focal length of the infrared cameras (px), > 0: 90 degrees over 848 px."""
-    baseline: float = 0.050
-    """Between the infrared cameras (m), > 0."""
-    subpixel_px: float = 0.08
-    """Standard deviation of disparity (px of the infrared cameras), >= 0."""
-    window_px: float = 7.0
-    """Edge of the matching window, over which errors are alike (px of the infrared cameras), >= 1."""
-    disparity_step: float = 0.03125
-    """Step of disparity (px of the infrared cameras), > 0."""
-    search_px: float = 126.0
-    """Largest disparity that is looked for (px of the infrared cameras), > 0: nothing nearer than f b / search_px."""
-    min_cosine: float = 0.2
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.1
+    """Nearest depth that is read (m), 0-500; see also ``search_px``."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 10.0
+    """Farthest depth that is read (m), > min_range, 0.01-500."""
+    focal_px: Annotated[float, Range(50, 20_000, "px")] = 424.0
+    """Focal length of the infrared cameras (px), 50-20,000: 90 degrees over 848 px."""
+    baseline: Annotated[float, Range(0.001, 2, "m")] = 0.050
+    """Between the infrared cameras (m), 0.001-2."""
+    subpixel_px: Annotated[float, Range(0, 100, "px")] = 0.08
+    """Standard deviation of disparity (px of the infrared cameras), 0-100."""
+    window_px: Annotated[float, Range(1, 201, "px")] = 7.0
+    """Edge of the matching window, over which errors are alike (px of the infrared cameras), 1-201."""
+    disparity_step: Annotated[float, Range(0.0001, 100, "px")] = 0.03125
+    """Step of disparity (px of the infrared cameras), 0.0001-100."""
+    search_px: Annotated[float, Range(1, 10_000, "px")] = 126.0
+    """Largest disparity that is looked for (px of the infrared cameras), 1-10,000: none nearer than f b / search_px."""
+    min_cosine: Share = 0.2
     """Cosine of incidence below which the pattern is too squeezed to be matched, 0-1."""
-    min_signal: float = 0.002
-    """Least light of the projector that must come back; white plaster facing it from 1 m gives 1; >= 0."""
-    max_glare: float = 4.0
-    """Most glossy light that may come back, relative to white plaster at the same place; > 0."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_not_negative(self, "subpixel_px", "min_cosine", "min_signal")
-        require_positive(self, "focal_px", "baseline", "disparity_step", "search_px", "max_glare")
-        if self.window_px < 1:
-            raise ValueError(f"window_px must be at least 1, found {self.window_px}")
+    min_signal: Annotated[float, Range(0, 1000)] = 0.002
+    """Least light of the projector that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
+    max_glare: Annotated[float, Range(0.001, 1_000_000)] = 4.0
+    """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000."""
 
     def measure(self, buffers: RenderBuffers, shot: Shot, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""

@@ -2,13 +2,14 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.shot import Shot
 
@@ -18,6 +19,7 @@ _NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
+@ranged
 class DepthModel(ABC):
     """Settings that all models share; a recipe names the model by ``model``, or by ``preset``."""
 
@@ -28,15 +30,14 @@ class DepthModel(ABC):
     needs_surfaces: ClassVar[bool] = False
     """Whether ``Shot.surfaces`` must be filled."""
 
-    noise_scale: float = 1.0
-    """Factor on the standard deviation of the model's random errors, >= 0; without effect on the ideal model."""
-    min_range: float = 0.3
-    """Nearest depth that is read (m), >= 0."""
-    max_range: float = 30.0
-    """Farthest depth that is read (m), > min_range."""
+    noise_scale: Annotated[float, Range(0, 100)] = 1.0
+    """Factor on the standard deviation of the model's random errors, 0-100; without effect on the ideal model."""
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.3
+    """Nearest depth that is read (m), 0-500."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 30.0
+    """Farthest depth that is read (m), > min_range, 0.01-500."""
 
     def __post_init__(self) -> None:
-        require_not_negative(self, "noise_scale", "min_range")
         if self.max_range <= self.min_range:
             raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
 
@@ -76,7 +77,7 @@ class DepthModel(ABC):
 
         data = {"preset": data} if isinstance(data, str) else data
         if not isinstance(data, dict):
-            raise ConfigError(f"{where}: expected a preset's name or a mapping of settings, found {data!r}")
+            raise ConfigError(f"{where}: expected a preset's name or a mapping of settings, found {shown(data)}")
         settings = dict(data)
         preset, kind = settings.pop("preset", None), settings.pop("model", None)
         if preset is not None:
@@ -99,28 +100,6 @@ class DepthModel(ABC):
         return {"model": self.kind} | {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
 
 
-def require_not_negative(settings: Any, *names: str) -> None:
-    """Refuse numbers below zero.
-
-    Raises:
-        ValueError: Names the setting.
-    """
-    for name in names:
-        if not getattr(settings, name) >= 0:
-            raise ValueError(f"{name} must not be negative, found {getattr(settings, name)}")
-
-
-def require_positive(settings: Any, *names: str) -> None:
-    """Refuse numbers that are not above zero.
-
-    Raises:
-        ValueError: Names the setting.
-    """
-    for name in names:
-        if not getattr(settings, name) > 0:
-            raise ValueError(f"{name} must be positive, found {getattr(settings, name)}")
-
-
 def _require_known(name: Any, known: dict[str, Any], where: str) -> None:
     if not isinstance(name, str) or name not in known:
-        raise ConfigError(f"{where} must be one of {', '.join(map(repr, known))}, found {name!r}")
+        raise ConfigError(f"{where} must be one of {', '.join(map(repr, known))}, found {shown(name)}")

@@ -1,17 +1,19 @@
 """Depth as any triangulating sensor measures it, in two numbers: noise that grows with distance, steps in disparity."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_not_negative
+from warehouse_sim.sensors.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.depth.noise import unit_noise
 from warehouse_sim.sensors.shot import Shot
 
 
 @dataclass(frozen=True)
+@ranged
 class QuadraticDepth(DepthModel):
     """Gaussian noise of ``sigma(z) = sigma_base + sigma_quadratic * z^2``, whatever the surface; no holes.
 
@@ -20,20 +22,19 @@ class QuadraticDepth(DepthModel):
 
     kind: ClassVar[str] = "quadratic"
 
-    sigma_base: float = 0.001
-    """Standard deviation of depth that does not grow with distance (m), >= 0."""
-    sigma_quadratic: float = 0.001
-    """Growth of that standard deviation with the square of depth (1/m), >= 0: stereo's z^2 law."""
-    correlation_px: int = 5
-    """Edge of the window over which depth noise is alike (px), odd; 1 = each pixel by itself."""
-    inverse_depth_step: float = 0.0
-    """Step in which 1 / depth is read, as disparity is (1/m), >= 0; 0 = continuous."""
+    sigma_base: Annotated[float, Range(0, 10, "m")] = 0.001
+    """Standard deviation of depth that does not grow with distance (m), 0-10."""
+    sigma_quadratic: Annotated[float, Range(0, 10, "1/m")] = 0.001
+    """Growth of that standard deviation with the square of depth (1/m), 0-10: stereo's z^2 law."""
+    correlation_px: Annotated[int, Range(1, 201, "px")] = 5
+    """Edge of the window over which depth noise is alike (px), odd, 1-201; 1 = each pixel by itself."""
+    inverse_depth_step: Annotated[float, Range(0, 10, "1/m")] = 0.0
+    """Step in which 1 / depth is read, as disparity is (1/m), 0-10; 0 = continuous."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_not_negative(self, "sigma_base", "sigma_quadratic", "inverse_depth_step")
-        if self.correlation_px < 1 or self.correlation_px % 2 == 0:
-            raise ValueError(f"correlation_px must be odd and at least 1, found {self.correlation_px}")
+        if self.correlation_px % 2 == 0:
+            raise ValueError(f"correlation_px must be odd, found {self.correlation_px}")
 
     def measure(self, buffers: RenderBuffers, shot: Shot, rng: np.random.Generator) -> Depth:
         """Return depth with the noise of the formula (m)."""

@@ -1,15 +1,16 @@
 """A camera that triangulates with a projected dot pattern, as the first Kinect did."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.depth.edges import inverse_depth, jitter_jumps
-from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_positive
+from warehouse_sim.sensors.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.depth.noise import odd_window, unit_noise
 from warehouse_sim.sensors.depth.shadow import baseline_shadow
 from warehouse_sim.sensors.shot import Shot
@@ -24,6 +25,7 @@ _PAIRS = ((4, 0), (0, 4), (4, 4), (4, -4), (2, 1), (-1, 2), (4, 2), (-2, 4))
 
 
 @dataclass(frozen=True)
+@ranged
 class StructuredLight(DepthModel):
     """Noise by range and angle; depth in steps of disparity; holes in shadows, at edges and at grazing incidence.
 
@@ -35,29 +37,24 @@ class StructuredLight(DepthModel):
     kind: ClassVar[str] = "structured_light"
     needs_normals: ClassVar[bool] = True
 
-    min_range: float = 0.8
-    """Nearest depth that is read (m), >= 0; the Kinect's default range is 0.8-4 m."""
-    max_range: float = 4.0
-    """Farthest depth that is read (m), > min_range."""
-    focal_px: float = 585.5
-    """Focal length of the sensor itself (px), > 0; with the baseline, 8 f b = 351.3 m as in Handa's model."""
-    baseline: float = 0.075
-    """From the camera to the projector (m), > 0."""
-    disparity_step: float = 0.125
-    """Step of disparity (px of the sensor), > 0."""
-    agreement_px: float = 0.3
-    """How far dots of a window may lie off the plane through it, in disparity (px of the sensor), > 0.
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.8
+    """Nearest depth that is read (m), 0-500; the Kinect's default range is 0.8-4 m."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 4.0
+    """Farthest depth that is read (m), > min_range, 0.01-500."""
+    focal_px: Annotated[float, Range(50, 20_000, "px")] = 585.5
+    """Focal length of the sensor itself (px), 50-20,000; with the baseline, 8 f b = 351.3 m as in Handa's model."""
+    baseline: Annotated[float, Range(0.001, 2, "m")] = 0.075
+    """From the camera to the projector (m), 0.001-2."""
+    disparity_step: Annotated[float, Range(0.0001, 100, "px")] = 0.125
+    """Step of disparity (px of the sensor), 0.0001-100."""
+    agreement_px: Annotated[float, Range(0.0001, 1_000_000, "px")] = 0.3
+    """How far dots of a window may lie off the plane through it, in disparity (px of the sensor),
+    0.0001-1,000,000.
 
     Handa's 0.1 would lose every edge of a box, where the surface bends but does not jump.
     """
-    max_angle_deg: float = 80.0
-    """Largest angle of incidence that is read (deg), 0-90; the noise was fitted below 80."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive(self, "focal_px", "baseline", "disparity_step", "agreement_px")
-        if not 0.0 < self.max_angle_deg < 90.0:
-            raise ValueError(f"max_angle_deg must be 0-90, found {self.max_angle_deg}")
+    max_angle_deg: Annotated[float, Range(1, 89, "deg")] = 80.0
+    """Largest angle of incidence that is read (deg), 1-89; the noise was fitted below 80."""
 
     def measure(self, buffers: RenderBuffers, shot: Shot, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""

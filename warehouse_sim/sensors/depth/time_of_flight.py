@@ -1,14 +1,15 @@
 """A camera that measures the phase of modulated light in each pixel."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.depth.model import Depth, DepthModel, require_not_negative, require_positive
+from warehouse_sim.sensors.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.depth.multipath import multipath_bias
 from warehouse_sim.sensors.depth.noise import odd_window, unit_noise
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
@@ -20,6 +21,7 @@ _SATURATED = 1e3
 
 
 @dataclass(frozen=True)
+@ranged
 class TimeOfFlight(DepthModel):
     """Noise by range, angle and reflectance; flying pixels at edges; longer ranges in corners.
 
@@ -33,38 +35,35 @@ class TimeOfFlight(DepthModel):
     needs_normals: ClassVar[bool] = True
     needs_surfaces: ClassVar[bool] = True
 
-    min_range: float = 0.1
-    """Nearest depth that is read (m), >= 0."""
-    max_range: float = 2.4
-    """Farthest depth that is read (m), > min_range; 2.4 is that of the Flexx2's mode 5."""
-    sigma_base: float = 0.002362
-    """Standard deviation at z = 0 (m), >= 0."""
-    sigma_linear: float = -0.001041
-    """Its growth with depth (m/m)."""
-    sigma_square: float = 0.000753
-    """Its growth with the square of depth (1/m), >= 0."""
-    sigma_angle: float = 0.000185
-    """Its growth with z^2.7 theta^2 / (pi/2 - theta)^2, theta the angle of incidence, >= 0."""
-    sigma_lateral_px: float = 0.864
-    """Standard deviation of the spot that a pixel gathers light from (px of the sensor), >= 0."""
-    focal_px: float = 210.6
-    """Focal length of the sensor itself (px), > 0: 56 degrees over 224 px."""
-    unambiguous_range: float = 7.5
-    """Range at which the phase, put together from all frequencies, starts anew (m), > 0."""
-    min_coherence: float = 0.6
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.1
+    """Nearest depth that is read (m), 0-500."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 2.4
+    """Farthest depth that is read (m), > min_range, 0.01-500; 2.4 is that of the Flexx2's mode 5."""
+    sigma_base: Annotated[float, Range(0, 10, "m")] = 0.002362
+    """Standard deviation at z = 0 (m), 0-10."""
+    sigma_linear: Annotated[float, Range(-10, 10)] = -0.001041
+    """Its growth with depth (m/m), -10 to 10."""
+    sigma_square: Annotated[float, Range(0, 10, "1/m")] = 0.000753
+    """Its growth with the square of depth (1/m), 0-10."""
+    sigma_angle: Annotated[float, Range(0, 10)] = 0.000185
+    """Its growth with z^2.7 theta^2 / (pi/2 - theta)^2, theta the angle of incidence, 0-10."""
+    sigma_lateral_px: Annotated[float, Range(0, 20, "px")] = 0.864
+    """Standard deviation of the spot that a pixel gathers light from (px of the sensor), 0-20."""
+    focal_px: Annotated[float, Range(50, 20_000, "px")] = 210.6
+    """Focal length of the sensor itself (px), 50-20,000: 56 degrees over 224 px."""
+    unambiguous_range: Annotated[float, Range(0.1, 500, "m")] = 7.5
+    """Range at which the phase, put together from all frequencies, starts anew (m), 0.1-500."""
+    min_coherence: Share = 0.6
     """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
-    min_signal: float = 0.0005
-    """Least light of the lamp that must come back; white plaster facing it from 1 m gives 1; >= 0."""
-    max_sigma: float = 0.1
-    """Readings of a larger standard deviation are dropped, as confidence filters do (m), > 0."""
-    multipath: float = 1.0
+    min_signal: Annotated[float, Range(0, 1000)] = 0.0005
+    """Least light of the lamp that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
+    max_sigma: Annotated[float, Range(0.00001, 100, "m")] = 0.1
+    """Readings of a larger standard deviation are dropped, as confidence filters do (m), 0.00001-100."""
+    multipath: Share = 1.0
     """Share of the light by way of other surfaces that is not compensated, 0-1."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names = ("sigma_base", "sigma_square", "sigma_angle", "sigma_lateral_px", "min_coherence", "min_signal")
-        require_not_negative(self, *names, "multipath")
-        require_positive(self, "focal_px", "unambiguous_range", "max_sigma")
         if self.sigma_linear < 0 and self.sigma_linear**2 >= 4.0 * self.sigma_base * self.sigma_square:
             raise ValueError(f"sigma_linear makes the noise negative at some range, found {self.sigma_linear}")
 

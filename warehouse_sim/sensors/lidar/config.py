@@ -1,48 +1,57 @@
 """Settings of a LiDAR, and those of five real ones from their data sheets."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from math import ceil
+from typing import Annotated, Any, Literal
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.sensors.lidar.lasers import LASERS
+
+_MOST_RAYS = 1_000_000
+"""Of one turn, four times an OS1-128's: a sweep needs some 200 bytes a ray."""
+_DIMMEST = 20.0
+"""Extinction times distance beyond which the power that comes back is 0 in single precision."""
 
 Model = Literal["hdl64e", "hdl64e_s2", "vlp16", "os1_128", "safety2d"]
 
 
 @dataclass(frozen=True)
+@ranged
 class LidarConfig:
     """A LiDAR; in YAML also a preset's name, or ``model`` with what differs from that preset."""
 
     model: Model = "hdl64e"
     """Whose lasers: hdl64e, hdl64e_s2, vlp16, os1_128 or safety2d."""
-    turns_per_second: float = 10.0
-    """Turns of the head (1/s), > 0."""
-    azimuth_step_deg: float = 0.1728
-    """Angle between firing cycles (deg), > 0; an HDL-64E fires every 48 us, so 0.1728 at 10 turns a second."""
-    azimuth_range_deg: tuple[float, float] = (-180.0, 180.0)
+    turns_per_second: Annotated[float, Range(0.1, 100, "1/s")] = 10.0
+    """Turns of the head (1/s), 0.1-100."""
+    azimuth_step_deg: Annotated[float, Range(0.01, 45, "deg")] = 0.1728
+    """Angle between firing cycles (deg), 0.01-45; an HDL-64E fires every 48 us, so 0.1728 at 10 turns a second."""
+    azimuth_range_deg: Annotated[tuple[float, float], Range(-180, 180, "deg")] = (-180.0, 180.0)
     """First and last azimuth (deg), 0 = forward, positive = left, within -180 to 180; it turns from first to last."""
-    every_nth_beam: int = 1
-    """Keep each n-th beam from the top, >= 1."""
-    min_range: float = 0.9
-    """Nearest distance that is returned (m), >= 0."""
-    max_range: float = 120.0
-    """Farthest distance that is returned (m), > min_range."""
-    range_noise: float = 0.02
-    """Standard deviation of the distance under a strong signal (m), >= 0."""
-    range_noise_weak: float = 0.02
-    """What a signal at the limit of detection adds to it, in squares (m), >= 0."""
-    range_step: float = 0.002
-    """Step in which distances are told (m), >= 0; 0 = continuous."""
-    dark_range: float = 50.0
-    """Where a surface of 10 % remission, seen straight on, is noticed every second time (m), > 0; 0 = no dropout."""
-    extinction: float = 0.00235
-    """Coefficient a of exp(-2 a R) (1/m), >= 0; with ``dark_range`` it says how far bright surfaces are seen."""
-    detection_width: float = 0.1
-    """Over which share of the power at the limit detection sets in, > 0."""
-    divergence_mrad: tuple[float, float] = (2.0, 2.0)
-    """Full angle of the beam, horizontal and vertical (mrad), >= 0; 0 and 0 = infinitely thin."""
-    pulse_length: float = 0.75
-    """Surfaces closer than this along the ray make one blended echo (m), >= 0; light travels it twice in a pulse."""
+    every_nth_beam: Annotated[int, Range(1, 128)] = 1
+    """Keep each n-th beam from the top, 1-128."""
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.9
+    """Nearest distance that is returned (m), 0-500."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 120.0
+    """Farthest distance that is returned (m), > min_range, 0.01-500."""
+    range_noise: Annotated[float, Range(0, 10, "m")] = 0.02
+    """Standard deviation of the distance under a strong signal (m), 0-10."""
+    range_noise_weak: Annotated[float, Range(0, 10, "m")] = 0.02
+    """What a signal at the limit of detection adds to it, in squares (m), 0-10."""
+    range_step: Annotated[float, Range(0, 10, "m")] = 0.002
+    """Step in which distances are told (m), 0-10; 0 = continuous."""
+    dark_range: Annotated[float, Range(0, 500, "m")] = 50.0
+    """Where a surface of 10 % remission, seen straight on, is noticed every second time (m), 0-500; 0 = no dropout."""
+    extinction: Annotated[float, Range(0, 1, "1/m")] = 0.00235
+    """Coefficient a of exp(-2 a R) (1/m), 0-1; with ``dark_range`` it says how far bright surfaces are seen."""
+    detection_width: Annotated[float, Range(0.001, 10)] = 0.1
+    """Over which share of the power at the limit detection sets in, 0.001-10."""
+    divergence_mrad: Annotated[tuple[float, float], Range(0, 100, "mrad")] = (2.0, 2.0)
+    """Full angle of the beam, horizontal and vertical (mrad), 0-100; 0 and 0 = infinitely thin."""
+    pulse_length: Annotated[float, Range(0, 100, "m")] = 0.75
+    """Surfaces closer than this along the ray make one blended echo (m), 0-100; light travels it twice in a pulse."""
     intensity_scale: Literal["linear", "diffuse100"] = "linear"
     """8 bit of 0-100 % remission (linear), or as the VLP-16: 0-100 of 255 for that, the rest for retroreflectors."""
     motion: Literal["ignored", "raw", "deskewed"] = "ignored"
@@ -50,20 +59,18 @@ class LidarConfig:
 
     def __post_init__(self) -> None:
         first, last = self.azimuth_range_deg
-        if not -180 <= first < last <= 180:
-            raise ValueError(f"azimuth_range_deg must rise within -180 to 180, found {first}, {last}")
-        if self.every_nth_beam < 1:
-            raise ValueError(f"every_nth_beam must be at least 1, found {self.every_nth_beam}")
+        if first >= last:
+            raise ValueError(f"azimuth_range_deg must rise, found {first}, {last}")
         if self.max_range <= self.min_range:
             raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
-        for name in ("azimuth_step_deg", "turns_per_second", "detection_width"):
-            if getattr(self, name) <= 0:
-                raise ValueError(f"{name} must be positive, found {getattr(self, name)}")
-        for name in _AMOUNTS:
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} must not be negative, found {getattr(self, name)}")
-        if min(self.divergence_mrad) < 0:
-            raise ValueError(f"divergence_mrad must not be negative, found {self.divergence_mrad}")
+        if self.extinction * self.dark_range > _DIMMEST:
+            raise ValueError(
+                f"extinction x dark_range must be at most {_DIMMEST:g}, found {self.extinction * self.dark_range:g}: "
+                "no light would come back from dark_range"
+            )
+        rays = self.rays_per_turn
+        if rays > _MOST_RAYS:
+            raise ValueError(f"azimuth_step_deg makes {rays:,} rays a turn, at most {_MOST_RAYS:,} are cast; raise it")
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "LidarConfig":
@@ -75,26 +82,23 @@ class LidarConfig:
         settings = {"model": data} if isinstance(data, str) else data
         name = settings.get("model", "hdl64e") if isinstance(settings, dict) else "hdl64e"
         if not isinstance(name, str) or name not in LIDAR_PRESETS:
-            raise ConfigError(f"{where}: {name!r} is no LiDAR preset; known: {', '.join(LIDAR_PRESETS)}")
+            raise ConfigError(f"{where}: {shown(name)} is no LiDAR preset; known: {', '.join(LIDAR_PRESETS)}")
         if isinstance(settings, dict):
             settings = to_mapping(LIDAR_PRESETS[name]) | settings
         return from_mapping(cls, settings, where)
+
+    @property
+    def rays_per_turn(self) -> int:
+        """Rays of one sweep."""
+        first, last = self.azimuth_range_deg
+        lasers = len(LASERS[self.model]().elevation)
+        return ceil((last - first) / self.azimuth_step_deg) * ceil(lasers / self.every_nth_beam)
 
     def ideal(self) -> "LidarConfig":
         """Return the same lasers without noise, dropout, steps or width of the beam."""
         none = dict.fromkeys(("range_noise", "range_noise_weak", "range_step", "dark_range", "extinction"), 0.0)
         return replace(self, **none, divergence_mrad=(0.0, 0.0))  # type: ignore[arg-type]
 
-
-_AMOUNTS = (
-    "min_range",
-    "range_noise",
-    "range_noise_weak",
-    "range_step",
-    "dark_range",
-    "extinction",
-    "pulse_length",
-)
 
 # HDL-64E: 2 cm, 5 ns, 50 m at 10 % and 120 m at 80 % remission, as the header of BLenSor's model states them after the
 # S2 data sheet; the extinction is what makes both ranges true. 2 mrad is the usual figure for its divergence.

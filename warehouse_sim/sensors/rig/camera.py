@@ -1,33 +1,46 @@
 """The camera of a rig: image size, focal length and lens."""
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.ranges import Range, ranged
+
+_MOST_PIXELS = 4096 * 4096
+"""An image has at most so many; some ten arrays of its size are in memory at once."""
+_LEAST_VIEW_DEG, _WIDEST_DEG = 2.0, 85.0
+"""Least field of view along the longer side, and largest angle of what a pinhole shows to its optical axis."""
 
 
 @dataclass(frozen=True)
+@ranged
 class CameraConfig:
     """A camera with square pixels; in YAML also the name of a preset, or ``preset`` with what differs from it."""
 
-    width: int = 1224
-    """Image width (px), >= 1."""
-    height: int = 370
-    """Image height (px), >= 1."""
-    focal_px: float = 721.5377
-    """Focal length (px), > 0."""
-    cx: float | None = None
-    """Principal point u (px), 0 at the centre of the first column; the image's centre when omitted."""
-    cy: float | None = None
-    """Principal point v (px), 0 at the centre of the first row; the image's centre when omitted."""
+    width: Annotated[int, Range(16, 8192, "px")] = 1224
+    """Image width (px), 16-8,192."""
+    height: Annotated[int, Range(16, 8192, "px")] = 370
+    """Image height (px), 16-8,192."""
+    focal_px: Annotated[float, Range(50, 20_000, "px")] = 721.5377
+    """Focal length (px), 50-20,000."""
+    cx: Annotated[float, Range(-8192, 16_384, "px")] | None = None
+    """Principal point u (px), 0 at the centre of the first column, -8,192 to 16,384; by default the centre's."""
+    cy: Annotated[float, Range(-8192, 16_384, "px")] | None = None
+    """Principal point v (px), 0 at the centre of the first row, -8,192 to 16,384; by default the centre's."""
     distortion: Distortion | None = None
     """Brown-Conrady k1, k2, p1, p2, k3 of the lens as OpenCV has them; null = the image is rectified."""
 
     def __post_init__(self) -> None:
-        self.make().require_clear_lens()  # refuses sizes and focal lengths that make no camera, and lenses that fold
+        if self.width * self.height > _MOST_PIXELS:
+            raise ValueError(f"width x height must be at most {_MOST_PIXELS:,} px, found {self.width} x {self.height}")
+        camera = self.make()
+        _require_sane_view(camera.pinhole)
+        camera.require_clear_lens()
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "CameraConfig":
@@ -40,7 +53,7 @@ class CameraConfig:
         if not isinstance(name, str):
             return from_mapping(cls, data, where)
         if name not in CAMERA_PRESETS:
-            raise ConfigError(f"{where}: {name!r} is no camera preset; known: {', '.join(sorted(CAMERA_PRESETS))}")
+            raise ConfigError(f"{where}: {shown(name)} is no camera preset; known: {', '.join(sorted(CAMERA_PRESETS))}")
         if not isinstance(data, dict):
             return CAMERA_PRESETS[name]
         own = {key: value for key, value in data.items() if key != "preset"}
@@ -58,6 +71,20 @@ class CameraConfig:
         cy = centred.cy if self.cy is None else self.cy
         lens = None if self.distortion == Distortion() else self.distortion
         return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, cx, cy, lens)
+
+
+def _require_sane_view(camera: PinholeCamera) -> None:
+    """Refuse a camera that sees next to nothing, or more than a plane picture can show.
+
+    Raises:
+        ValueError: Names its angles.
+    """
+    left, right, top, bottom = np.degrees(np.arctan(camera.tangent_bounds()))
+    if max(right - left, bottom - top) < _LEAST_VIEW_DEG or max(-left, right, -top, bottom) > _WIDEST_DEG:
+        raise ValueError(
+            f"focal_px {camera.fx:g} shows {left:.1f} to {right:.1f} deg across, {top:.1f} to {bottom:.1f} deg down; "
+            f"a view must span at least {_LEAST_VIEW_DEG:g} deg and end {_WIDEST_DEG:g} deg off the axis"
+        )
 
 
 # KITTI's rectified colour camera 2, whose images vary about 1242 x 375 and are often cut to 1224 x 370.

@@ -2,12 +2,13 @@
 
 import re
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Annotated, Any
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import Viewpoint
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
@@ -17,10 +18,12 @@ from warehouse_sim.sensors.rig.shipped import rig_settings
 from warehouse_sim.sensors.stereo import StereoConfig
 
 _LIDAR_NAME = re.compile("[a-z][a-z0-9]*")
+_MOST_LIDARS = 16
 _TAKEN_NAMES = ("ids", "beams")
 
 
 @dataclass(frozen=True)
+@ranged
 class RigConfig:
     """One RGB-D camera; if wanted, a second camera to its right and LiDARs. ``rig: NAME`` takes a shipped one."""
 
@@ -30,8 +33,8 @@ class RigConfig:
     """Noise of colour and depth."""
     lidar: LidarConfig | None = field(default_factory=LidarConfig)
     """Beams and noise of the main LiDAR; null = none."""
-    lidar_position: tuple[float, float, float] = (-0.27, 0.0, 0.08)
-    """Where the LiDAR sits as seen from the camera: forward, left, up (m); KITTI has it 27 cm behind, 8 cm above."""
+    lidar_position: Annotated[tuple[float, float, float], Range(-20, 20, "m")] = (-0.27, 0.0, 0.08)
+    """Where the LiDAR sits as seen from the camera: forward, left, up (m), -20 to 20; KITTI's is behind and above."""
     lidar_mount: Mount | None = None
     """Instead of ``lidar_position``: place and direction of the main LiDAR on the camera or on the vehicle."""
     lidars: dict[str, MountedLidar] = field(default_factory=dict)
@@ -40,17 +43,19 @@ class RigConfig:
     """The second camera; null = none."""
     clean: bool = False
     """Whether datasets hold the clean depth and colour beside what the cameras read."""
-    camera_height: float | None = None
-    """Height of the camera above the floor (m), > 0.1, where the recipe's viewpoints say none; null = their own."""
+    camera_height: Annotated[float, Range(0.1, 20, "m")] | None = None
+    """Height of the camera above the floor (m), 0.1-20, where the recipe's viewpoints say none; null = their own."""
 
     def __post_init__(self) -> None:
         for name in self.lidars:
             if not _LIDAR_NAME.fullmatch(name) or name in _TAKEN_NAMES:
-                raise ValueError(f"the name of a LiDAR is small letters and digits, not ids or beams; found {name!r}")
+                raise ValueError(
+                    f"the name of a LiDAR is small letters and digits, not ids or beams; found {shown(name)}"
+                )
+        if len(self.lidars) > _MOST_LIDARS:
+            raise ValueError(f"lidars must be at most {_MOST_LIDARS} beside the main one, found {len(self.lidars)}")
         if self.lidars and self.lidar is None:
             raise ValueError("lidars are those beside the main one: give lidar, too")
-        if self.camera_height is not None and self.camera_height <= 0.1:
-            raise ValueError(f"camera_height must exceed 0.1 m, found {self.camera_height}")
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "RigConfig":
@@ -60,7 +65,7 @@ class RigConfig:
             ConfigError: Unknown rig or setting.
         """
         if not isinstance(data, dict):
-            raise ConfigError(f"{where}: expected a mapping of settings, found {data!r}")
+            raise ConfigError(f"{where}: expected a mapping of settings, found {shown(data)}")
         own = {key: value for key, value in data.items() if key != "rig"}
         shipped = rig_settings(data["rig"], f"{where}: rig") if "rig" in data else {}
         return from_mapping(cls, shipped | own, where)

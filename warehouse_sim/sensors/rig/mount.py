@@ -1,12 +1,13 @@
 """Where a sensor sits: forward, left and up of the camera or of the vehicle, and turned."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import Viewpoint
 from warehouse_sim.sensors.lidar import LidarConfig
 
@@ -15,23 +16,24 @@ _CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0
 
 
 @dataclass(frozen=True)
+@ranged
 class Mount:
     """A place and a direction on the rig; turned by yaw, then pitch, then roll about the axes that turn along."""
 
     carrier: Literal["camera", "vehicle"] = "camera"
     """Seen from the camera, with which it tilts and lifts, or from the vehicle's origin on the floor."""
-    forward: float = 0.0
-    """Along the optical axis, or along the vehicle (m)."""
-    left: float = 0.0
-    """To the left (m)."""
-    up: float = 0.0
-    """Upwards (m)."""
-    roll_deg: float = 0.0
-    """About the forward axis (deg); positive lowers the right side."""
-    pitch_deg: float = 0.0
-    """About the left axis (deg); positive looks up."""
-    yaw_deg: float = 0.0
-    """About the up axis (deg); positive looks left."""
+    forward: Annotated[float, Range(-20, 20, "m")] = 0.0
+    """Along the optical axis, or along the vehicle (m), -20 to 20."""
+    left: Annotated[float, Range(-20, 20, "m")] = 0.0
+    """To the left (m), -20 to 20."""
+    up: Annotated[float, Range(-20, 20, "m")] = 0.0
+    """Upwards (m), -20 to 20."""
+    roll_deg: Annotated[float, Range(-360, 360, "deg")] = 0.0
+    """About the forward axis (deg), -360 to 360; positive lowers the right side."""
+    pitch_deg: Annotated[float, Range(-360, 360, "deg")] = 0.0
+    """About the left axis (deg), -360 to 360; positive looks up."""
+    yaw_deg: Annotated[float, Range(-360, 360, "deg")] = 0.0
+    """About the up axis (deg), -360 to 360; positive looks left."""
 
     def T_body_sensor(self) -> Transform:
         """Return the pose of the sensor (x forward, y left, z up) in the same axes of what carries it."""

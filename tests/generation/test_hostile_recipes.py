@@ -1,0 +1,145 @@
+"""Any value in the place of any other of a recipe: the recipe is read, or refused in one line."""
+
+import copy
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from warehouse_sim.catalog.custom import load_custom_object
+from warehouse_sim.config import to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.sensors.lidar.config import LIDAR_PRESETS
+
+HOSTILE = (
+    math.nan,
+    math.inf,
+    -3,
+    1.7,
+    10**29,
+    1e300,
+    True,
+    None,
+    "",
+    "\0" + "x" * 5000,
+    [],
+    [[]],
+    {},
+    {1: 2},
+    {"min": 0, "max": 1e12},
+    {"mean": 1, "std": 1e9},
+    {"choices": []},
+    {"choices": [math.nan]},
+    {"choices": [1, 2], "weights": [1e308, 1e308]},
+)
+DEPTHS = ("kinect_v1", "d435", "flexx2")
+
+
+def whole_recipe(name: str) -> dict[str, Any]:
+    """Return a shipped recipe with all of its settings written out, defaults included."""
+    plain: dict[str, Any] = to_mapping(load_recipe(name))
+    plain["sensors"]["right"] = {"baseline": 0.2}
+    plain["sensors"]["lidars"] = {"low": {"lidar": to_mapping(LIDAR_PRESETS["safety2d"]), "mount": {"forward": 1.0}}}
+    return plain
+
+
+def places(data: Any, path: tuple = ()) -> Iterator[tuple]:
+    """Yield the path of everything within plain data."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        yield (*path, key)
+        yield from places(value, (*path, key))
+
+
+def changed(data: dict[str, Any], path: tuple, value: Any) -> dict[str, Any]:
+    """Return a copy with another value at a path."""
+    data = copy.deepcopy(data)
+    inner: Any = data
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = copy.deepcopy(value)
+    return data
+
+
+def outcome(load, file: Path, plain: dict[str, Any]) -> str:
+    """Return "read", or the message of the refusal; anything else is raised."""
+    file.write_text(yaml.dump(plain, Dumper=yaml.CSafeDumper))
+    try:
+        load(file)
+    except ConfigError as problem:
+        return str(problem)
+    return "read"
+
+
+@pytest.mark.parametrize("name", ["smoke", "block_storage", "dock_staging", "conveyor_pickup", "occlusion_study"])
+def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: str) -> None:
+    file, plain = tmp_path / "own.yaml", whole_recipe(name)
+    assert outcome(lambda path: load_recipe(str(path)), file, plain) == "read"
+    everywhere = list(places(plain))
+    # Each recipe takes its own share of all pairs of place and value.
+    pairs = [(path, HOSTILE[number % len(HOSTILE)]) for number, path in enumerate(everywhere, start=len(name))]
+    for path, value in pairs:
+        said = outcome(lambda path: load_recipe(str(path)), file, changed(plain, path, value))
+        assert "\n" not in said, (path, value)
+        assert len(said) < 3500, (path, value)
+        if isinstance(value, float) and not math.isfinite(value):
+            assert said != "read", (path, value)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("scene.layout.beam_levels", [math.nan]),
+        ("split.train", math.nan),
+        ("scene.staging.count", 1.7),
+        ("scene.loads.height", -3),
+        ("scene.lights.lux", 1e12),
+        ("scene.loads.stacking.gap_mm", math.nan),
+        ("sensors.camera.focal_px", math.nan),
+        ("sensors.camera.focal_px", 1e9),
+        ("sensors.camera.focal_px", 51),
+        ("sensors.camera.width", 10**6),
+        ("sensors.lidar.range_noise", math.nan),
+        ("sensors.lidar.max_range", math.nan),
+        ("sensors.lidar.azimuth_step_deg", 0.01),
+        ("sensors.right.baseline", 1e9),
+        ("settle.knocks.pieces", 1.5),
+        ("scenes", 10**9),
+        ("scene.layout.kind", ["rack_aisle"]),
+        ("sensors.lidars", {1: {}}),
+        ("scene.staging.count", {"min": 1.2, "max": 1.4}),
+        ("scene.layout.bays", {"mean": 3, "std": 1}),
+    ],
+)
+def test_what_passed_once_is_refused_by_name(tmp_path: Path, path: str, value: Any) -> None:
+    plain = changed(whole_recipe("smoke"), tuple(path.split(".")), value)
+    said = outcome(lambda file: load_recipe(str(file)), tmp_path / "own.yaml", plain)
+    assert path.rsplit(".", 1)[-1] in said
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *(("mass", mass) for mass in (math.nan, -1, 1e-9, 1e9)),
+        *(("scale", scale) for scale in (math.nan, 0, -1, 1e9, 1e-300)),
+        *(("obj_id", number) for number in (99999999999999, 999, 1.5, math.nan)),
+        *(("file", file) for file in ("\0", "x" * 5000, "../..", "/dev/zero", "")),
+        *(("collision", [{"size": size}]) for size in ([math.nan, 1, 1], [0, 0, 0], [1e9, 1, 1], [1])),
+        ("symmetry", {"axis": "z", "count": 10**9}),
+        ("materials", {1: "kraft"}),
+        ("name", "x" * 5000 + "!"),
+    ],
+)
+def test_what_is_wrong_with_an_own_object_is_one_line(tmp_path: Path, key: str, value: Any) -> None:
+    (tmp_path / "box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    own = {"name": "own", "class_name": "own", "obj_id": 1000, "file": "box.obj", "material": "kraft"}
+    said = outcome(load_custom_object, tmp_path / "own.yaml", own)
+    assert said == "read"
+    said = outcome(load_custom_object, tmp_path / "own.yaml", own | {key: value})
+    assert f"{tmp_path / 'own.yaml'}: {key}" in said
+    assert "\n" not in said
+    assert len(said) < 400

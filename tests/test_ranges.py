@@ -1,0 +1,64 @@
+"""Ranges: which numbers they hold, and that a settings class keeps to them wherever its values come from."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import pytest
+
+from warehouse_sim.config import from_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.ranges import Range, Share, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class Lamp:
+    height: Annotated[float, Range(0.1, 10, "m")] = 2.0
+    shares: Annotated[tuple[float, ...], Range(0, 1)] = ()
+    spot: Share | None = None
+
+    def __post_init__(self) -> None:
+        if self.spot == self.height:
+            raise ValueError("spot and height must differ")
+
+
+@dataclass(frozen=True)
+@ranged
+class HighLamp(Lamp):
+    count: Annotated[int, Range(1, 1000)] = 1
+
+
+@pytest.mark.parametrize("height", [0.1, 10, 3.7])
+def test_both_ends_belong_to_a_range(height: float) -> None:
+    assert Lamp(height).height == height
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"height": math.nan}, "height must be 0.1-10 m, found nan"),
+        ({"height": math.inf}, "height must be 0.1-10 m, found inf"),
+        ({"height": 1e9}, "height must be 0.1-10 m, found 1000000000.0"),
+        ({"shares": (0.5, math.nan)}, "shares[1] must be 0-1, found nan"),
+        ({"spot": -0.1}, "spot must be 0-1, found -0.1"),
+        ({"spot": 1.0, "height": 1.0}, "spot and height must differ"),
+        ({"count": 0}, "count must be 1-1,000, found 0"),
+    ],
+)
+def test_a_number_outside_is_refused_from_everywhere(values: dict, message: str) -> None:
+    for make in (lambda: HighLamp(**values), lambda: replace(HighLamp(), **values)):
+        with pytest.raises(ConfigError) as caught:
+            make()
+        assert str(caught.value) == message
+    with pytest.raises(ConfigError) as caught:
+        from_mapping(HighLamp, {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}, "a.yaml")
+    assert str(caught.value) == f"a.yaml: {message}"
+
+
+def test_a_range_is_written_without_exponents() -> None:
+    assert [str(item) for item in (Range(0, 200_000), Range(-0.5, 2.5), Range(0.000001, 1))] == [
+        "0-200,000",
+        "-0.5 to 2.5",
+        "0.000001-1",
+    ]

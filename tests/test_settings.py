@@ -1,0 +1,128 @@
+"""Every number of every settings class of the package has a range, its docstring says it, and it holds."""
+
+import ast
+import dataclasses
+import inspect
+import itertools
+import math
+import re
+import textwrap
+import typing
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import pytest
+
+from warehouse_sim.catalog.custom_config import CustomObjectConfig
+from warehouse_sim.estimators.calibration import Calibration
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.learning.run_folder import RunConfig
+from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.ranges import Range, range_of, ranges_of
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.layouts.kinds import LAYOUTS
+from warehouse_sim.scene.layouts.site import Layout
+from warehouse_sim.scene.open_numbers import OpenSetting
+from warehouse_sim.sensors.depth.model import DepthModel
+from warehouse_sim.sensors.depth.models import MODELS
+
+ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, RunConfig, Calibration, ForkConfig)
+KINDS = {Layout: tuple(LAYOUTS.values()), DepthModel: tuple(MODELS.values())}
+"""Abstract settings and all that a file can name in their place."""
+NUMBERS = (int, float, Distribution)
+# A file cannot give open settings: they are what a recipe's distributions become, checked where those stand.
+NOT_READ = (OpenSetting,)
+
+
+def settings_classes() -> list[type]:
+    found: list[type] = []
+
+    def walk(hint: Any) -> None:
+        if dataclasses.is_dataclass(hint) and hint not in (*NOT_READ, Distribution):
+            if hint in found:
+                return
+            found.append(hint)
+            for name in (field.name for field in dataclasses.fields(hint)):
+                walk(typing.get_type_hints(hint)[name])
+            for kind in KINDS.get(hint, ()):
+                walk(kind)
+        for inner in typing.get_args(hint):
+            walk(inner)
+
+    for root in ROOTS:
+        walk(root)
+    return found
+
+
+def naked_numbers(hint: Any, covered: bool = False) -> Iterator[Any]:
+    """Yield the numbers in a type that no ``Range`` speaks of."""
+    if typing.get_origin(hint) is Annotated:
+        yield from naked_numbers(hint.__origin__, covered or range_of(hint) is not None)
+    elif hint in NUMBERS:
+        if not covered:
+            yield hint
+    elif typing.get_origin(hint) is not typing.Literal and not dataclasses.is_dataclass(hint):
+        for inner in typing.get_args(hint):
+            yield from naked_numbers(inner, covered)
+
+
+def docstrings(cls: type) -> dict[str, str]:
+    """Return the string after each field of a class, its bases included."""
+    found = docstrings(cls.__base__) if dataclasses.is_dataclass(cls.__base__) else {}
+    body = ast.parse(textwrap.dedent(inspect.getsource(cls))).body[0].body
+    for field, text in itertools.pairwise(body):
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+            found[field.target.id] = " ".join(text.value.value.split())
+    return found
+
+
+CLASSES = settings_classes()
+RANGED = [(cls, name, allowed) for cls in CLASSES for name, allowed in ranges_of(cls).items()]
+
+
+def test_the_walk_reaches_what_files_and_command_lines_hold() -> None:
+    names = {cls.__name__ for cls in CLASSES}
+    assert {"LidarConfig", "SgbmConfig", "DockStagingConfig", "TimeOfFlight", "IcpConfig", "AttentionConfig"} <= names
+    assert len(RANGED) > 250
+
+
+@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
+def test_every_number_has_a_range(cls: type) -> None:
+    hints = typing.get_type_hints(cls, include_extras=True)
+    naked = [field.name for field in dataclasses.fields(cls) if list(naked_numbers(hints[field.name]))]
+    assert not naked
+
+
+@pytest.mark.parametrize(("cls", "name", "allowed"), RANGED, ids=lambda item: getattr(item, "__name__", str(item)))
+def test_the_docstring_tells_the_range(cls: type, name: str, allowed: Range) -> None:
+    if allowed != Range(0, 2**63 - 1):  # a seed is any number
+        assert re.search(rf"(?<![\d.]){re.escape(str(allowed))}(?![\d]|\.\d)", docstrings(cls)[name])
+
+
+def sample(cls: type) -> Any:
+    needed = {
+        field.name: None
+        for field in dataclasses.fields(cls)
+        if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+    }
+    made = cls.__new__(cls)
+    for field in dataclasses.fields(cls):
+        default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+        object.__setattr__(made, field.name, None if field.name in needed else default)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("cls", "name", "allowed"),
+    [item for item in RANGED if not inspect.isabstract(item[0])],
+    ids=lambda item: getattr(item, "__name__", str(item)),
+)
+def test_the_class_keeps_to_the_range(cls: type, name: str, allowed: Range) -> None:
+    for bad in (math.nan, math.inf, -math.inf, allowed.low - 1, 2 * allowed.high + 1):
+        settings = sample(cls)
+        object.__setattr__(settings, name, bad)
+        with pytest.raises(ValueError, match=f"^{name} must be {re.escape(str(allowed))}.*, found "):
+            settings.__post_init__()

@@ -1,0 +1,122 @@
+"""Which numbers a setting takes, declared beside it: ``height: Annotated[float, Range(0.1, 10, "m")]``.
+
+Every number of a settings class has its ``Range``; ``@ranged`` makes the class keep to them, wherever its values come
+from: a file, the command line or Python.
+"""
+
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cache, wraps
+from numbers import Real
+from typing import Annotated, Any, Protocol, TypeVar
+
+from warehouse_sim.errors import ConfigError
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Range:
+    """The numbers from ``low`` to ``high``, both included; NaN is never among them."""
+
+    low: float
+    """Smallest number."""
+    high: float
+    """Largest number."""
+    unit: str = ""
+    """Unit of both, for messages."""
+    whole: bool = False
+    """Whether only whole numbers are drawn; for distributions, since the type ``int`` says it of a number."""
+
+    def __str__(self) -> str:
+        return f"{_digits(self.low)}{'-' if self.low >= 0 else ' to '}{_digits(self.high)}"
+
+    def __contains__(self, number: float) -> bool:
+        return self.low <= number <= self.high
+
+    @property
+    def text(self) -> str:
+        """The range with its unit."""
+        return f"{self} {self.unit}".rstrip()
+
+
+Share = Annotated[float, Range(0, 1)]
+"""A part of a whole, or a probability."""
+Seed = Annotated[int, Range(0, 2**63 - 1)]
+"""Where random numbers begin."""
+
+
+class OpenNumber(Protocol):
+    """A number that is yet to be drawn."""
+
+    def check_within(self, allowed: Range, name: str) -> None:
+        """Refuse, with a ValueError, what may draw numbers outside of ``allowed``."""
+
+
+def ranged(cls: type[T]) -> type[T]:
+    """Make a dataclass check its ranges before its own ``__post_init__``, and all that it refuses a ConfigError.
+
+    It stands below ``@dataclass``.
+    """
+    relations: Callable[[Any], None] = getattr(cls, "__post_init__", lambda settings: None)
+
+    @wraps(relations)
+    def check(settings: Any) -> None:
+        try:
+            check_ranges(settings)
+            relations(settings)
+        except ConfigError:
+            raise
+        except ValueError as problem:
+            raise ConfigError(str(problem)) from problem
+
+    cls.__post_init__ = check  # type: ignore[attr-defined]
+    return cls
+
+
+def check_ranges(settings: Any) -> None:
+    """Refuse numbers of a dataclass that are outside of their ranges.
+
+    Raises:
+        ValueError: Names the setting, its range and what was found.
+    """
+    kind: Any = type(settings)
+    for name, allowed in ranges_of(kind).items():
+        _check(getattr(settings, name), allowed, name)
+
+
+@cache
+def ranges_of(cls: Any) -> dict[str, Range]:
+    """Return the ranges that are declared for the fields of a dataclass, by their names."""
+    hints = typing.get_type_hints(cls, include_extras=True)
+    declared = {item.name: _declared(hints[item.name]) for item in fields(cls)}
+    return {name: allowed for name, allowed in declared.items() if allowed is not None}
+
+
+def range_of(hint: Any) -> Range | None:
+    """Return the ``Range`` that an ``Annotated`` type holds itself."""
+    return next((item for item in getattr(hint, "__metadata__", ()) if isinstance(item, Range)), None)
+
+
+def _declared(hint: Any) -> Range | None:
+    """Return the range of a type or of one of its options: ``Annotated[float, Range(0, 1)] | None``."""
+    options = (hint, *typing.get_args(hint))
+    return next((found for option in options if (found := range_of(option)) is not None), None)
+
+
+def _check(value: Any, allowed: Range, name: str) -> None:
+    """Refuse a number, or a container with a number, outside of its range; nothing is no number."""
+    if isinstance(value, (tuple, list)):
+        for index, item in enumerate(value):
+            _check(item, allowed, f"{name}[{index}]")
+    elif isinstance(value, Real):
+        if float(value) not in allowed:
+            raise ValueError(f"{name} must be {allowed.text}, found {value}")
+    elif value is not None:
+        value.check_within(allowed, name)
+
+
+def _digits(number: float) -> str:
+    """Return a number without an exponent, in groups of three digits."""
+    return f"{number:,}" if isinstance(number, int) else f"{number:,.9f}".rstrip("0").rstrip(".")
