@@ -60,6 +60,8 @@ def test_folders_without_manifest(tmp_path: Path) -> None:
         ({"seed": -1}, "seed must be >= 0"),
         ({"seed": "3"}, "seed must be int, found '3'"),
         ({"sead": 3}, "sead is not a setting; did you mean 'seed'?"),
+        ({"scenes": 1_000_000_000}, "splits must hold every scene exactly once"),
+        ({"observations_per_scene": 1_000_000_000}, "observations_per_scene must be 1000000 at most, found 1000000000"),
         ({"scenes": 4}, "splits must hold every scene exactly once"),
         ({"splits": {"train": [0, 1], "val": [1], "test": [2]}}, "splits must hold every scene exactly once"),
         ({"splits": {"train": [0, 1, 2], "val": [], "eval": []}}, "splits must hold every scene exactly once"),

@@ -20,8 +20,8 @@ def test_round_trip(tmp_path: Path) -> None:
         assert np.array_equal(info.size, model.size)
         assert np.array_equal(info.symmetry.transforms, model.symmetry.transforms)
         assert info.diameter == pytest.approx(np.linalg.norm(model.size), rel=1e-12)
-    (pocket,) = objects[1].pockets
-    assert pocket.face == "-y"
+    pocket, opposite = objects[1].pockets
+    assert (pocket.face, opposite.face) == ("-y", "+y")
     assert np.array_equal(pocket.T_object_pocket, PALLET.pockets[0].T_object_pocket)
     assert np.array_equal(pocket.size, PALLET.pockets[0].size)
     assert objects[7].pockets == ()
@@ -54,10 +54,18 @@ def test_each_geometry_needs_its_own_number(tmp_path: Path) -> None:
     [
         ("name", 3, "name must be of type str, found 3"),
         ("diameter", None, "diameter must be of type float"),
-        ("size", [1.0, 2.0], "size must be three lengths above 0"),
-        ("size", [1.0, 2.0, 0.0], "size must be three lengths above 0"),
+        ("size", [1.0, 2.0], "size must be 3 numbers, found [1.0, 2.0]"),
+        ("size", [1.0, 2.0, 0.0], "size must be 3 numbers, each 0.0001 to 10000"),
         ("symmetries", [[[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]], "not a rigid 4x4 transform"),
-        ("symmetries", [], "symmetries must hold at least the identity"),
+        ("symmetries", [], "symmetries must hold the identity"),
+        ("symmetries", [[[1, 0, 0, 1e9], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]], "must lead -1000000 to 1000000 m"),
+        ("name", "../../x", "name must be a word of letters, digits and _ . ~ + -, found '../../x'"),
+        ("class_name", "", "class_name must be a word"),
+        ("diameter", 0, "diameter must be 0.0001 to 10000, found 0.0"),
+        ("diameter", -1.0, "diameter must be 0.0001 to 10000, found -1.0"),
+        ("diameter", 14.49, "diameter 14.49 m does not go with size [1.2, 0.8, 0.144] m"),
+        ("diameter", 0.9, "two points of that box lie 1.2 to 1.44939 m apart at most"),
+        ("pockets", [{"face": "+q", "size": [1, 1, 1], "T_object_pocket": np.eye(4).tolist()}], "face must be -x, +x"),
         ("symmetries", [[1, 2, 3]], "not a rigid 4x4 transform"),
         ("pockets", [{"face": "-x", "size": [1, 1, 1]}], "pockets[0]: the entry 'T_object_pocket' is missing"),
     ],
@@ -71,3 +79,10 @@ def test_malformed_entries_are_named(tmp_path: Path, key: str, value: object, me
         read_objects(tmp_path)
     assert message in str(caught.value)
     assert "objects.json: 1" in str(caught.value)
+
+
+@pytest.mark.parametrize("content", ["{}", '{"0": {}}'])
+def test_a_table_without_objects_is_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "objects.json").write_text(content)
+    with pytest.raises(DatasetError, match=r"objects\.json: must hold objects, numbered from 1"):
+        read_objects(tmp_path)

@@ -1,25 +1,42 @@
 """Each check must be able to fail: one defect a row, and the check that has to find it."""
 
-import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
+from tests.dataset.defects import (
+    BOP,
+    KITTI,
+    black,
+    blank_line,
+    copy,
+    drop_last,
+    edit_image,
+    edit_json,
+    edit_points,
+    edit_text,
+    flip,
+    move_pose,
+    quarter_turns,
+    remove,
+    set_pixel,
+    shift,
+    turn_symmetry,
+    upside_down,
+)
 from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.dataset.validate import Check, validate
 
-BOP = Path("bop/train/000000")
-KITTI = Path("kitti/training")
 CHECKS = [
     "manifest",
     "objects",
     "scene records",
     "bop files",
     "bop tables",
+    "bop cameras",
     "bop coco",
     "bop targets",
     "bop images",
@@ -30,6 +47,7 @@ CHECKS = [
     "kitti calib",
     "kitti images",
     "kitti points in boxes",
+    "kitti sweeps",
     "kitti and bop labels",
     "kitti and bop cameras",
     "kitti and bop images",
@@ -66,95 +84,6 @@ def test_black_image_is_found_without_bop_files(tmp_path: Path) -> None:
     assert failed(validate(root)) == {"kitti images"}
 
 
-# ---------------------------------------------------------------- ways to break a dataset
-
-
-def edit_json(file: Path | str, change: Callable) -> Callable[[Path], None]:
-    def defect(root: Path) -> None:
-        data = json.loads((root / file).read_text())
-        change(data)
-        (root / file).write_text(json.dumps(data))
-
-    return defect
-
-
-def edit_text(file: Path | str, old: str, new: str) -> Callable[[Path], None]:
-    def defect(root: Path) -> None:
-        text = (root / file).read_text()
-        assert old in text
-        (root / file).write_text(text.replace(old, new, 1))
-
-    return defect
-
-
-def edit_image(file: Path | str, change: Callable) -> Callable[[Path], None]:
-    def defect(root: Path) -> None:
-        image = cv2.imread(str(root / file), cv2.IMREAD_UNCHANGED)
-        # A new file: the old one may be shared with the other format.
-        (root / file).unlink()
-        cv2.imwrite(str(root / file), change(image))
-
-    return defect
-
-
-def edit_points(file: Path | str, dtype: str, change: Callable) -> Callable[[Path], None]:
-    def defect(root: Path) -> None:
-        (root / file).write_bytes(change(np.fromfile(root / file, dtype=dtype)).astype(dtype).tobytes())
-
-    return defect
-
-
-def remove(file: Path | str) -> Callable[[Path], None]:
-    return lambda root: (root / file).unlink()
-
-
-def copy(source: Path | str, target: Path | str) -> Callable[[Path], None]:
-    return lambda root: shutil.copy(root / source, root / target)
-
-
-def move_pose(mm: float) -> Callable[[Path], None]:
-    """Shift a pose everywhere, so that only pixels can tell."""
-
-    def defect(root: Path) -> None:
-        edit_json(BOP / "scene_gt.json", lambda data: shift(data["0"][1]["cam_t_m2c"], mm))(root)
-        camera = np.array(json.loads((root / "scenes/000000.json").read_text())["observations"][0]["T_world_camera"])
-        step = camera[:3, 0] * mm / 1000
-
-        def shift_record(data: dict) -> None:
-            T = next(item for item in data["objects"] if item["instance_id"] == 11)["T_world_object"]
-            for axis in range(3):
-                T[axis][3] += step[axis]
-
-        edit_json("scenes/000000.json", shift_record)(root)
-
-    return defect
-
-
-def shift(values: list[float], step: float) -> None:
-    values[0] += step
-
-
-def drop_last(rows: list) -> None:
-    rows.pop()
-
-
-def black(image: np.ndarray) -> np.ndarray:
-    return np.zeros_like(image)
-
-
-def set_pixel(value: int) -> Callable[[np.ndarray], np.ndarray]:
-    def change(image: np.ndarray) -> np.ndarray:
-        image[2, 3] = value
-        return image
-
-    return change
-
-
-def blank_line(root: Path) -> None:
-    with open(root / KITTI / "label_2/000000.txt", "a") as file:
-        file.write("\n")
-
-
 LABEL_READERS = {"kitti labels", "kitti points in boxes", "kitti and bop labels"}
 DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     ("symmetry is no group", edit_json("objects.json", lambda d: turn_symmetry(d["1"])), {"objects"}),
@@ -185,6 +114,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         edit_json(BOP / "scene_camera.json", lambda d: d.pop("1")),
         {
             "bop tables",
+            "bop cameras",
             "bop coco",
             "bop images",
             "bop masks",
@@ -199,6 +129,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         edit_json(BOP / "scene_gt.json", lambda d: d["0"][0].update(cam_R_m2c=[1, 0, 0, 0, 1, 0, 0, 0, -1])),
         {
             "bop tables",
+            "bop cameras",
             "bop coco",
             "bop images",
             "bop masks",
@@ -314,7 +245,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "lens that the recipe does not have",
         edit_json(BOP / "scene_camera.json", lambda d: d["0"].update(cam_distortion=[-0.2, 0.05, 0, 0, 0])),
-        {"bop poses on images", "kitti and bop cameras"},
+        {"bop cameras", "bop poses on images", "kitti and bop cameras"},
     ),
     (
         "rotated LiDAR",
@@ -330,27 +261,69 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "points in mm",
         edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points * 1000),
-        {"kitti points in boxes"},
+        {"kitti points in boxes", "kitti sweeps"},
     ),
     (
         "one point less",
         edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points[:-4]),
-        {"kitti points in boxes"},
+        {"kitti points in boxes", "kitti sweeps"},
     ),
     (
         "nameless point",
         edit_points(KITTI / "velodyne_ids/000000.bin", "<i4", lambda ids: ids + 1000),
-        {"kitti points in boxes"},
+        {"kitti sweeps"},
     ),
     (
         "one time less",
         edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams[:-1]),
-        {"kitti points in boxes"},
+        {"kitti sweeps"},
     ),
     (
         "half a ring",
         edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams + np.float32(0.5)),
-        {"kitti points in boxes"},
+        {"kitti sweeps"},
+    ),
+    ("beams all zero", edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", np.zeros_like), {"kitti sweeps"}),
+    ("ids all zero", edit_points(KITTI / "velodyne_ids/000000.bin", "<i4", np.zeros_like), {"kitti sweeps"}),
+    (
+        "rings upside down",
+        edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: upside_down(beams)),
+        {"kitti sweeps"},
+    ),
+    ("unknown format", edit_json("manifest.json", lambda d: d["formats"].append("coco")), {"manifest"}),
+    ("foreign target", edit_json("manifest.json", lambda d: d["targets"].append("unicorn")), {"manifest"}),
+    ("targets of other objects", edit_json("manifest.json", lambda d: d.update(targets=["carton"])), {"manifest"}),
+    ("empty recipe", edit_json("manifest.json", lambda d: d.update(recipe={})), {"manifest"}),
+    (
+        "split table of other scenes",
+        edit_json("manifest.json", lambda d: d["split_table"]["train"].update(targets=7)),
+        {"manifest"},
+    ),
+    ("no pockets", edit_json("objects.json", lambda d: d["1"].update(pockets=[])), {"objects"}),
+    ("one pocket less", edit_json("objects.json", lambda d: drop_last(d["1"]["pockets"])), {"objects"}),
+    (
+        "pocket on another face",
+        edit_json("objects.json", lambda d: d["1"]["pockets"][0].update(face="+x")),
+        {"objects"},
+    ),
+    (
+        "pockets through the skids",
+        edit_json("objects.json", lambda d: [p.update(size=[0.8, 0.9, 0.104]) for p in d["1"]["pockets"]]),
+        {"objects"},
+    ),
+    (
+        "pocket as high as a door",
+        edit_json("objects.json", lambda d: [p.update(size=[0.8, 0.8, 2.0]) for p in d["1"]["pockets"]]),
+        {"objects"},
+    ),
+    ("false symmetry", quarter_turns, {"objects"}),
+    ("diameter a little off", edit_json("objects.json", lambda d: d["1"].update(diameter=1.42)), {"objects"}),
+    ("flipped byte of a mesh", flip("bop/models_eval/obj_000001.ply", -9, 1), {"objects"}),
+    ("camera of one pixel", edit_json("bop/camera.json", lambda d: d.update(fx=1.0)), {"bop cameras"}),
+    (
+        "another camera in one image",
+        edit_json(BOP / "scene_camera.json", lambda d: d["0"].update(depth_scale=0.1)),
+        {"bop cameras", "bop poses on images", "kitti and bop images"},
     ),
     (
         "8-bit depth",
@@ -359,11 +332,6 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     ),
     ("no reading", edit_image(KITTI / "depth_2/000000.png", black), {"kitti images", "kitti and bop images"}),
 ]
-
-
-def turn_symmetry(entry: dict) -> None:
-    c, s = np.cos(1.0), np.sin(1.0)
-    entry["symmetries"][1][:2] = [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0]]
 
 
 @pytest.mark.parametrize(("defect", "expected"), [row[1:] for row in DEFECTS], ids=[row[0] for row in DEFECTS])

@@ -50,8 +50,9 @@ PALLET = box_model(
     1,
     [((0, 0, 0.052), (1.2, 0.8, 0.04)), ((-0.5, 0, -0.02), (0.2, 0.8, 0.104)), ((0.5, 0, -0.02), (0.2, 0.8, 0.104))],
     symmetry=SymmetryGroup.turns("z", 2),
-    pockets=(
-        Pocket("-y", make_transform(rotation_z(np.pi / 2), np.array([0.0, -0.4, -0.02])), np.array([0.8, 0.8, 0.104])),
+    pockets=tuple(
+        Pocket(face, make_transform(rotation_z(yaw), np.array([0.0, y, -0.02])), np.array([0.8, 0.8, 0.104]))
+        for face, yaw, y in (("-y", np.pi / 2, -0.4), ("+y", -np.pi / 2, 0.4))
     ),
 )
 CARTON = box_model("toy-carton", "carton", 7, [((0, 0, 0), (0.4, 0.3, 0.25))], symmetry=SymmetryGroup.cuboid())

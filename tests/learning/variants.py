@@ -14,5 +14,6 @@ def renamed(source: Path, root: Path, obj_id: int, name: str, class_name: str = 
     for path in root.glob("bop/*/*/scene_gt.json"):
         path.write_text(path.read_text().replace('"obj_id": 1,', f'"obj_id": {obj_id},'))
     for folder in ("models", "models_eval"):
+        (root / "bop" / folder / "SHA256SUMS").unlink()
         (root / "bop" / folder / "obj_000001.ply").rename(root / "bop" / folder / f"obj_{obj_id:06d}.ply")
     return root

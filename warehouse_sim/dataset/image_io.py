@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int32, UInt8, UInt16
 
-from warehouse_sim.dataset.png import encode_png
+from warehouse_sim.dataset.png import encode_png, png_header_size_wh, require_whole_png
 from warehouse_sim.errors import DatasetError
 
 _LARGEST = 65535
@@ -117,9 +117,7 @@ def png_size_wh(path: Path) -> tuple[int, int]:
             header = file.read(24)
     except OSError as problem:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-    if len(header) < 24 or header[:8] != b"\x89PNG\r\n\x1a\n" or header[12:16] != b"IHDR":
-        raise DatasetError(f"{path}: is not a PNG image")
-    return int.from_bytes(header[16:20], "big"), int.from_bytes(header[20:24], "big")
+    return png_header_size_wh(header, str(path))
 
 
 def _farthest(steps_per_metre: float) -> float:
@@ -129,10 +127,12 @@ def _farthest(steps_per_metre: float) -> float:
 
 def _decode(path: Path) -> np.ndarray:
     try:
-        data = np.fromfile(path, dtype=np.uint8)
+        data = path.read_bytes()
     except OSError as problem:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header asks for.
+    require_whole_png(data, str(path))
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if image is None:
         raise DatasetError(f"{path}: is not a readable image; generate the dataset again")
     return image

@@ -1,11 +1,22 @@
-"""JSON as this package writes and reads it: full float64 digits, no NaN, one line an entry, atomic and durable."""
+"""JSON as this package writes and reads it: full float64 digits, no NaN, one line an entry, atomic and durable.
+
+What comes from a file is bounded before anyone uses it: numbers fit into 64 bits, keys come once, and nesting ends
+where no dataset file has any. Files of this package nest ten levels deep at most.
+"""
 
 import json
+import math
+import re
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import write_bytes
+
+_DEEPEST = 64
+_LARGEST_WHOLE = 2**63 - 1
+_ADVICE = "run 'warehouse-sim validate' on the dataset"
+_TABLE_KEY = re.compile("0|[1-9][0-9]{0,8}")
 
 
 def write_json(path: Path, data: Any, depth: int = 1) -> None:
@@ -26,34 +37,74 @@ def read_json(path: Path) -> Any:
     """Read a JSON file.
 
     Raises:
-        DatasetError: The file is missing or is not JSON.
+        DatasetError: The file is missing, is not JSON, nests too deeply, or holds a number beyond 64 bits.
     """
     try:
-        return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
+        text = path.read_text(encoding="utf-8")
     except OSError as problem:
-        raise DatasetError(
-            f"{path}: cannot be read ({problem.strerror}); run 'warehouse-sim validate' on the dataset"
-        ) from problem
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); {_ADVICE}") from problem
+    except UnicodeDecodeError as problem:
+        raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
+    try:
+        data = json.loads(
+            text, parse_constant=_refuse, parse_float=_float, parse_int=_whole, object_pairs_hook=_mapping
+        )
     except ValueError as problem:
-        raise DatasetError(
-            f"{path}: is not valid JSON ({problem}); run 'warehouse-sim validate' on the dataset"
-        ) from problem
+        raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
+    except RecursionError as problem:
+        raise DatasetError(f"{path}: nests more than {_DEEPEST} levels deep; {_ADVICE}") from problem
+    if not _ends_within(data, _DEEPEST):
+        raise DatasetError(f"{path}: nests more than {_DEEPEST} levels deep; {_ADVICE}")
+    return data
 
 
 def read_table(path: Path) -> dict[int, Any]:
-    """Read a JSON object whose keys are whole numbers, in order of the numbers.
+    """Read a JSON object whose keys are whole numbers below 1e9, in order of the numbers.
 
     Raises:
         DatasetError: The file is missing, is not JSON, or is no such table.
     """
     data = read_json(path)
-    if not isinstance(data, dict) or not all(key.isdecimal() for key in data):
+    if not isinstance(data, dict) or not all(_TABLE_KEY.fullmatch(key) for key in data):
         raise DatasetError(f"{path}: expected a table whose keys are numbers")
     return {number: data[str(number)] for number in sorted(int(key) for key in data)}
 
 
 def _refuse(constant: str) -> None:
     raise ValueError(f"{constant} is no JSON number")
+
+
+def _float(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text[:30]} is too large")
+    return number
+
+
+def _whole(text: str) -> int:
+    if len(text) > 20 or abs(int(text)) > _LARGEST_WHOLE:
+        raise ValueError(f"{text[:30]} is too large")
+    return int(text)
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice[:30]!r} comes twice")
+    return data
+
+
+def _ends_within(data: Any, levels: int) -> bool:
+    """Return whether containers nest at most ``levels`` deep; level by level, not by recursion."""
+    containers = [data] if isinstance(data, (dict, list)) else []
+    for _ in range(levels):
+        items = (item for box in containers for item in (box.values() if isinstance(box, dict) else box))
+        containers = [item for item in items if isinstance(item, (dict, list))]
+        if not containers:
+            return True
+    return False
 
 
 def _spread(data: Any, depth: int, indent: str) -> str:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.recorded_rig import recorded_rig
 from warehouse_sim.dataset.split import Split
 
 
@@ -139,7 +140,7 @@ _CLEAN_STEREO_KINDS = {"image_clean_3": "png"}
 
 def stores_clean(recipe: dict[str, Any]) -> bool:
     """Return whether a dataset of this resolved recipe holds clean depth and colour beside the readings."""
-    return bool(recipe.get("sensors", {}).get("clean"))
+    return recorded_rig(recipe).clean
 
 
 def kitti_kinds(recipe: dict[str, Any]) -> dict[str, str]:
@@ -148,17 +149,14 @@ def kitti_kinds(recipe: dict[str, Any]) -> dict[str, str]:
     Args:
         recipe: The resolved recipe as the manifest holds it; one that says nothing about sensors has the usual ones.
     """
-    sensors = recipe.get("sensors", {})
-    kinds, right, names = dict(KITTI_KINDS), sensors.get("right"), sensors.get("lidars") or {}
-    if right is not None:
-        kinds |= _STEREO_KINDS
-        if right.get("matching") is not None:
-            kinds |= _MATCHED_KINDS
-    if stores_clean(recipe):
-        kinds |= _CLEAN_KINDS | (_CLEAN_STEREO_KINDS if right is not None else {})
-    for name in names:
+    rig, kinds = recorded_rig(recipe), dict(KITTI_KINDS)
+    if rig.baseline is not None:
+        kinds |= _STEREO_KINDS | (_MATCHED_KINDS if rig.matched else {})
+    if rig.clean:
+        kinds |= _CLEAN_KINDS | (_CLEAN_STEREO_KINDS if rig.baseline is not None else {})
+    for name in rig.lidars:
         kinds |= {f"velodyne_{name}": "bin", f"velodyne_{name}_ids": "bin"}
-    return kinds | ({"calib_lidars": "txt"} if names else {})
+    return kinds | ({"calib_lidars": "txt"} if rig.lidars else {})
 
 
 def _ending(kind: str) -> str:

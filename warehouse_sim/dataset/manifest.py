@@ -13,6 +13,8 @@ from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import ConfigError, DatasetError
 
 FORMAT_VERSION = 1
+_MOST_OBSERVATIONS = 1_000_000
+"""Of one scene: BOP's image numbers have six digits."""
 # What can change a byte of a dataset.
 _PACKAGES = (
     "warehouse-sim",
@@ -76,10 +78,16 @@ class Manifest:
                 "seed must be >= 0 and scenes and observations_per_scene >= 1, "
                 f"found {self.seed}, {self.scenes} and {self.observations_per_scene}"
             )
+        if self.observations_per_scene > _MOST_OBSERVATIONS:
+            raise ValueError(
+                f"observations_per_scene must be {_MOST_OBSERVATIONS} at most, found {self.observations_per_scene}"
+            )
         if self.twins and len(self.twins) != self.observations_per_scene:
             raise ValueError(f"twins must list {self.observations_per_scene} observations, found {len(self.twins)}")
         listed = sorted(index for indices in self.splits.values() for index in indices)
-        if sorted(self.splits) != sorted(SPLITS) or listed != list(range(self.scenes)):
+        # Counted before the numbers are written out: a file of one line can claim a thousand million scenes.
+        complete = len(listed) == self.scenes and listed == list(range(self.scenes))
+        if sorted(self.splits) != sorted(SPLITS) or not complete:
             raise ValueError("splits must hold every scene exactly once, under train, val or test")
 
     def split_of(self, scene_index: int) -> Split:

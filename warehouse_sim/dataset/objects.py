@@ -9,15 +9,27 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.dataset.checksums import require_checksum
 from warehouse_sim.dataset.json_file import read_table, write_json
 from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
-from warehouse_sim.dataset.plain import plain, read_transform, take
+from warehouse_sim.dataset.plain import LENGTHS, plain, read_transform, shown, take, take_name, take_numbers
 from warehouse_sim.dataset.ply import read_ply
 from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Pocket
+
+FACES: dict[str, tuple[float, float, float]] = {
+    "-x": (-1.0, 0.0, 0.0),
+    "+x": (1.0, 0.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+}
+"""Sides that a pocket can open on, with their outward normals."""
+_MOST_SYMMETRIES = 1000
+_SAME_LENGTH = 1e-3
+"""How far (m) vertices may leave the nominal box."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +74,7 @@ class ObjectInfo:
         path = BopLayout(DatasetLayout(self.root).format_folder("bop")).model(kind, self.obj_id)
         if not path.is_file():
             raise DatasetError(f"{path}: no mesh of {self.name}; generate the dataset with the format bop")
+        require_checksum(path)
         mesh = read_ply(path)
         return TriangleMesh(mesh.vertices / 1000.0, mesh.faces)
 
@@ -102,10 +115,13 @@ def read_objects(root: Path) -> dict[int, ObjectInfo]:
     """Read objects.json.
 
     Raises:
-        DatasetError: The file is missing or an entry is incomplete or malformed.
+        DatasetError: The file is missing or empty, or an entry is incomplete or malformed.
     """
     path = DatasetLayout(root).objects
-    return {obj_id: _from_plain(obj_id, data, f"{path}: {obj_id}", root) for obj_id, data in read_table(path).items()}
+    table = read_table(path)
+    if not table or min(table) < 1:
+        raise DatasetError(f"{path}: must hold objects, numbered from 1; generate the dataset again")
+    return {obj_id: _from_plain(obj_id, data, f"{path}: {obj_id}", root) for obj_id, data in table.items()}
 
 
 def _to_plain(info: ObjectInfo) -> dict[str, Any]:
@@ -125,14 +141,21 @@ def _to_plain(info: ObjectInfo) -> dict[str, Any]:
 def _from_plain(obj_id: int, data: Any, where: str, root: Path) -> ObjectInfo:
     symmetries = take(data, "symmetries", list, where)
     pockets = take(data, "pockets", list, where)
-    if not symmetries:
-        raise DatasetError(f"{where}: symmetries must hold at least the identity")
+    if not 1 <= len(symmetries) <= _MOST_SYMMETRIES:
+        raise DatasetError(f"{where}: symmetries must hold the identity, and {_MOST_SYMMETRIES} poses at most")
+    size, diameter = _read_size(data, where), take(data, "diameter", float, where, LENGTHS)
+    least, most = float(size.max()), float(np.linalg.norm(size))
+    if not least - _SAME_LENGTH <= diameter <= most + _SAME_LENGTH:
+        raise DatasetError(
+            f"{where}: diameter {diameter:.6g} m does not go with size {size.tolist()} m: "
+            f"two points of that box lie {least:.6g} to {most:.6g} m apart at most"
+        )
     return ObjectInfo(
         obj_id=obj_id,
-        name=take(data, "name", str, where),
-        class_name=take(data, "class_name", str, where),
-        size=_read_size(data, where),
-        diameter=take(data, "diameter", float, where),
+        name=take_name(data, "name", where),
+        class_name=take_name(data, "class_name", where),
+        size=size,
+        diameter=diameter,
         symmetry=SymmetryGroup(
             np.stack([read_transform(T, f"{where}: symmetries[{i}]") for i, T in enumerate(symmetries)])
         ),
@@ -143,11 +166,11 @@ def _from_plain(obj_id: int, data: Any, where: str, root: Path) -> ObjectInfo:
 
 def _read_pocket(data: Any, where: str) -> Pocket:
     T_object_pocket = read_transform(take(data, "T_object_pocket", list, where), where)
-    return Pocket(take(data, "face", str, where), T_object_pocket, _read_size(data, where))
+    face = take(data, "face", str, where)
+    if face not in FACES:
+        raise DatasetError(f"{where}: face must be {', '.join(FACES)}, found {shown(face)}")
+    return Pocket(face, T_object_pocket, _read_size(data, where))
 
 
 def _read_size(data: Any, where: str) -> Float[np.ndarray, " 3"]:
-    size = np.array(take(data, "size", list, where), dtype=float)
-    if size.shape != (3,) or not (size > 0).all():
-        raise DatasetError(f"{where}: size must be three lengths above 0, found {size.tolist()}")
-    return size
+    return take_numbers(data, "size", 3, where, LENGTHS)

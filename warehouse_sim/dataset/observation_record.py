@@ -5,9 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.plain import plain, read_transform, take
+from warehouse_sim.dataset.plain import (
+    PLACES,
+    SHARES,
+    WHOLE,
+    Span,
+    plain,
+    read_transform,
+    take,
+    take_if_given,
+    take_numbers,
+)
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation
+
+_TIMES = Span(0.0, 1e6)
+_LUX = Span(0.0, 1e9)
+_EXPOSURES = Span(-100.0, 100.0)
 
 
 @dataclass(frozen=True)
@@ -71,24 +85,31 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
     T_world_camera = read_transform(take(data, "T_world_camera", list, where), where)
     if "conditions" not in data:
         return RecordedObservation(T_world_camera)
-    conditions = take(data, "conditions", dict, where)
-    request = data.get("visible_request")
+    request = None
+    if take_if_given(data, "visible_request", list, where) is not None:
+        low, high = take_numbers(data, "visible_request", 2, where, SHARES).tolist()
+        request = low, high
     return RecordedObservation(
         T_world_camera=T_world_camera,
-        conditions=Conditions(
-            lighting=take(conditions, "lighting", str, where),
-            floor_lux=conditions.get("floor_lux"),
-            exposure_ev=conditions.get("exposure_ev"),
-            variant=take(conditions, "variant", str, where),
-            twin_group=conditions.get("twin_group"),
-            absent=tuple(take(conditions, "absent", list, where)),
-        ),
-        kind=data.get("kind", ""),
-        time=data.get("time", 0.0),
-        sequence=data.get("sequence"),
-        target=data.get("target"),
-        visible_request=None if request is None else (float(request[0]), float(request[1])),
+        conditions=_read_conditions(take(data, "conditions", dict, where), f"{where}: conditions"),
+        kind=take_if_given(data, "kind", str, where) or "",
+        time=take_if_given(data, "time", float, where, _TIMES) or 0.0,
+        sequence=take_if_given(data, "sequence", int, where, WHOLE),
+        target=take_if_given(data, "target", int, where, WHOLE),
+        visible_request=request,
         targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),
+    )
+
+
+def _read_conditions(data: Any, where: str) -> Conditions:
+    absent = take(data, "absent", list, where)
+    return Conditions(
+        lighting=take(data, "lighting", str, where),
+        floor_lux=take_if_given(data, "floor_lux", float, where, _LUX),
+        exposure_ev=take_if_given(data, "exposure_ev", float, where, _EXPOSURES),
+        variant=take(data, "variant", str, where),
+        twin_group=take_if_given(data, "twin_group", int, where, WHOLE),
+        absent=tuple(int(number) for number in take_numbers(data, "absent", len(absent), where, WHOLE)),
     )
 
 
@@ -104,12 +125,12 @@ def _target_row(item: ObjectAnnotation) -> dict[str, Any]:
 
 
 def _read_target(data: Any, where: str) -> RecordedTarget:
-    illuminance = data.get("illuminance") if isinstance(data, dict) else None
+    hidden_by = take(data, "hidden_by", dict, where)
     return RecordedTarget(
-        instance_id=take(data, "instance_id", int, where),
-        visible_fraction=take(data, "visible_fraction", float, where),
-        distance=take(data, "distance", float, where),
-        pixels_all=take(data, "pixels_all", int, where),
-        hidden_by=take(data, "hidden_by", dict, where),
-        illuminance=None if illuminance is None else float(illuminance),
+        instance_id=take(data, "instance_id", int, where, WHOLE),
+        visible_fraction=take(data, "visible_fraction", float, where, SHARES),
+        distance=take(data, "distance", float, where, PLACES),
+        pixels_all=take(data, "pixels_all", int, where, WHOLE),
+        hidden_by={kind: take(hidden_by, kind, float, f"{where}: hidden_by", SHARES) for kind in hidden_by},
+        illuminance=take_if_given(data, "illuminance", float, where, _LUX),
     )

@@ -1,5 +1,6 @@
 """Triangle meshes as PLY, in the dialect that the BOP toolkit reads: type names float, int and uchar."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,10 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.output import write_bytes
 
+_COUNT = re.compile("[0-9]{1,9}")
+_LONGEST_HEADER = 1000
+_FARTHEST = 1e7
+"""Largest coordinate that is read: 10 km in millimetres."""
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
 _HEADER = """ply
 format binary_little_endian 1.0
@@ -34,7 +39,7 @@ def read_ply(path: Path) -> TriangleMesh:
     """Read a mesh that ``write_ply`` wrote.
 
     Raises:
-        DatasetError: The file is missing or is laid out in another way.
+        DatasetError: The file is missing, is laid out in another way, or holds no finite triangles of its vertices.
     """
     try:
         content = path.read_bytes()
@@ -43,13 +48,18 @@ def read_ply(path: Path) -> TriangleMesh:
     header, mark, body = content.partition(b"end_header\n")
     counts = {
         words[1]: int(words[2])
-        for words in (line.split() for line in header.decode("ascii", "replace").splitlines())
-        if len(words) == 3 and words[0] == "element" and words[2].isdigit()
+        for words in (line.split() for line in header[:_LONGEST_HEADER].decode("ascii", "replace").splitlines())
+        if len(words) == 3 and words[0] == "element" and _COUNT.fullmatch(words[2])
     }
     vertices, faces = counts.get("vertex", 0), counts.get("face", 0)
     expected = _HEADER.format(vertices=vertices, faces=faces).encode("ascii")
     if header + mark != expected or len(body) != vertices * 12 + faces * _FACE.itemsize:
         raise DatasetError(f"{path}: is not a mesh written by this package; generate the dataset again")
     points = np.frombuffer(body, dtype="<f4", count=vertices * 3).reshape(-1, 3)
-    triangles = np.frombuffer(body, dtype=_FACE, offset=vertices * 12)["indices"]
+    rows = np.frombuffer(body, dtype=_FACE, offset=vertices * 12)
+    counts_3, triangles = rows["count"], rows["indices"]
+    if not (np.abs(points) <= _FARTHEST).all():
+        raise DatasetError(f"{path}: a vertex is not finite, or {_FARTHEST:g} mm away; generate the dataset again")
+    if not vertices or not faces or triangles.min() < 0 or triangles.max() >= vertices or (counts_3 != 3).any():
+        raise DatasetError(f"{path}: a face is no triangle of its {vertices} vertices; generate the dataset again")
     return TriangleMesh(points.astype(np.float64), triangles.astype(np.int32))

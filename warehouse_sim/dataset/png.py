@@ -34,6 +34,8 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _FILTER_BYTES: dict[Filter, int] = {"none": 0, "sub": 1, "up": 2}
 _GREY, _RGB = 0, 2
 _LEVEL = 1
+_MOST_PIXELS = 2**26
+"""Pixels of the largest image that is decoded: 8192 x 8192."""
 
 
 def encode_png(image: np.ndarray, row_filter: Filter) -> bytes:
@@ -57,6 +59,41 @@ def encode_png(image: np.ndarray, row_filter: Filter) -> bytes:
     rows = samples.view(np.uint8).reshape(height, -1)
     data = isal_zlib.compress(_filtered(rows, rows.shape[1] // width, row_filter), _LEVEL)
     return b"".join([_SIGNATURE, *_chunk(b"IHDR", header), *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")])
+
+
+def png_header_size_wh(header: bytes, where: str) -> tuple[int, int]:
+    """Return width and height of a PNG file from its first 24 bytes.
+
+    Raises:
+        DatasetError: They are those of no PNG, or of one too large to be decoded.
+    """
+    if len(header) < 24 or header[:8] != _SIGNATURE or header[12:16] != b"IHDR":
+        raise DatasetError(f"{where}: is not a PNG image; generate the dataset again")
+    width, height = struct.unpack(">II", header[16:24])
+    if not 1 <= width * height <= _MOST_PIXELS:
+        raise DatasetError(f"{where}: is an image of {width} x {height} pixels, 1 to {_MOST_PIXELS} are read")
+    return width, height
+
+
+def require_whole_png(data: bytes, where: str) -> None:
+    """Refuse a PNG file with a changed, missing or additional byte: every chunk has its checksum, IEND ends the file.
+
+    Raises:
+        DatasetError: It is damaged, or too large to be decoded.
+    """
+    png_header_size_wh(data[:24], where)
+    start, kind = len(_SIGNATURE), b""
+    while kind != b"IEND":
+        length, kind = int.from_bytes(data[start : start + 4], "big"), data[start + 4 : start + 8]
+        end = start + 8 + length
+        checksum = int.from_bytes(data[end : end + 4], "big")
+        if end + 4 > len(data) or isal_zlib.crc32(memoryview(data)[start + 4 : end]) != checksum:
+            raise DatasetError(f"{where}: is a damaged PNG image from byte {start} on; generate the dataset again")
+        start = end + 4
+    if start != len(data):
+        raise DatasetError(
+            f"{where}: goes on for {len(data) - start} bytes behind its image; generate the dataset again"
+        )
 
 
 def _filtered(rows: UInt8[np.ndarray, "h b"], pixel_bytes: int, row_filter: Filter) -> UInt8[np.ndarray, "h b+1"]:

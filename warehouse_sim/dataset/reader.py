@@ -13,12 +13,17 @@ from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.layout import BopLayout, BopSceneLayout, DatasetLayout, stores_clean
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.plain import is_rigid, take
+from warehouse_sim.dataset.plain import PIXELS, PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
+
+_DEPTH_SCALES = Span(1e-3, 1e3)
+_PIXELS = Span(-1e6, 1e6)
+"""Intrinsics and corners of boxes, which may leave the image (px)."""
+_PLACES_MM = Span(1000.0 * PLACES.low, 1000.0 * PLACES.high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,10 @@ class TargetRecord:
     """Inclusive pixel corners of the visible part."""
     box_amodal_xyxy: tuple[float, float, float, float]
     """Inclusive pixel corners of the whole silhouette; may leave the image."""
+    pixels_valid: int
+    """Pixels of the silhouette in the image, hidden or not, with a depth reading."""
+    pixels_all: int
+    """Pixels of the whole silhouette, inside the image or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +102,8 @@ class DatasetReader:
         """
         name = _split_name(split, self.root)
         if split not in self._images:
-            sizes = read_json(self._bop.camera), str(self._bop.camera)
-            size = take(sizes[0], "width", int, sizes[1]), take(sizes[0], "height", int, sizes[1])
+            camera, where = read_json(self._bop.camera), str(self._bop.camera)
+            size = take(camera, "width", int, where, PIXELS), take(camera, "height", int, where, PIXELS)
             self._images[split] = [
                 record
                 for scene_id in self.manifest.splits[name]
@@ -104,11 +113,11 @@ class DatasetReader:
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image."""
-        return decode_rgb(self._scene(image).rgb(image.image_id))
+        return _sized(decode_rgb(self._scene(image).rgb(image.image_id)), image, "rgb")
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        steps = decode_depth(self._scene(image).depth(image.image_id))
+        steps = _sized(decode_depth(self._scene(image).depth(image.image_id)), image, "depth")
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
@@ -118,7 +127,7 @@ class DatasetReader:
             DatasetError: The dataset was made without clean images.
         """
         self._require_clean()
-        return decode_rgb(self._scene(image).rgb_clean(image.image_id))
+        return _sized(decode_rgb(self._scene(image).rgb_clean(image.image_id)), image, "rgb_clean")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth without errors of a sensor: metres, 0 = nothing there, or farther than the file can say.
@@ -127,16 +136,16 @@ class DatasetReader:
             DatasetError: The dataset was made without clean images.
         """
         self._require_clean()
-        steps = decode_depth(self._scene(image).depth_clean(image.image_id))
+        steps = _sized(decode_depth(self._scene(image).depth_clean(image.image_id)), image, "depth_clean")
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels."""
-        return decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=True))
+        return _sized(decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=True)), image, "mask_visib")
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's whole silhouette, as far as it lies in the image."""
-        return decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=False))
+        return _sized(decode_mask(self._scene(image).mask(image.image_id, gt_index, visible=False)), image, "mask")
 
     @property
     def has_clean(self) -> bool:
@@ -184,7 +193,7 @@ def read_bop_scene(layout: BopSceneLayout, split: Split, scene_id: int, size_wh:
                 image_id=key,
                 camera=_read_camera(cameras[key], size_wh, camera_where),
                 T_world_camera=invert(T_camera_world),
-                depth_scale=take(cameras[key], "depth_scale", float, camera_where),
+                depth_scale=take(cameras[key], "depth_scale", float, camera_where, _DEPTH_SCALES),
                 targets=targets,
             )
         )
@@ -194,18 +203,20 @@ def read_bop_scene(layout: BopSceneLayout, split: Split, scene_id: int, size_wh:
 def _read_target(index: int, pose: Any, info: Any, where: str) -> TargetRecord:
     return TargetRecord(
         gt_index=index,
-        obj_id=take(pose, "obj_id", int, where),
-        instance_id=take(info, "instance_id", int, where) if "instance_id" in info else 0,
+        obj_id=take(pose, "obj_id", int, where, WHOLE),
+        instance_id=take_if_given(info, "instance_id", int, where, WHOLE) or 0,
         T_camera_object=_read_pose(pose, "cam_R_m2c", "cam_t_m2c", where),
-        visible_fraction=take(info, "visib_fract", float, where),
-        pixels_visible=take(info, "px_count_visib", int, where),
+        visible_fraction=take(info, "visib_fract", float, where, SHARES),
+        pixels_visible=take(info, "px_count_visib", int, where, WHOLE),
         box_visible_xyxy=_read_box(info, "bbox_visib", where),
         box_amodal_xyxy=_read_box(info, "bbox_obj", where),
+        pixels_valid=take(info, "px_count_valid", int, where, WHOLE),
+        pixels_all=take(info, "px_count_all", int, where, WHOLE),
     )
 
 
 def _read_pose(data: Any, rotation: str, translation: str, where: str) -> Transform:
-    R, t_mm = _numbers(data, rotation, 9, where), _numbers(data, translation, 3, where)
+    R, t_mm = take_numbers(data, rotation, 9, where), take_numbers(data, translation, 3, where, _PLACES_MM)
     T = make_transform(R.reshape(3, 3), t_mm / 1000.0)
     if not is_rigid(T):
         raise DatasetError(f"{where}: {rotation} is not a rotation: {R.tolist()}")
@@ -213,10 +224,10 @@ def _read_pose(data: Any, rotation: str, translation: str, where: str) -> Transf
 
 
 def _read_camera(data: Any, size_wh: tuple[int, int], where: str) -> PinholeCamera:
-    fx, skew, cx, _, fy, cy, *last = _numbers(data, "cam_K", 9, where)
+    fx, skew, cx, _, fy, cy, *last = take_numbers(data, "cam_K", 9, where, _PIXELS)
     if skew != 0.0 or last != [0.0, 0.0, 1.0]:
         raise DatasetError(f"{where}: cam_K must be a pinhole camera without skew")
-    lens = _numbers(data, "cam_distortion", 5, where).tolist() if "cam_distortion" in data else None
+    lens = take_numbers(data, "cam_distortion", 5, where, _PIXELS).tolist() if "cam_distortion" in data else None
     try:
         distortion = None if lens is None else Distortion(*lens)
         camera = PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
@@ -227,16 +238,23 @@ def _read_camera(data: Any, size_wh: tuple[int, int], where: str) -> PinholeCame
 
 
 def _read_box(data: Any, key: str, where: str) -> tuple[float, float, float, float]:
-    left, top, width, height = (float(value) for value in _numbers(data, key, 4, where))
+    left, top, width, height = (float(value) for value in take_numbers(data, key, 4, where, _PIXELS))
     # BOP's width is the difference of inclusive corners, without one more.
     return left, top, left + width, top + height
 
 
-def _numbers(data: Any, key: str, count: int, where: str) -> np.ndarray:
-    values = take(data, key, list, where)
-    if len(values) != count or not all(type(value) in (int, float) for value in values):
-        raise DatasetError(f"{where}: {key} must be {count} numbers, found {values!r}")
-    return np.array(values, dtype=float)
+def _sized(pixels: np.ndarray, image: ImageRecord, kind: str) -> np.ndarray:
+    """Return ``pixels`` of an image's file.
+
+    Raises:
+        DatasetError: They are not as many as the camera's.
+    """
+    if pixels.shape[:2] != (image.camera.height, image.camera.width):
+        raise DatasetError(
+            f"{image.split} scene {image.scene_id}: {kind} of image {image.image_id} is {pixels.shape[:2]}, "
+            f"the camera {(image.camera.height, image.camera.width)} (h, w)"
+        )
+    return pixels
 
 
 def _split_name(split: str, root: Path) -> Split:

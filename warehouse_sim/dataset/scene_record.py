@@ -11,7 +11,7 @@ from typing import Any
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
-from warehouse_sim.dataset.plain import plain, read_transform, take
+from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, take, take_name
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import SceneSpec
@@ -133,7 +133,7 @@ def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
     observations = take(data, "observations", list, where)
     objects = take(data, "objects", list, where)
     return SceneRecord(
-        scene_index=take(data, "scene_index", int, where),
+        scene_index=take(data, "scene_index", int, where, WHOLE),
         seed=take(data, "seed", int, where),
         split=take(data, "split", str, where),
         renderer=take(data, "renderer", str, where),
@@ -147,10 +147,10 @@ def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
 
 def _read_object(data: Any, where: str) -> RecordedObject:
     return RecordedObject(
-        instance_id=take(data, "instance_id", int, where),
-        class_name=take(data, "class_name", str, where),
+        instance_id=take(data, "instance_id", int, where, WHOLE),
+        class_name=take_name(data, "class_name", where),
         model=take(data, "model", str, where),
-        obj_id=take(data, "obj_id", int, where),
+        obj_id=take(data, "obj_id", int, where, WHOLE),
         group=take(data, "group", int, where),
         T_world_object=read_transform(take(data, "T_world_object", list, where), where),
     )

@@ -7,7 +7,7 @@ turned by half is the same cuboid.
 from itertools import permutations, product
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial import KDTree
 
 from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
@@ -32,19 +32,26 @@ def shape_symmetry(mesh: TriangleMesh, declared: SymmetryGroup) -> SymmetryGroup
         mesh: CAD surface (m) in the object frame, whose origin is the centre of its box.
         declared: The group that the object declares, which is returned unless the shape's holds all of it and more.
     """
+    extent, turns = np.abs(mesh.vertices).max(axis=0), _box_turns()
+    moved_edges = np.abs(np.abs(turns[:, :3, :3]) @ extent - extent).max(axis=1)
+    likely = turns[moved_edges <= 2.0 * _EDGE_TOLERANCE * extent.max()]
+    group = SymmetryGroup(likely[surface_kept(mesh, likely)])
+    larger = len(group) > len(declared) and _holds(group, declared) and is_closed(group)
+    return group if larger else declared
+
+
+def surface_kept(mesh: TriangleMesh, motions: Transforms) -> Bool[np.ndarray, " n"]:
+    """Return which motions, "n 4 4", bring sampled points of a surface back onto it."""
     rng = np.random.default_rng(0)
     surface, tested = (sample_surface(mesh, count, rng)[0] for count in (_SURFACE_SAMPLES, _TESTED_SAMPLES))
     tree, extent = KDTree(surface), np.abs(mesh.vertices).max(axis=0)
     limit = _distance(tree, tested) + _SURFACE_TOLERANCE * 2.0 * float(np.linalg.norm(extent))
-    found = [
-        T
-        for T in _box_turns()
-        if np.abs(np.abs(T[:3, :3]) @ extent - extent).max() <= 2.0 * _EDGE_TOLERANCE * extent.max()
-        and _distance(tree, transform_points(T, tested)) <= limit
-    ]
-    group = SymmetryGroup(np.stack(found))
-    larger = len(group) > len(declared) and _holds(group, declared) and _is_closed(group)
-    return group if larger else declared
+    return np.array([_distance(tree, transform_points(T, tested)) <= limit for T in motions])
+
+
+def is_closed(group: SymmetryGroup) -> bool:
+    """Return whether any two motions of a group, one after the other, make a third of it."""
+    return all(_holds(group, SymmetryGroup(T @ group.transforms)) for T in group.transforms)
 
 
 def _box_turns() -> Transforms:
@@ -65,8 +72,3 @@ def _distance(tree: KDTree, points: Float[np.ndarray, "n 3"]) -> float:
 def _holds(group: SymmetryGroup, other: SymmetryGroup) -> bool:
     apart = np.abs(group.transforms[:, None] - other.transforms[None]).max(axis=(2, 3))
     return bool((apart.min(axis=0) < 1e-6).all())
-
-
-def _is_closed(group: SymmetryGroup) -> bool:
-    products = group.transforms[:, None] @ group.transforms[None]
-    return _holds(group, SymmetryGroup(products.reshape(-1, 4, 4)))

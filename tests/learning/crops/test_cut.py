@@ -13,7 +13,9 @@ from warehouse_sim.learning.crops.window import Window
 
 
 def target(pixels: int = 500, fraction: float = 1.0) -> TargetRecord:
-    return TargetRecord(0, 1, 0, make_transform(None, np.array([0.0, 0, 3])), fraction, pixels, (0, 0, 0, 0), (0,) * 4)
+    return TargetRecord(
+        0, 1, 0, make_transform(None, np.array([0.0, 0, 3])), fraction, pixels, (0,) * 4, (0,) * 4, 0, 0
+    )
 
 
 def image(*targets: TargetRecord) -> ImageRecord:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.kitti import read_labels
+from warehouse_sim.dataset.checks.kitti import read_bytes, read_labels, read_text
 from warehouse_sim.dataset.checks.subject import Findings, Subject
 from warehouse_sim.dataset.image_io import decode_depth
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
@@ -41,7 +41,7 @@ def cameras(subject: Subject) -> Findings:
     for image in subject.images():
         path = subject.kitti.file(image.split, "calib", _frame(subject, image))
         size_wh = image.camera.width, image.camera.height
-        camera = calib_camera(parse_calib(path.read_text(encoding="ascii"), str(path)), size_wh)
+        camera = calib_camera(parse_calib(read_text(path), str(path)), size_wh)
         same_k = np.allclose(camera.K, image.camera.K, rtol=1e-9)
         lenses = [item.distortion or Distortion() for item in (camera, image.camera)]
         same_lens = np.allclose(lenses[0].coefficients, lenses[1].coefficients, rtol=1e-9, atol=1e-12)
@@ -58,11 +58,13 @@ def images(subject: Subject) -> Findings:
         frame = _frame(subject, image)
         rgb_path = subject.kitti.file(image.split, "image_2", frame)
         bop_path = subject.bop.scene(image.split, image.scene_id).rgb(image.image_id)
-        same = rgb_path.samefile(bop_path) or rgb_path.read_bytes() == bop_path.read_bytes()
+        same = read_bytes(rgb_path) == read_bytes(bop_path)
         findings.require(same, f"{rgb_path}: differs from {bop_path}")
         depth_path = subject.kitti.file(image.split, "depth_2", frame)
-        difference = np.abs(decode_depth(depth_path) / np.float32(256.0) - subject.reader.depth(image)).max()
-        findings.require(bool(difference <= _SAME_DEPTH), f"{depth_path}: differs from BOP's by {difference:.4f} m")
+        steps, depth = decode_depth(depth_path), subject.reader.depth(image)
+        if findings.require(steps.shape == depth.shape, f"{depth_path}: is not as large as BOP's"):
+            difference = np.abs(steps / np.float32(256.0) - depth).max()
+            findings.require(bool(difference <= _SAME_DEPTH), f"{depth_path}: differs from BOP's by {difference:.4f} m")
         count += 2
     findings.examined = f"{count} pairs of images"
     return findings
@@ -76,7 +78,7 @@ def _same(
     findings.require(moved < _SAME_PLACE, f"{where}: KITTI and BOP place it {moved:.6f} m apart")
     turned = math.remainder(row.rotation_y - math.atan2(-T_camera_object[2, 0], T_camera_object[0, 0]), 2 * math.pi)
     findings.require(abs(turned) < _SAME_PLACE, f"{where}: KITTI and BOP turn it {turned:.6f} rad apart")
-    class_name = subject.objects[target.obj_id].class_name
+    class_name = subject.info(target.obj_id).class_name
     findings.require(row.type == class_name, f"{where}: is a {row.type} in KITTI and a {class_name} in BOP")
     last = image.camera.width - 1, image.camera.height - 1
     box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])

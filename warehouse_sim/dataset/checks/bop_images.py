@@ -8,9 +8,9 @@ from jaxtyping import Bool, Float32
 from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
 from warehouse_sim.dataset.checks.subject import Findings, Subject
 from warehouse_sim.dataset.json_file import read_json, read_table
+from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.reader import ImageRecord
 from warehouse_sim.dataset.writers.bop_labels import run_lengths
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 
@@ -18,7 +18,6 @@ def images(subject: Subject) -> Findings:
     """Colour and depth images can be read and have the camera's size."""
     findings, count, reader = Findings(), 0, subject.reader
     for image in subject.images():
-        shape = image.camera.height, image.camera.width
         pictures = {"rgb": reader.rgb(image), "depth": reader.depth(image)}
         if reader.has_clean:
             pictures |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
@@ -26,7 +25,6 @@ def images(subject: Subject) -> Findings:
             findings.require(reads(pictures["depth_clean"], pictures["depth"]), f"{where}: {NOT_ITS_TRUTH}")
         for name, pixels in pictures.items():
             where = f"{subject.bop.scene(image.split, image.scene_id).root / name}: image {image.image_id}"
-            findings.require(pixels.shape[:2] == shape, f"{where}: is {pixels.shape[:2]}, the camera {shape} (h, w)")
             findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")
             count += 1
     findings.examined = f"{count} images"
@@ -39,7 +37,9 @@ def masks(subject: Subject) -> Findings:
     for split, scene in subject.scenes():
         layout = subject.bop.scene(split, scene)
         infos, coco = read_table(layout.table("gt_info")), read_json(layout.table("gt_coco"))
-        runs = iter([annotation["segmentation"] for annotation in coco["annotations"]])
+        where = f"{layout.table('gt_coco')}: annotations"
+        annotations = take(coco, "annotations", list, str(layout.table("gt_coco")))
+        runs = iter([take(annotation, "segmentation", dict, where) for annotation in annotations])
         for image in (image for image in subject.reader.images(split) if image.scene_id == scene):
             taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
             depth = subject.reader.depth(image)
@@ -64,8 +64,6 @@ def _mask_agrees(
 ) -> Bool[np.ndarray, "h w"]:
     where = str(subject.bop.scene(image.split, image.scene_id).mask(image.image_id, index, visible=True))
     whole, visible = subject.reader.mask(image, index), subject.reader.mask_visible(image, index)
-    if not whole.shape == visible.shape == depth.shape:
-        raise DatasetError(f"{where}: the masks {whole.shape}, {visible.shape} have not the image's size {depth.shape}")
     findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole silhouette")
     counted = int(visible.sum())
     findings.require(

@@ -12,10 +12,9 @@ from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.layout import kitti_kinds
 from warehouse_sim.dataset.scene_record import RecordedObject
 from warehouse_sim.dataset.split import SPLITS, Split
-from warehouse_sim.dataset.writers.kitti_calib import CALIB_KEYS, parse_calib, recipe_distortion
+from warehouse_sim.dataset.writers.kitti_calib import CALIB_KEYS, parse_calib
 from warehouse_sim.dataset.writers.kitti_label import KittiLabel, parse_label
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 
 _SAME_PLACE = 1e-5
@@ -43,7 +42,7 @@ def files(subject: Subject) -> Findings:
     }
     for name, frames in sets.items():
         path = subject.kitti.image_set(name)
-        listed = _text(path).split("\n")[:-1]
+        listed = read_text(path).split("\n")[:-1]
         findings.require(listed == [f"{frame:06d}" for frame in sorted(frames)], f"{path}: is not the manifest's split")
     findings.examined = f"{sum(map(len, by_split.values()))} frames, {len(kinds)} files each"
     return findings
@@ -60,7 +59,7 @@ def labels(subject: Subject) -> Findings:
             _plausible(findings, label, size_wh, where)
             item = recorded_object(subject, scene, observation, label)
             if findings.require(item is not None, f"{where}: the scene record has no {label.type} there") and item:
-                length, breadth, height = subject.objects[item.obj_id].size
+                length, breadth, height = subject.info(item.obj_id).size
                 same_size = np.abs(np.subtract(label.size_hwl, (height, breadth, length))).max() < _SAME_PLACE
                 findings.require(bool(same_size), f"{where}: size {label.size_hwl} is not that of object {item.obj_id}")
             count += 1
@@ -73,7 +72,7 @@ def calib(subject: Subject) -> Findings:
     findings, count = Findings(), 0
     for split, scene, observation, frame in subject.frames():
         path = subject.kitti.file(split, "calib", frame)
-        matrices = parse_calib(_text(path), str(path))
+        matrices = parse_calib(read_text(path), str(path))
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
         findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x the recipe's distortion")
@@ -82,7 +81,7 @@ def calib(subject: Subject) -> Findings:
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
             findings.require(bool(rigid), f"{path}: {key} is not a rotation")
         plane_path = subject.kitti.file(split, "planes", frame)
-        T_camera_world = invert(subject.record(scene).T_world_camera[observation])
+        T_camera_world = invert(subject.T_world_camera(scene, observation))
         expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
         findings.require(
             bool(np.abs(_plane(plane_path) - expected).max() < _SAME_PLACE), f"{plane_path}: is not the floor's plane"
@@ -99,17 +98,7 @@ def points(subject: Subject) -> Findings:
         frames += 1
         path = subject.kitti.file(split, "velodyne", frame)
         cloud, ids = read_points(subject, split, frame)
-        finite = np.isfinite(cloud).all() and ((cloud[:, 3] >= 0) & (cloud[:, 3] <= 1)).all()
-        findings.require(bool(finite), f"{path}: a point is not finite, or a reflectance is not in 0-1")
-        beams_path = subject.kitti.file(split, "velodyne_beams", frame)
-        findings.require(
-            _are_beams(_bytes(beams_path), len(cloud)), f"{beams_path}: does not hold a ring and a time of each point"
-        )
-        known = {item.instance_id for item in subject.record(scene).objects} | {0}
-        findings.require(
-            set(np.unique(ids).tolist()) <= known, f"{path}: its ids name objects that are not in the scene"
-        )
-        matrices = parse_calib(_text(subject.kitti.file(split, "calib", frame)), str(path))
+        matrices = parse_calib(read_text(subject.kitti.file(split, "calib", frame)), str(path))
         T_camera_lidar = make_transform(matrices["Tr_velo_to_cam"][:, :3], matrices["Tr_velo_to_cam"][:, 3])
         for label in read_labels(subject, split, frame):
             item = recorded_object(subject, scene, observation, label)
@@ -180,7 +169,7 @@ def read_labels(subject: Subject, split: Split, frame: int) -> list[KittiLabel]:
         DatasetError: The file is missing, empty, has a blank line, or a row that does not parse.
     """
     path = subject.kitti.file(split, "label_2", frame)
-    lines = _text(path).split("\n")
+    lines = read_text(path).split("\n")
     if len(lines) < 2 or lines[-1]:
         raise DatasetError(f"{path}: at least one row and a line end after the last one are expected")
     rows = [parse_label(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)]
@@ -191,15 +180,15 @@ def read_labels(subject: Subject, split: Split, frame: int) -> list[KittiLabel]:
 
 
 def read_points(
-    subject: Subject, split: Split, frame: int
+    subject: Subject, split: Split, frame: int, name: str = "velodyne"
 ) -> tuple[Float32[np.ndarray, "n 4"], Int32[np.ndarray, " n"]]:
-    """Read a sweep and the instance id of each point.
+    """Read a sweep, of the LiDAR whose folder is ``name``, and the instance id of each point.
 
     Raises:
         DatasetError: A file is missing or the two have not the same number of points.
     """
-    path, ids_path = (subject.kitti.file(split, kind, frame) for kind in ("velodyne", "velodyne_ids"))
-    cloud, ids = _bytes(path), _bytes(ids_path)
+    path, ids_path = (subject.kitti.file(split, kind, frame) for kind in (name, f"{name}_ids"))
+    cloud, ids = read_bytes(path), read_bytes(ids_path)
     if len(cloud) % 16 or len(cloud) != 4 * len(ids):
         raise DatasetError(f"{path}: {len(cloud)} bytes of points do not go with {len(ids)} bytes of ids")
     return np.frombuffer(cloud, dtype="<f4").reshape(-1, 4), np.frombuffer(ids, dtype="<i4")
@@ -207,9 +196,9 @@ def read_points(
 
 def recorded_object(subject: Subject, scene: int, observation: int, label: KittiLabel) -> RecordedObject | None:
     """Return the object of the scene record whose class and place are those of a label."""
-    record = subject.record(scene)
-    centre = transform_points(record.T_world_camera[observation], label.T_camera_object()[None, :3, 3])[0]
-    for item in record.objects:
+    T_world_camera = subject.T_world_camera(scene, observation)
+    centre = transform_points(T_world_camera, label.T_camera_object()[None, :3, 3])[0]
+    for item in subject.record(scene).objects:
         if item.class_name == label.type and np.abs(item.T_world_object[:3, 3] - centre).max() < _SAME_PLACE:
             return item
     return None
@@ -233,36 +222,26 @@ def _plausible(findings: Findings, label: KittiLabel, size_wh: tuple[int, int], 
 
 def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
     """Return whether the right camera is the left one, moved by the recipe's baseline, 0 without a right camera."""
-    right = subject.manifest.recipe.get("sensors", {}).get("right")
     moved = np.zeros((3, 4))
-    moved[0, 3] = 0.0 if right is None else -matrices["P2"][0, 0] * right["baseline"]
+    moved[0, 3] = -matrices["P2"][0, 0] * (subject.rig.baseline or 0.0)
     return bool(np.abs(matrices["P3"] - matrices["P2"] - moved).max() < _SAME_PLACE)
 
 
 def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
     """Return whether each camera has the lens of the recipe, and no other lines than for that."""
-    recipe = subject.manifest.recipe
-    wanted = recipe_distortion(recipe)
-    eyes = ("02", "03") if recipe.get("sensors", {}).get("right") is not None else ("02",)
+    wanted = subject.rig.distortion
+    eyes = ("02",) if subject.rig.baseline is None else ("02", "03")
     if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in "KD"}:
         return False
-    if not wanted:
+    if wanted is None:
         return True
-    lens = Distortion(**wanted).coefficients
+    lens = wanted.coefficients
     same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
     return same_k and all(np.allclose(matrices[f"D_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
 
 
-def _are_beams(content: bytes, count: int) -> bool:
-    """Return whether there are ``count`` pairs of a ring number and a time, none negative."""
-    if len(content) != 8 * count:
-        return False
-    ring, time = np.frombuffer(content, "<f4").reshape(-1, 2).T
-    return bool((ring >= 0).all() and (ring == np.rint(ring)).all() and (time >= 0).all() and np.isfinite(time).all())
-
-
 def _plane(path: Path) -> Float[np.ndarray, " 4"]:
-    lines = _text(path).split("\n")
+    lines = read_text(path).split("\n")
     try:
         values = np.array([float(word) for word in lines[3].split(" ")])
     except (IndexError, ValueError) as problem:
@@ -272,14 +251,24 @@ def _plane(path: Path) -> Float[np.ndarray, " 4"]:
     return values
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Return the content of a text file.
+
+    Raises:
+        DatasetError: It cannot be read, or is not ASCII.
+    """
     try:
-        return _bytes(path).decode("ascii")
+        return read_bytes(path).decode("ascii")
     except UnicodeDecodeError as problem:
         raise DatasetError(f"{path}: holds something else than ASCII text ({problem.reason})") from problem
 
 
-def _bytes(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a file.
+
+    Raises:
+        DatasetError: It cannot be read.
+    """
     try:
         return path.read_bytes()
     except OSError as problem:

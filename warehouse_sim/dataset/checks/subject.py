@@ -9,8 +9,14 @@ from warehouse_sim.dataset.layout import BopLayout, DatasetLayout, KittiLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.recorded_rig import RecordedRig, recorded_rig
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import Transform
+
+_KEPT = 100
+"""Problems that a check keeps: a folder can hold more wrong files than memory."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +36,16 @@ class Findings:
     examined: str = ""
     """What was looked at, with its number."""
     problems: list[str] = field(default_factory=list)
+    """The first ones that are wrong."""
+    more: int = 0
+    """How many were found beyond them."""
 
     def require(self, holds: bool, problem: str) -> bool:
         """Note ``problem`` unless ``holds``; return ``holds``."""
-        if not holds:
+        if not holds and len(self.problems) < _KEPT:
             self.problems.append(problem)
+        elif not holds:
+            self.more += 1
         return holds
 
 
@@ -59,6 +70,11 @@ class Subject:
         return DatasetReader(self.root)
 
     @cached_property
+    def rig(self) -> RecordedRig:
+        """What the recipe says of the sensors."""
+        return recorded_rig(self.manifest.recipe, f"{self.layout.manifest}: recipe")
+
+    @cached_property
     def objects(self) -> dict[int, ObjectInfo]:
         """The objects of objects.json by obj_id."""
         return read_objects(self.root)
@@ -68,6 +84,27 @@ class Subject:
         if scene_index not in self._records:
             self._records[scene_index] = read_scene_record(self.root, scene_index)
         return self._records[scene_index]
+
+    def info(self, obj_id: int) -> ObjectInfo:
+        """Return an object by its number.
+
+        Raises:
+            DatasetError: objects.json does not list it.
+        """
+        if obj_id not in self.objects:
+            raise DatasetError(f"{self.layout.objects}: lacks object {obj_id}, which a label or a scene record names")
+        return self.objects[obj_id]
+
+    def T_world_camera(self, scene_index: int, observation: int) -> Transform:
+        """Return where the scene record has the camera of an observation.
+
+        Raises:
+            DatasetError: It has not so many observations.
+        """
+        poses = self.record(scene_index).T_world_camera
+        if observation >= len(poses):
+            raise DatasetError(f"{self.layout.scene_record(scene_index)}: has no observation {observation}")
+        return poses[observation]
 
     def scenes(self) -> Iterator[tuple[Split, int]]:
         """Yield every scene with its split."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.checksums import write_checksums
 from warehouse_sim.dataset.json_file import write_json
 from warehouse_sim.dataset.layout import BopLayout
 from warehouse_sim.dataset.ply import write_ply
@@ -19,7 +20,7 @@ _FEWEST, _MOST = 2000, 4000
 
 
 def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
-    """Write models/ and models_eval/ with their models_info.json, in millimetres."""
+    """Write models/ and models_eval/ with their models_info.json, in millimetres, and their checksums."""
     layout = BopLayout(folder)
     for kind in ("models", "models_eval"):
         make_folder(layout.models_info(kind).parent)
@@ -30,6 +31,7 @@ def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
             write_ply(layout.model(kind, model.obj_id), mesh_mm)
             infos[model.obj_id] = _model_info(model, mesh_mm)
         write_json(layout.models_info(kind), infos)
+        write_checksums(layout.models_info(kind).parent, [layout.model(kind, obj_id).name for obj_id in infos])
 
 
 def even_mesh(model: ObjectModel) -> TriangleMesh:

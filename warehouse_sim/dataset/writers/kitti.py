@@ -9,12 +9,12 @@ from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
 from warehouse_sim.dataset.layout import DatasetLayout, KittiLayout, kitti_kinds, stores_clean
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.recorded_rig import recorded_rig
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.dataset.writers.kitti_calib import (
     calib_text,
     lidars_text,
     plane_text,
-    recipe_distortion,
     require_level,
     require_level_recipe,
 )
@@ -113,15 +113,14 @@ class KittiWriter:
         """Do nothing: no file of this format needs all scenes."""
 
     def _readme(self) -> str:
-        sensors = self._manifest.recipe.get("sensors", {})
-        clean = stores_clean(self._manifest.recipe)
-        stereo, names = sensors.get("right") is not None, ", ".join(sensors.get("lidars") or {})
+        rig = recorded_rig(self._manifest.recipe)
+        stereo, names = rig.baseline is not None, ", ".join(rig.lidars)
         return _README.format(
             per_scene=self._manifest.observations_per_scene,
             cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
             additions=(_STEREO_README if stereo else "")
-            + (_LENS_README if recipe_distortion(self._manifest.recipe) else "")
-            + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if clean else "")
+            + (_LENS_README if rig.distortion else "")
+            + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if rig.clean else "")
             + (_LIDARS_README.format(names=names) if names else ""),
         )
 

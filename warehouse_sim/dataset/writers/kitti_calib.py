@@ -116,17 +116,15 @@ def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size
     Args:
         matrices: What ``parse_calib`` returns.
         size_wh: Width and height of the images (px), which the file does not hold.
+
+    Raises:
+        DatasetError: P2 is that of no camera.
     """
     (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
     distortion = Distortion(*matrices["D_02"][0].tolist()) if "D_02" in matrices else None
+    if min(fx, fy) <= 0.0:
+        raise DatasetError(f"P2 of a calib file must have focal lengths above 0, found {fx} and {fy}")
     return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
-
-
-def recipe_distortion(recipe: dict[str, Any]) -> dict[str, float] | None:
-    """Return the distortion that a resolved recipe gives its camera; None or empty where it gives none."""
-    camera = recipe.get("sensors", {}).get("camera")
-    found = camera.get("distortion") if isinstance(camera, dict) else None
-    return found if found and any(found.values()) else None
 
 
 def plane_text(T_world_camera: Transform) -> str:

@@ -103,6 +103,8 @@ def parse_label(line: str, where: str) -> KittiLabel | None:
         raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
     if words[0] == "DontCare":
         return None
+    if not all(map(math.isfinite, values)):
+        raise DatasetError(f"{where}: every field must be finite")
     truncated, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values
     return KittiLabel(
         type=words[0],

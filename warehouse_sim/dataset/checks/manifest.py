@@ -1,0 +1,88 @@
+"""Checks of the manifest against what the package knows and what the folder holds."""
+
+from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.plain import shown, take, take_if_given
+from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.writers import WRITERS
+from warehouse_sim.errors import DatasetError
+
+
+def contents(subject: Subject) -> Findings:
+    """Find formats and targets known, the recipe told, and the split table counted right.
+
+    Raises:
+        DatasetError: The recipe's sensors or the split table are malformed.
+    """
+    manifest = subject.manifest
+    splits = ", ".join(f"{name} {len(scenes)}" for name, scenes in manifest.splits.items())
+    findings = Findings(f"{manifest.scenes} scenes ({splits}), disjoint by scene")
+    _known_formats(findings, subject)
+    _own_targets(findings, subject)
+    findings.require(bool(manifest.recipe), f"{subject.layout.manifest}: recipe is empty; nobody can make this again")
+    # Reading it is the check.
+    assert subject.rig is not None
+    if manifest.split_table:
+        _split_table(findings, subject)
+    return findings
+
+
+def require_size(subject: Subject) -> None:
+    """Refuse a manifest that says another number of observations than its first scene's record.
+
+    Nearly every file would be reported missing.
+
+    Raises:
+        DatasetError: The numbers differ.
+    """
+    index = min(index for _, index in subject.scenes())
+    try:
+        found = len(subject.record(index).observations)
+    except DatasetError:
+        # An unreadable record is told of by the check of the records.
+        return
+    if found != subject.manifest.observations_per_scene:
+        raise DatasetError(
+            f"{subject.layout.manifest}: observations_per_scene is {subject.manifest.observations_per_scene}, "
+            f"{subject.layout.scene_record(index)} has {found}; copy or generate the dataset again"
+        )
+
+
+def _known_formats(findings: Findings, subject: Subject) -> None:
+    formats, known = subject.manifest.formats, WRITERS.names()
+    where = f"{subject.layout.manifest}: formats"
+    findings.require(bool(formats) and len(set(formats)) == len(formats), f"{where}: must name formats, each once")
+    for name in formats:
+        findings.require(
+            name in known,
+            f"{where}: unknown dataset format {shown(name)}; known: {', '.join(known)}; "
+            "install the package that adds it",
+        )
+
+
+def _own_targets(findings: Findings, subject: Subject) -> None:
+    where = f"{subject.layout.manifest}: targets"
+    targets, classes = set(subject.manifest.targets), {info.class_name for info in subject.objects.values()}
+    for name in sorted(classes - targets):
+        findings.require(False, f"{where}: lack the class {name} of an object in {subject.layout.objects}")
+    scene = take_if_given(subject.manifest.recipe, "scene", dict, f"{subject.layout.manifest}: recipe") or {}
+    # A recipe can ask for a class of which it then places nothing.
+    asked = take_if_given(scene, "targets", list, f"{subject.layout.manifest}: recipe: scene")
+    allowed = classes if asked is None else asked
+    for name in sorted(targets):
+        findings.require(name in allowed, f"{where}: {shown(name)} is no class of the recipe or of the objects")
+
+
+def _split_table(findings: Findings, subject: Subject) -> None:
+    table, where = subject.manifest.split_table, f"{subject.layout.manifest}: split_table"
+    for split in SPLITS:
+        row = take(table, split, dict, where)
+        scenes = [subject.record(index) for index in subject.manifest.splits[split]]
+        observations = [item for scene in scenes for item in scene.observations]
+        counts = {
+            "scenes": len(scenes),
+            "observations": len(observations),
+            "targets": sum(len(item.targets) for item in observations),
+        }
+        for key, count in counts.items():
+            found = take(row, key, int, f"{where}: {split}")
+            findings.require(found == count, f"{where}: {split}: {key} is {found}, the scene records have {count}")
