@@ -33,7 +33,10 @@ def test_what_stops_at_the_wrong_depth_has_no_room_and_does_not_dock():
     assert rows.docks(0.031).tolist() == [False] * 5
 
 
-@pytest.mark.parametrize("content", ["scene_id,image_id\n0,0\n", None, "scene_id\nx\n"])
+@pytest.mark.parametrize(
+    "content",
+    ["scene_id,image_id\n0,0\n", None, "scene_id\nx\n", "scene_id\n" + "9" * 30, "scene_id\n\0", "a" * 200_000],
+)
 def test_what_is_no_table_is_refused_with_its_path(tmp_path, content):
     path = tmp_path / "errors.csv"
     if content is not None:

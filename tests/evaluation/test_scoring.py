@@ -241,6 +241,46 @@ def test_a_dataset_whose_objects_are_incomplete_is_refused(data, tmp_path):
         evaluate(write_estimates([], tmp_path / "a.csv"), broken, "test")
 
 
+QUARTER_TURNS = [np.round(make_transform(rotation_z(k * np.pi / 2))).tolist() for k in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"diameter": 0}, "diameter must be 0.0001 to 10000, found 0.0"),
+        ({"diameter": -1}, "diameter must be 0.0001 to 10000, found -1.0"),
+        ({"diameter": 14.49}, "diameter 14.49 m does not go with size"),
+        ({"diameter": 1.25}, "diameter is 1.25 m, the mesh has 1.44939 m"),
+        ({"symmetries": QUARTER_TURNS}, "moves the surface elsewhere"),
+        ({"size": [1.2, 0.8, 0.3]}, "size is"),
+        ({"pockets": []}, "a pallet has pockets"),
+    ],
+)
+def test_an_object_that_its_mesh_contradicts_is_refused(data, tmp_path, change, message):
+    broken = shutil.copytree(data, tmp_path / "broken")
+    objects = json.loads((broken / "objects.json").read_text())
+    objects["1"].update(change)
+    (broken / "objects.json").write_text(json.dumps(objects))
+    with pytest.raises((EvaluationError, DatasetError), match=r"objects\.json: 1: ") as caught:
+        evaluate(write_estimates([], tmp_path / "a.csv"), broken, "test")
+    assert message in str(caught.value)
+
+
+def test_an_estimate_behind_the_camera_is_refused_by_its_line(data, score):
+    first, second, *rest = estimates_of(data)
+    T = second.T_camera_object.copy()
+    T[:3, 3] *= -1.0
+    with pytest.raises(EvaluationError, match=r"line 3: the object is behind the camera, z = -\d+"):
+        score([first, replace(second, T_camera_object=T), *rest])
+
+
+def test_a_near_object_whose_centre_is_beside_the_camera_is_scored(data, score):
+    first, *rest = estimates_of(data)
+    T = first.T_camera_object.copy()
+    T[:3, 3] = [0.9, 0.0, -0.05]
+    assert score([replace(first, T_camera_object=T), *rest]).counts["found"] == len(rest)
+
+
 def test_an_evaluation_folder_is_read_as_it_was_written(data, score, tmp_path):
     scores = score(estimates_of(data)[3:])
     path = write_scores(scores, tmp_path / "eval")
@@ -266,3 +306,22 @@ def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
             EvaluationError, match=r"a score of format (3|None), not 4.*evaluate again on the predictions"
         ):
             read_scores(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("method", 3),
+        ("overall", None),
+        ("overall", {"metrics": [], "intervals": {}}),
+        ("groups", {"class": 3}),
+        ("groups", []),
+        ("counts", "x"),
+        ("seconds_per_image", "x"),
+    ],
+)
+def test_a_score_with_a_value_of_another_kind_is_refused(data, score, tmp_path, key, value):
+    path = write_scores(score(estimates_of(data)), tmp_path / "eval")
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    with pytest.raises(EvaluationError, match=r"scores\.json.*; run warehouse-sim evaluate again"):
+        read_scores(path.parent)

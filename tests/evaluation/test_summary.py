@@ -28,7 +28,7 @@ def test_a_summary_survives_json_with_null_for_what_is_not_finite():
     got = summarise("all", table(missed(), missed(), without_pockets()), METRICS, GROUPS)
     plain = got.to_plain()
     assert plain["metrics"]["median_add"] is None
-    again = Summary.from_plain(plain)
+    again = Summary.from_plain(plain, "here")
     assert again.metrics["add_2pct"] == pytest.approx(1 / 3, abs=1e-6)
     assert np.isnan(again.metrics["median_add"])
     assert again.to_plain() == plain

@@ -137,9 +137,9 @@ def read_table(path: Path) -> ErrorTable:
     """
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+            rows = list(csv.DictReader(file, restval=""))
         return table_from_rows(rows)
-    except (OSError, KeyError, ValueError) as problem:
+    except (OSError, KeyError, ValueError, OverflowError, csv.Error) as problem:
         raise EvaluationError(f"{path}: is not a table of pose errors ({problem}); run evaluate again") from problem
 
 

@@ -7,7 +7,8 @@ from typing import Any
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.json_file import read_json, write_json
-from warehouse_sim.errors import EvaluationError
+from warehouse_sim.dataset.plain import NUMBERS, take, take_if_given
+from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
 from warehouse_sim.evaluation.measure import MeasureConfig
 from warehouse_sim.evaluation.metrics import MetricConfig
@@ -112,18 +113,23 @@ def read_scores(folder: Path) -> Scores:
             f"{path}: is a score of format {found}, not {_FORMAT}, and its numbers would mean something else; "
             f"run warehouse-sim evaluate again on the {PREDICTIONS_FILE} beside it"
         )
+    where = str(path)
     try:
+        groups = take(data, "groups", dict, where)
         return Scores(
-            method=data["method"],
-            dataset=data["dataset"],
-            settings=data["settings"],
-            counts=data["counts"],
-            overall=Summary.from_plain(data["overall"]),
-            groups={name: tuple(map(Summary.from_plain, group)) for name, group in data["groups"].items()},
-            docking_failures=data["docking_failures"],
-            seconds_per_image=data["seconds_per_image"],
+            method=take(data, "method", str, where),
+            dataset=take(data, "dataset", dict, where),
+            settings=take(data, "settings", dict, where),
+            counts=take(data, "counts", dict, where),
+            overall=Summary.from_plain(take(data, "overall", dict, where), f"{where}: overall"),
+            groups={
+                name: tuple(Summary.from_plain(item, f"{where}: {name}") for item in take(groups, name, list, where))
+                for name in groups
+            },
+            docking_failures=take(data, "docking_failures", dict, where),
+            seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),
             estimates=tuple(pose_csv.read(folder / PREDICTIONS_FILE)),
         )
-    except KeyError as problem:
-        raise EvaluationError(f"{path}: the entry {problem} is missing; run warehouse-sim evaluate again") from problem
+    except DatasetError as problem:
+        raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem

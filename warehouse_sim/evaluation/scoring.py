@@ -1,7 +1,7 @@
 """From two files to a score: a predictions CSV against one split of a dataset folder."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,8 @@ import numpy as np
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.object_truth import untruths
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
@@ -45,7 +46,8 @@ def evaluate(
     estimates = pose_csv.read(predictions)
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
     check_unit(estimates, images, predictions)
-    _check_geometry(images, set(reader.objects), data)
+    _check_geometry(images, reader.objects, data)
+    _check_in_front(estimates, reader.objects, predictions)
     table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images))
     if len(table) == 0:
         raise EvaluationError(
@@ -107,13 +109,29 @@ def _check_places(
             raise EvaluationError(f"{file}: line {line}: object {estimate.obj_id} is not in {where}; check --data")
 
 
-def _check_geometry(images: Sequence[ImageRecord], objects: set[int], data: Path) -> None:
-    unknown = {target.obj_id for image in images for target in image.targets} - objects
-    if unknown:
+def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
+    """Refuse scores by an object's numbers where its own mesh contradicts them."""
+    labelled, path = {target.obj_id for image in images for target in image.targets}, DatasetLayout(data).objects
+    if labelled - set(objects):
         raise EvaluationError(
-            f"{DatasetLayout(data).objects}: lacks the labelled objects {sorted(unknown)}; "
+            f"{path}: lacks the labelled objects {sorted(labelled - set(objects))}; "
             "run warehouse-sim validate on the dataset"
         )
+    for obj_id in sorted(labelled):
+        problems = untruths(objects[obj_id])
+        if problems:
+            raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
+
+
+def _check_in_front(estimates: Sequence[PoseEstimate], objects: Mapping[int, ObjectInfo], file: Path) -> None:
+    """Refuse estimates of which nothing lies in front of the camera; the centre of a near object can lie beside it."""
+    for line, estimate in enumerate(estimates, start=2):
+        T = estimate.T_camera_object
+        if T[2, 3] + np.abs(T[2, :3]) @ objects[estimate.obj_id].size / 2.0 <= 0.0:
+            raise EvaluationError(
+                f"{file}: line {line}: the object is behind the camera, z = {1000.0 * T[2, 3]:.6g} mm; "
+                "poses have z forward, in the frame of OpenCV"
+            )
 
 
 def _counts(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], table: ErrorTable) -> dict[str, int]:

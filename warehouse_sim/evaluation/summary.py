@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.dataset.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, median_values, pass_values, posecnn_auc
@@ -57,12 +58,22 @@ class Summary:
         }
 
     @classmethod
-    def from_plain(cls, data: dict[str, Any]) -> "Summary":
-        """Read what ``to_plain`` wrote; null becomes nan."""
-        metrics = {name: np.nan if value is None else value for name, value in data["metrics"].items()}
-        intervals = {name: (low, high) for name, (low, high) in data["intervals"].items()}
-        counts = (data["gt_count"], data["found_count"], data["dockable_count"])
-        return cls(data["label"], *counts, metrics, intervals)
+    def from_plain(cls, data: Any, where: str) -> "Summary":
+        """Read what ``to_plain`` wrote; null becomes nan.
+
+        Raises:
+            DatasetError: An entry is missing or malformed.
+        """
+        metrics, intervals = (take(data, key, dict, where) for key in ("metrics", "intervals"))
+        values = {name: take_if_given(metrics, name, float, where, NUMBERS) for name in metrics}
+        pairs = {name: take_numbers(intervals, name, 2, where).tolist() for name in intervals}
+        counts = (take(data, key, int, where, WHOLE) for key in ("gt_count", "found_count", "dockable_count"))
+        return cls(
+            take(data, "label", str, where),
+            *counts,
+            {name: np.nan if value is None else value for name, value in values.items()},
+            {name: (low, high) for name, (low, high) in pairs.items()},
+        )
 
 
 def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: GroupConfig) -> Summary:

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import ConvexHull, KDTree
+from scipy.spatial import KDTree
 
+from warehouse_sim.dataset.object_truth import hull_corners
 from warehouse_sim.geometry.mesh import TriangleMesh
 
 
@@ -29,4 +30,4 @@ def error_points(mesh: TriangleMesh) -> ErrorPoints:
             for every scorer of the BOP family, so that the numbers compare.
     """
     points = mesh.vertices
-    return ErrorPoints(points, points[ConvexHull(points).vertices], KDTree(points))
+    return ErrorPoints(points, hull_corners(points), KDTree(points))
