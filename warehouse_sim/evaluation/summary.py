@@ -67,10 +67,14 @@ class Summary:
         metrics, intervals = (take(data, key, dict, where) for key in ("metrics", "intervals"))
         values = {name: take_if_given(metrics, name, float, where, NUMBERS) for name in metrics}
         pairs = {name: take_numbers(intervals, name, 2, where).tolist() for name in intervals}
-        counts = (take(data, key, int, where, WHOLE) for key in ("gt_count", "found_count", "dockable_count"))
+        gt, found, dockable = (
+            take(data, key, int, where, WHOLE) for key in ("gt_count", "found_count", "dockable_count")
+        )
         return cls(
             take(data, "label", str, where),
-            *counts,
+            gt,
+            found,
+            dockable,
             {name: np.nan if value is None else value for name, value in values.items()},
             {name: (low, high) for name, (low, high) in pairs.items()},
         )

@@ -60,9 +60,9 @@ def test_one_number_is_one_geometry(toy_root: Path, tmp_path: Path) -> None:
         prepared(toy_root, other)
     longer = renamed(toy_root, tmp_path / "longer", 1, "toy-pallet")
     objects = json.loads((longer / "objects.json").read_text())
-    objects["1"]["diameter"] += 0.01
+    objects["1"]["diameter"] -= 0.01
     (longer / "objects.json").write_text(json.dumps(objects))
-    with pytest.raises(TrainingError, match=r"1\.459 m across"):
+    with pytest.raises(TrainingError, match=r"1\.439 m across"):
         prepared(toy_root, longer)
 
 
