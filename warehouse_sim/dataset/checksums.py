@@ -4,8 +4,8 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from warehouse_sim.dataset.atomic import write_bytes
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.output import write_bytes
 
 CHECKSUMS = "SHA256SUMS"
 
