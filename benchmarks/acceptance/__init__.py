@@ -1,0 +1,1 @@
+"""What must hold before a version is given away, each as one command."""
