@@ -46,7 +46,8 @@ def damages(content: bytes, seed: str, body: Expectation = "either") -> Iterator
     yield Damage("missing", _remove, "refuse")
     yield Damage("a folder in its place", _make_folder, "refuse")
     yield Damage("a dangling link", _dangle, "refuse")
-    yield Damage("a link to a device", _link_device, "refuse")
+    yield Damage("a link to a device", _link_to(os.devnull), "refuse")
+    yield Damage("a link to a file elsewhere", _link_to("/etc/passwd"), "refuse")
 
 
 def replace(path: Path, content: bytes) -> None:
@@ -81,6 +82,9 @@ def _dangle(path: Path) -> None:
     path.symlink_to("nowhere")
 
 
-def _link_device(path: Path) -> None:
-    path.unlink()
-    path.symlink_to(os.devnull)
+def _link_to(place: str) -> Callable[[Path], None]:
+    def apply(path: Path) -> None:
+        path.unlink()
+        path.symlink_to(place)
+
+    return apply

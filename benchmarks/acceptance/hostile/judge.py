@@ -13,7 +13,7 @@ Class = Literal["clear error", "correct", "traceback", "crash", "hang", "silent 
 CLASSES: tuple[Class, ...] = ("clear error", "correct", "traceback", "crash", "hang", "silent nonsense")
 FAULTS = CLASSES[2:]
 
-_LONGEST_ERROR = 2500
+_LONGEST_ERROR = 4000
 """Characters; a message that repeats a whole file is not clear. One that lists all names of the catalog still is."""
 _TRACEBACK = "Traceback (most recent call last)"
 _PLACE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')

@@ -23,6 +23,7 @@ _NEVER_ZERO = re.compile(
 _FREE_TEXT = re.compile(r"^(description|name|class_name|version|torch|device|sha256)$")
 # Relative weights and spreads that bounds cut off mean something at any size; a seed is any whole number.
 _ANY_SIZE = re.compile(r"^(weights|std|seed)$")
+_OF_A_DISTRIBUTION = frozenset({"min", "max", "mean", "std", "choices"})
 _NO_NUMBER = frozenset({"nan", "inf", "minus_inf"})
 _HUGE = frozenset({"e9", "e300", "huge_integer", "digits_5001"})
 _OTHER_TYPE = frozenset({"string", "list", "mapping", "true", "empty"})
@@ -56,11 +57,12 @@ def _of_number(words: list[str], last: str, value: float, mutation: str) -> Expe
         "negative": value != 0 and not any(map(_SIGNED.search, words)),
         "zero": bool(_NEVER_ZERO.search(last)),
         "fraction": isinstance(value, int) and last not in ("weights",),
-        "above_one": any(map(_SHARE.search, words)),
+        "above_one": is_share(tuple(words)),
     }
     return "refuse" if must.get(mutation, mutation in _OTHER_TYPE) else "either"
 
 
 def is_share(path: Path) -> bool:
     """Return whether a setting is a share of something, 0-1."""
-    return any(_SHARE.search(word) for word in path if isinstance(word, str))
+    words = [word for word in path if isinstance(word, str) and word not in _OF_A_DISTRIBUTION]
+    return bool(words and _SHARE.search(words[-1]))

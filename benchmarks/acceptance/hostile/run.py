@@ -61,6 +61,10 @@ def try_cases(
                     return
                 try:
                     result = try_case(cases[index], watched, Path(scratch) / f"case-{index}")
+                    if result.verdict.is_fault:
+                        # Once more as a user would: in a process that has done nothing before.
+                        watched.renew()
+                        result = try_case(cases[index], watched, Path(scratch) / f"case-{index}-again")
                 except BaseException as problem:
                     failures.append(problem)
                     raise

@@ -63,7 +63,20 @@ class Watched:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stop()
+        self.renew()
+
+    def renew(self) -> None:
+        """End the worker and all that it has started; the next command line gets a new one."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                with suppress(BrokenPipeError):
+                    stream.close()
 
     def run(self, argv: tuple[str, ...], folder: Path, seconds: float | None = None) -> Outcome:
         """Run one command line in ``folder``, for ``seconds`` of processor time, by default as the limits say."""
@@ -84,7 +97,7 @@ class Watched:
     def _ready(self) -> "subprocess.Popen[str]":
         """Return a living worker; a new one after enough cases."""
         if self._process is not None and (self._process.poll() is not None or self._served >= _CASES_A_WORKER):
-            self._stop()
+            self.renew()
         if self._process is None:
             self._served = 0
             self._process = subprocess.Popen(
@@ -107,27 +120,14 @@ class Watched:
                 if answer:
                     return json.loads(answer)["code"], ""
                 number = -process.wait()
-                self._stop()
+                self.renew()
                 return None, signal.Signals(number).name if number > 0 else f"exit {-number} from within"
             if time.monotonic() > deadline or _busy(process.pid) > busy:
-                self._stop()
+                self.renew()
                 return None, "hang"
             if _resident(process.pid) > self._limits.memory:
-                self._stop()
+                self.renew()
                 return None, "memory"
-
-    def _stop(self) -> None:
-        """End the worker and all that it has started."""
-        process, self._process = self._process, None
-        if process is None:
-            return
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        for stream in (process.stdin, process.stdout):
-            if stream is not None:
-                with suppress(BrokenPipeError):
-                    stream.close()
 
 
 def _busy(pid: int) -> float:

@@ -1,5 +1,6 @@
 """Command lines: outputs that cannot be written, inputs that are not there, numbers and names that are none."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -45,6 +46,7 @@ def _outputs(stock: Stock) -> Iterator[Case]:
         "a link to itself": ("loop", _loop, "refuse"),
         "a name of 300 letters": ("x" * 300, _nothing, "refuse"),
         "a null byte": ("a\x00b", _nothing, "refuse"),
+        "a folder that may not be written": ("closed/x", _closed, "refuse" if os.geteuid() else "either"),
         "empty": ("", _nothing, "either"),
         "a new folder in a new folder": ("new/newer/out", _nothing, "either"),
         "spaces and umlauts": ("größe und mehr", _nothing, "either"),
@@ -219,6 +221,10 @@ def _file(folder: Path) -> None:
 
 def _folder(folder: Path) -> None:
     (folder / "folder").mkdir()
+
+
+def _closed(folder: Path) -> None:
+    (folder / "closed").mkdir(mode=0o500)
 
 
 def _full(folder: Path) -> None:

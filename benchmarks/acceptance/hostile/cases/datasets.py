@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -30,7 +30,7 @@ class _Table:
 _TABLES = (
     _Table(
         "manifest.json",
-        r"^(seed|scenes|observations_per_scene|splits|formats|targets|format_version|recipe\.sensors\.camera)",
+        r"^(seed|scenes|observations_per_scene|splits|formats|targets|format_version)",
     ),
     _Table("objects.json", r".", r"pockets$"),
     _Table("bop/camera.json", r"."),
@@ -64,6 +64,7 @@ def cases(stock: Stock) -> Iterator[Case]:
             yield from _line_cases(stock, str(path.relative_to(stock.data)))
     yield from _file_cases(stock)
     yield from _zero_cases(stock)
+    yield from _geometry_cases(stock, f"bop/test/{test}/scene_gt.json")
 
 
 def _table_cases(stock: Stock, table: _Table, file: str, data: Any) -> Iterator[Case]:
@@ -194,6 +195,35 @@ def _zero_cases(stock: Stock) -> Iterator[Case]:
             replace(path, bytes(path.stat().st_size))
 
         yield _case(stock, file, "all zero", write, "refuse", file, ("validate",))
+
+
+def _geometry_cases(stock: Stock, poses: str) -> Iterator[Case]:
+    """Yield geometry that cannot be and that scores depend on: who scores must see it without ``validate``."""
+    # With the pallet's own half turn they are a group, but a pallet upside down is another sight.
+    half_turns = [[[s, 0, 0, 0], [0, -s, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]] for s in (1, -1)]
+    changes: dict[str, tuple[str, Callable[[Any], None]]] = {
+        "diameter ten times": ("objects.json", lambda data: data["1"].update(diameter=10 * data["1"]["diameter"])),
+        "diameter 0": ("objects.json", lambda data: data["1"].update(diameter=0.0)),
+        "diameter -1": ("objects.json", lambda data: data["1"].update(diameter=-1.0)),
+        "a false symmetry": ("objects.json", lambda data: data["1"]["symmetries"].extend(half_turns)),
+        "the identity is missing": ("objects.json", lambda data: data["1"]["symmetries"].pop(0)),
+        "no pockets": ("objects.json", lambda data: data["1"].update(pockets=[])),
+        "a pocket's face is +q": ("objects.json", lambda data: data["1"]["pockets"][0].update(face="+q")),
+        "a pocket 10 m wide": ("objects.json", lambda data: data["1"]["pockets"][0].update(size=[1.2, 10.0, 0.1])),
+        "behind the camera": (poses, lambda data: data["0"][0]["cam_t_m2c"].__setitem__(2, -3000.0)),
+        "in the camera": (poses, lambda data: data["0"][0].update(cam_t_m2c=[0.0, 0.0, 0.0])),
+    }
+    evaluate = dataset_reading(stock, "evaluate")[0][:1]
+    for name, (file, change) in changes.items():
+
+        def write(folder: Path, file: str = file, change: Callable[[Any], None] = change) -> None:
+            data = json.loads((stock.data / file).read_text(encoding="utf-8"))
+            change(data)
+            replace(stock.copy_data(folder) / file, json.dumps(data).encode())
+
+        yield _case(stock, file, name, write, "refuse", file, ("validate",))
+        if name != "no pockets":  # the file alone does not say that there should be any
+            yield Case("dataset", file, name, evaluate, write, "refuse", names=(Path(file).name, "data"))
 
 
 def _case(
