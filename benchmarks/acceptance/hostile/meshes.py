@@ -47,6 +47,11 @@ def _many() -> Body:
     return vertices, np.tile(faces, (_MILLIONS // len(faces) + 1, 1))
 
 
+def _of_two_corners() -> Body:
+    vertices, faces = crate_mesh()
+    return vertices, faces[:, [0, 1, 1]]
+
+
 def _duplicate_faces() -> Body:
     vertices, faces = crate_mesh()
     return vertices, np.vstack([faces, faces])
@@ -63,6 +68,7 @@ SHAPES: dict[str, Shape] = {
     "no triangle": Shape(lambda: (crate_mesh()[0], np.zeros((0, 3), int)), "refuse"),
     "no vertex": Shape(lambda: (np.zeros((0, 3)), np.zeros((0, 3), int)), "refuse"),
     "zero area": Shape(lambda: (crate_mesh()[0], np.zeros((12, 3), int)), "refuse"),
+    "triangles of two corners": Shape(_of_two_corners, "refuse"),
     "flat": Shape(lambda: _scaled(1.0, 1.0, 0.0), "either"),
     "a line": Shape(lambda: _scaled(1.0, 0.0, 0.0), "refuse"),
     "a point": Shape(lambda: _scaled(0.0, 0.0, 0.0), "refuse"),

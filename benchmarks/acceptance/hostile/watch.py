@@ -17,7 +17,7 @@ _LOOK_EVERY = 0.2
 # Contexts of OpenGL that come and go are what drivers leak; a worker is not to die of the cases before.
 _CASES_A_WORKER = 60
 _PAGE, _TICKS = os.sysconf("SC_PAGE_SIZE"), os.sysconf("SC_CLK_TCK")
-_WALL = 4.0
+_WALL = 8.0
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Limits:
     """When a command line is given up."""
 
     seconds: float = 30.0
-    """Processor time of one command line (s), and a quarter of the wall time that it gets: others may be at work."""
+    """Processor time of one command line (s), and an eighth of the wall time that it gets: others may be at work."""
     memory: float = 6.0
     """Resident memory of the process and its children (GiB)."""
 
