@@ -127,7 +127,7 @@ def seal(name: str = "dock_seal") -> ObjectModel:
             inset = _PLEAT_RELIEF if index % 2 else 0.0
             z = (index + 0.5) * pleat - height / 2
             parts.append(box_part((side - inset, depth, pleat), (sign * (width - side + inset) / 2, 0.0, z), "rubber"))
-    return fixture(name, "dock", 156, SEAL_SIZE, fused(parts), collision_boxes(parts))
+    return fixture(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
 
 
 def trailer(name: str = "trailer") -> ObjectModel:
