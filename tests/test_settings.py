@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import pytest
 
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.calibration import Calibration
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.docking import ForkConfig
@@ -124,5 +125,5 @@ def test_the_class_keeps_to_the_range(cls: type, name: str, allowed: Range) -> N
     for bad in (math.nan, math.inf, -math.inf, allowed.low - 1, 2 * allowed.high + 1):
         settings = sample(cls)
         object.__setattr__(settings, name, bad)
-        with pytest.raises(ValueError, match=f"^{name} must be {re.escape(str(allowed))}.*, found "):
+        with pytest.raises((ConfigError, ValueError), match=f"^{name} must be {re.escape(str(allowed))}.*, found "):
             settings.__post_init__()

@@ -57,7 +57,7 @@ def from_mapping(cls: type[T], data: Any, where: str) -> T:
             raise ConfigError(f"{where}: the setting {name!r} is missing")
     try:
         return cls(**values)
-    except ValueError as problem:
+    except (ConfigError, ValueError) as problem:
         raise ConfigError(f"{where}: {problem}") from problem
 
 

@@ -16,7 +16,7 @@ class WarehouseSimError(Exception):
     """Base of every error that a user of this package can cause or meet."""
 
 
-class ConfigError(WarehouseSimError, ValueError):
+class ConfigError(WarehouseSimError):
     """A configuration or recipe holds a key or value that cannot be used."""
 
 

@@ -66,8 +66,6 @@ def ranged(cls: type[T]) -> type[T]:
         try:
             check_ranges(settings)
             relations(settings)
-        except ConfigError:
-            raise
         except ValueError as problem:
             raise ConfigError(str(problem)) from problem
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.dataset.split import SPLITS, SplitConfig, split_scenes
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import ConfigError, DatasetError
 
 
 @pytest.mark.parametrize("scene_count", [*range(1, 40), 250])
@@ -36,7 +36,7 @@ def test_no_scene_is_an_error() -> None:
 
 @pytest.mark.parametrize("shares", [(0.7, 0.1, 0.1), (0.0, 0.0, 0.0)])
 def test_shares_must_sum_to_one(shares: tuple[float, float, float]) -> None:
-    with pytest.raises(ValueError, match="sum to 1"):
+    with pytest.raises(ConfigError, match="sum to 1"):
         SplitConfig(*shares)
 
 

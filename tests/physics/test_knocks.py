@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.physics import SettleConfig, SettleReport, contact_state, settle_scene
 from warehouse_sim.physics.knocks import KnockConfig
@@ -95,5 +96,5 @@ def test_no_knock_is_the_default() -> None:
     ],
 )
 def test_settings_out_of_range_are_refused(settings, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ConfigError, match=message):
         replace(KnockConfig(), **settings)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.scene.raster import Pile, may_carry
-from warehouse_sim.errors import PlacementError
+from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution
@@ -136,7 +136,7 @@ def test_a_lane_too_narrow_for_every_pallet_is_an_error() -> None:
 
 
 def test_settings_out_of_range_are_refused() -> None:
-    with pytest.raises(ValueError, match="stack must stay within 1-4"):
+    with pytest.raises(ConfigError, match="stack must stay within 1-4"):
         LanesConfig(stack=Distribution.constant(5))
-    with pytest.raises(ValueError, match="one_kind_share must be 0-1"):
+    with pytest.raises(ConfigError, match="one_kind_share must be 0-1"):
         LanesConfig(one_kind_share=1.5)

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.ranges import Range, check_ranges
 
 _LEAST_SLOPE = 0.25
 """Growth of the distorted radius with the true one, 1 on the axis, at which a lens is no longer believed."""
@@ -20,7 +20,6 @@ _CHUNK = 8192
 
 
 @dataclass(frozen=True)
-@ranged
 class Distortion:
     """Coefficients of D. C. Brown 1966, "Decentering distortion of lenses", as OpenCV's calibration gives them.
 
@@ -43,6 +42,9 @@ class Distortion:
     """Tangential, -100 to 100."""
     k3: Annotated[float, Range(-100, 100)] = 0.0
     """Radial, of r^6, -100 to 100."""
+
+    def __post_init__(self) -> None:
+        check_ranges(self)  # a ValueError, as all of geometry raises
 
     @property
     def coefficients(self) -> tuple[float, float, float, float, float]:

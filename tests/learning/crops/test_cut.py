@@ -5,6 +5,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 from warehouse_sim.learning.crops import CropConfig, cut_mask, image_crops, label_of
@@ -158,5 +159,5 @@ def test_a_lens_bends_points_and_rays_alike() -> None:
 
 
 def test_a_square_crop_of_nothing_is_refused() -> None:
-    with pytest.raises(ValueError, match="must hold rgb or depth"):
+    with pytest.raises(ConfigError, match="must hold rgb or depth"):
         CropConfig(side_px=48, rgb=False)

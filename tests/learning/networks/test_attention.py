@@ -1,6 +1,7 @@
 import pytest
 import torch
 
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.learning.networks.attention import AttentionConfig, AttentionFusion
 
 
@@ -36,7 +37,7 @@ def test_attention_has_the_expected_number_of_weights() -> None:
 
 
 def test_impossible_sizes_are_refused() -> None:
-    with pytest.raises(ValueError, match="multiple of heads"):
+    with pytest.raises(ConfigError, match="multiple of heads"):
         AttentionConfig(30, heads=4)
     with pytest.raises(ValueError, match="joins two images, found 1"):
         AttentionFusion(AttentionConfig(kind="cross"), (32,))

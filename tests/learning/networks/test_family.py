@@ -5,6 +5,7 @@ import torch
 
 from tests.learning.networks.made_inputs import BATCH, CLASSES, build, made_input, made_shapes, made_truth
 from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.attention import AttentionConfig
 from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusionConfig
@@ -216,5 +217,5 @@ def test_impossible_compositions_are_refused(change: dict, message: str) -> None
     if change.get("images") == "mixed":
         image = ESTIMATORS.get("densefusion").network("nano").images[0]
         change = {"images": (image, replace(image, side_px=64))}
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ConfigError, match=message):
         replace(config, **change)

@@ -2,6 +2,7 @@ import pytest
 import torch
 
 from tests.learning.networks.made_inputs import made_input
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.image import ImageBranch, ImageConfig
 from warehouse_sim.learning.networks.pixels import at_pixels
@@ -42,10 +43,10 @@ def test_two_pixels_of_a_cell_differ() -> None:
 
 @pytest.mark.parametrize("reads", [(), ("rgb", "rgb")])
 def test_wrong_readings_are_refused(reads: tuple) -> None:
-    with pytest.raises(ValueError, match="rgb, depth or both"):
+    with pytest.raises(ConfigError, match="rgb, depth or both"):
         ImageConfig(reads=reads)
 
 
 def test_wrong_side_is_refused() -> None:
-    with pytest.raises(ValueError, match="multiple of 8"):
+    with pytest.raises(ConfigError, match="multiple of 8"):
         ImageConfig(side_px=50)

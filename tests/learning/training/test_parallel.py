@@ -10,7 +10,7 @@ import safetensors.torch
 import torch
 
 from tests.processes import left_after_kill
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.learning.networks.densefusion import DenseFusion
 from warehouse_sim.learning.run_folder import write_weights
@@ -102,6 +102,6 @@ def test_companions_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
 
 
 def test_a_batch_must_be_divisible() -> None:
-    with pytest.raises(ValueError, match="batch 16 cannot be shared evenly by 3 devices"):
+    with pytest.raises(ConfigError, match="batch 16 cannot be shared evenly by 3 devices"):
         TrainConfig(devices=3)
     assert Place(1, 4).share == slice(1, None, 4)

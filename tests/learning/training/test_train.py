@@ -12,7 +12,7 @@ from tensorboardX.proto.event_pb2 import Event
 from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.learning.variants import renamed
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.errors import DatasetError, TrainingError, UnknownNameError
+from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
 from warehouse_sim.learning.run_folder import read_config
 from warehouse_sim.learning.settings import TrainConfig
 from warehouse_sim.learning.training.train import train
@@ -201,7 +201,7 @@ def test_an_empty_split_is_named(tmp_path: Path) -> None:
 
 
 def test_settings_that_never_end_are_refused() -> None:
-    with pytest.raises(ValueError, match="never ends"):
+    with pytest.raises(ConfigError, match="never ends"):
         TrainConfig(max_minutes=None, max_steps=None)
-    with pytest.raises(ValueError, match="batch must be 1-65,536, found "):
+    with pytest.raises(ConfigError, match="batch must be 1-65,536, found "):
         TrainConfig(batch=0)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
 from warehouse_sim.scene.layouts.hall import HallConfig
@@ -56,5 +57,5 @@ def test_doors_end_at_the_wall_trailers_begin_behind_it_and_the_apron_is_free() 
 
 
 def test_too_many_lanes_for_a_door_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"4 lanes of 1.6 m do not fit the 6.0 m"):
+    with pytest.raises(ConfigError, match=r"4 lanes of 1.6 m do not fit the 6.0 m"):
         DockStagingConfig(lanes_per_door=4, lane_width=1.6)

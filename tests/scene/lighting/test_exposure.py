@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.lighting import ExposureConfig, ev_of_exposure, exposure_of_ev
 from warehouse_sim.scene.lighting.exposure import metered_ev
 
@@ -42,5 +43,5 @@ def test_compensation_brightens_and_the_camera_has_a_limit() -> None:
     ],
 )
 def test_what_makes_no_exposure_is_refused(settings: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ConfigError, match=message):
         ExposureConfig(**settings)

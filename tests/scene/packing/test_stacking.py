@@ -6,7 +6,7 @@ import pytest
 from tests.scene.packing.pallets import DECKS, least_distance, reach
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SKUS
-from warehouse_sim.errors import PlacementError
+from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene import Distribution
@@ -121,5 +121,5 @@ def test_jitter_that_cannot_fit_is_an_error() -> None:
     ],
 )
 def test_settings_out_of_range_are_refused(setting: str, value: object) -> None:
-    with pytest.raises(ValueError, match=setting):
+    with pytest.raises(ConfigError, match=setting):
         replace(FULL, **{setting: value})  # type: ignore[arg-type]

@@ -101,5 +101,5 @@ def test_the_ideal_camera_and_yaml() -> None:
      ("vignetting", 1.5), ("jpeg_quality", 0)],
 )  # fmt: skip
 def test_impossible_settings_are_refused_by_name(setting: str, value: float) -> None:
-    with pytest.raises(ValueError, match=setting):
+    with pytest.raises(ConfigError, match=setting):
         ColorConfig(**{setting: value})  # type: ignore[arg-type]

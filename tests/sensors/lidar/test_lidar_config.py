@@ -54,5 +54,5 @@ def test_wrong_presets_are_named_with_their_place(data: object, message: str) ->
     ],
 )
 def test_impossible_settings_are_refused_by_name(settings: dict) -> None:
-    with pytest.raises(ValueError, match=next(iter(settings))):
+    with pytest.raises(ConfigError, match=next(iter(settings))):
         LidarConfig(**settings)

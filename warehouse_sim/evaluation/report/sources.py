@@ -9,7 +9,7 @@ from typing import Any
 
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import EvaluationError
+from warehouse_sim.errors import ConfigError, EvaluationError
 from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
 from warehouse_sim.evaluation.scoring import manifest_hash
 from warehouse_sim.yaml_file import read_yaml
@@ -107,7 +107,7 @@ def _read_run(path: Path) -> RunSource:
             curves = [{key: float(cell) for key, cell in row.items() if cell} for row in csv.DictReader(file)]
         result_file = path / _RUN_RESULT
         result = json.loads(result_file.read_text(encoding="utf-8")) if result_file.is_file() else {}
-    except (OSError, ValueError) as problem:
+    except (OSError, ValueError, ConfigError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
