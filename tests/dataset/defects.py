@@ -21,6 +21,16 @@ def edit_json(file: Path | str, change: Callable) -> Callable[[Path], None]:
     return defect
 
 
+def edit_runs(change: Callable) -> Callable[[Path], None]:
+    """Change the run lengths of the first annotation."""
+
+    def defect(data: dict) -> None:
+        runs = data["annotations"][0]["segmentation"]
+        runs["counts"] = change(runs["counts"])
+
+    return edit_json(BOP / "scene_gt_coco.json", defect)
+
+
 def edit_text(file: Path | str, old: str, new: str) -> Callable[[Path], None]:
     def defect(root: Path) -> None:
         text = (root / file).read_text()

@@ -1,4 +1,6 @@
+import itertools
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,20 +87,32 @@ def test_coco_agrees_with_pycocotools(toy_root: Path) -> None:
         assert annotation["bbox"] == [x, y, bw + 1, bh + 1]
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_run_lengths_equal_pycocotools(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    mask = np.zeros((13, 19), dtype=bool)
-    if seed:
-        top, left = rng.integers(0, 6, 2)
-        mask[top : top + 7, left : left + 13] = rng.random((7, 13)) < (1.0 if seed == 5 else 0.6)
-    if seed == 4:
-        mask[0, 0] = mask[-1, -1] = True
-    runs = run_lengths(mask)
-    assert sum(runs["counts"]) == mask.size
-    assert (
-        coco_mask.frPyObjects(runs, 13, 19)["counts"] == coco_mask.encode(np.asfortranarray(mask, np.uint8))["counts"]
-    )
+def masks_that_end_anywhere() -> Iterator[np.ndarray]:
+    """Yield the masks whose runs begin or end where a column, the used part or the image does, and many at random."""
+    yield np.zeros((13, 19), dtype=bool)
+    yield np.ones((13, 19), dtype=bool)
+    for row, column in itertools.product((0, 6, -1), (0, 9, -1)):
+        for rows, columns in itertools.product((row, slice(None)), (column, slice(None))):
+            mask = np.zeros((13, 19), dtype=bool)
+            mask[rows, columns] = True
+            yield mask
+    rng = np.random.default_rng(20)
+    for _ in range(2000):
+        height, width = rng.integers(1, 14, 2)
+        mask = np.zeros((height, width), dtype=bool)
+        (top, bottom), (left, right) = (np.sort(rng.integers(0, size + 1, 2)) for size in (height, width))
+        mask[top:bottom, left:right] = rng.random((bottom - top, right - left)) < rng.choice([0.2, 0.6, 1.0])
+        yield mask
+
+
+def test_run_lengths_equal_pycocotools() -> None:
+    for mask in masks_that_end_anywhere():
+        runs = run_lengths(mask)
+        height, width = mask.shape
+        encoded = coco_mask.frPyObjects(runs, height, width)
+        assert encoded["counts"] == coco_mask.encode(np.asfortranarray(mask, np.uint8))["counts"], mask
+        assert sum(runs["counts"]) == mask.size
+        assert np.array_equal(coco_mask.decode(encoded), mask)
 
 
 @pytest.mark.parametrize("kind", ["models", "models_eval"])

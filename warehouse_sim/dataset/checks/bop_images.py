@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
+from warehouse_sim.dataset.checks.coco_mask import decode_runs
 from warehouse_sim.dataset.checks.subject import Findings, Subject
 from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.reader import ImageRecord
-from warehouse_sim.dataset.writers.bop_labels import run_lengths
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 
@@ -82,5 +82,6 @@ def _mask_agrees(
     findings.require(
         box is not None and tuple(map(float, box)) == stored, f"{where}: bbox_visib is {stored}, not {box}"
     )
-    findings.require(runs == run_lengths(visible), f"{where}: differs from the run lengths in scene_gt_coco.json")
+    decoded = decode_runs(runs, visible.shape, f"{where}: scene_gt_coco.json")
+    findings.require(np.array_equal(decoded, visible), f"{where}: differs from the run lengths in scene_gt_coco.json")
     return visible

@@ -11,11 +11,12 @@ from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.reader import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
-from warehouse_sim.dataset.writers.bop_labels import VISIBLE_ENOUGH
 from warehouse_sim.geometry.pose import invert
 
 _TABLES = ("camera", "gt", "gt_info", "gt_coco")
 _SAME_POSE = 1e-6
+# Visible fraction from which BOP asks for a target (calc_gt_info and the challenge's targets).
+_VISIBLE_ENOUGH = 0.1
 
 
 def files(subject: Subject) -> Findings:
@@ -76,7 +77,7 @@ def targets(subject: Subject) -> Findings:
     rows19, rows24 = [], []
     for image in subject.reader.images("test"):
         key = {"scene_id": image.scene_id, "im_id": image.image_id}
-        counts = Counter(target.obj_id for target in image.targets if target.visible_fraction >= VISIBLE_ENOUGH)
+        counts = Counter(target.obj_id for target in image.targets if target.visible_fraction >= _VISIBLE_ENOUGH)
         rows19 += [{**key, "obj_id": obj_id, "inst_count": counts[obj_id]} for obj_id in sorted(counts)]
         rows24.append(key)
     for year, rows in ((2019, rows19), (2024, rows24)):
@@ -137,7 +138,7 @@ def _coco_agrees(findings: Findings, path: Path, images: list[ImageRecord]) -> i
             "category_id": target.obj_id,
             "area": target.pixels_visible,
             "bbox": [left, top, right - left + 1, bottom - top + 1],
-            "ignore": target.visible_fraction < VISIBLE_ENOUGH,
+            "ignore": target.visible_fraction < _VISIBLE_ENOUGH,
         }
         for key, value in expected.items():
             found = annotation.get(key) if isinstance(annotation, dict) else None

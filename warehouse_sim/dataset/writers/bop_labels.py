@@ -99,7 +99,7 @@ def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
     left, _, right, _ = box
     # Only the columns in use are read; the empty ones on both sides lengthen the first and the last run.
     columns = mask[:, left : right + 1].T.ravel()
-    changes = np.flatnonzero(np.diff(columns, prepend=False)) + left * height
+    changes = np.flatnonzero(np.diff(columns, prepend=False, append=False)) + left * height
     counts = np.diff(changes, prepend=0, append=height * width)
     return {"size": [height, width], "counts": counts[: len(counts) - (counts[-1] == 0)].tolist()}
 
