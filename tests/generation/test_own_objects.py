@@ -46,3 +46,15 @@ def test_own_objects_are_labelled_in_a_dataset_that_holds_its_checks(tmp_path: P
 def test_wrong_own_objects_are_refused(traffic, message) -> None:
     with pytest.raises(ConfigError, match=message):
         recipe(**traffic)
+
+
+def test_a_target_class_that_the_catalog_has_too_is_refused(tmp_path: Path) -> None:
+    for file in Path(TROLLEY).parent.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    own = tmp_path / "trolley.yaml"
+    own.write_text(own.read_text().replace("class_name: trolley", "class_name: person"))
+    scene = {"targets": ["pallet", "person"], "traffic": {"objects": [str(own)], "own": 1}}
+    with pytest.raises(
+        ConfigError, match="targets: person is also a class of the catalog, whose objects get no labels"
+    ):
+        from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene}, "own.yaml")

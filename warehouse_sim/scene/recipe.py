@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog import catalog_names, catalog_object
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
@@ -54,11 +54,18 @@ class SceneRecipe:
     """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
-        known = {"pallet", "carton", *(catalog_object(name).class_name for name in self.traffic.objects)}
+        own = {catalog_object(name).class_name for name in self.traffic.objects}
+        known = {"pallet", "carton", *own}
         if not self.targets or not known.issuperset(self.targets):
             raise ValueError(
                 f"targets must list classes among {', '.join(sorted(known))}, found {shown(list(self.targets))}"
             )
+        for name in sorted(own.intersection(self.targets) - {"pallet", "carton"}):
+            if name in {catalog_object(item).class_name for item in catalog_names()}:
+                raise ValueError(
+                    f"targets: {name} is also a class of the catalog, whose objects get no labels; give your own "
+                    "objects another class_name"
+                )
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "SceneRecipe":
