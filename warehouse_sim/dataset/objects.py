@@ -14,7 +14,6 @@ from warehouse_sim.dataset.json_file import read_table, write_json
 from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
 from warehouse_sim.dataset.plain import LENGTHS, plain, read_transform, shown, take, take_name, take_numbers
 from warehouse_sim.dataset.ply import read_ply
-from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -68,6 +67,9 @@ class ObjectInfo:
         Raises:
             DatasetError: As ``mesh``.
         """
+        # Imported on use: it brings scipy.spatial, which takes longer to import than all else that reading needs.
+        from warehouse_sim.dataset.shape_symmetry import shape_symmetry
+
         return shape_symmetry(self.mesh(), self.symmetry)
 
     def _read(self, kind: str) -> TriangleMesh:

@@ -29,14 +29,12 @@ def mesh_depth(
     depth = np.full((camera.height, camera.width), np.inf)
     if points[:, 2].min() < _NEAR:
         return None
-    inverse_z = 1.0 / points[:, 2]
     if camera.distortion is not None:
         _draw_through_lens(depth, points, mesh.faces, camera)
         return depth
-    uv = camera.project(points)
-    u, v = np.arange(camera.width)[None, :], np.arange(camera.height)[:, None]
-    for face in mesh.faces:
-        _draw_triangle(depth, uv[face], inverse_z[face], uv[face], (u, v))
+    uv = camera.project(points)[mesh.faces]
+    places = np.arange(camera.width)[None, :], np.arange(camera.height)[:, None]
+    _draw(depth, uv, 1.0 / points[mesh.faces, 2], (uv.min(axis=1), uv.max(axis=1)), places)
     return depth
 
 
@@ -48,41 +46,46 @@ def _draw_through_lens(
 ) -> None:
     """Draw triangles where the lens shows them: straight in the pinhole's image, looked at where the pixels look."""
     pinhole = camera.pinhole
-    uv, inverse_z = pinhole.project(points), 1.0 / points[:, 2]
     u, v = np.moveaxis(pinhole.project(camera.rays()), -1, 0)
     # The outline of a face in the image is curved: its ends do not bound it, points along it do, nearly.
     share = np.linspace(0.0, 1.0, _ALONG_EDGE)[:, None, None, None]
     corners = np.concatenate([points[:, :2] / points[:, 2:], np.ones((len(points), 1))], axis=1)[faces]
     shown = camera.project(corners + share * (np.roll(corners, -1, axis=1) - corners))
-    low, high = shown.min(axis=(0, 2)) - _SAG_PX, shown.max(axis=(0, 2)) + _SAG_PX
-    for face, *bounds in zip(faces, low, high, strict=True):
-        _draw_triangle(depth, uv[face], inverse_z[face], np.array(bounds), (u, v))
+    bounds = shown.min(axis=(0, 2)) - _SAG_PX, shown.max(axis=(0, 2)) + _SAG_PX
+    _draw(depth, pinhole.project(points)[faces], 1.0 / points[faces, 2], bounds, (u, v))
 
 
-def _draw_triangle(
+def _draw(
     depth: Float[np.ndarray, "h w"],
-    uv: Float[np.ndarray, "3 2"],
-    inverse_z: Float[np.ndarray, " 3"],
-    around: Float[np.ndarray, "k 2"],
+    uv: Float[np.ndarray, "m 3 2"],
+    inverse_z: Float[np.ndarray, "m 3"],
+    bounds: tuple[Float[np.ndarray, "m 2"], Float[np.ndarray, "m 2"]],
     places: tuple[Float[np.ndarray, "rows w"], Float[np.ndarray, "h columns"]],
 ) -> None:
-    """Draw one triangle into ``depth``, whose pixels look at ``places`` (u, v); ``around`` bounds it in pixels."""
-    (ax, ay), (bx, by), (cx, cy) = uv
-    doubled_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    """Draw triangles into ``depth``.
+
+    Args:
+        depth: The image; what is nearer stays.
+        uv: Corners on the image that the pixels look at (px).
+        inverse_z: 1/z of the corners (1/m).
+        bounds: Least and largest u, v of each triangle's pixels.
+        places: u and v at which the pixels look.
+    """
+    height, width = depth.shape
+    first = np.maximum(np.ceil(bounds[0]), 0).astype(int)
+    last = np.minimum(np.floor(bounds[1]), [width - 1, height - 1]).astype(int)
+    ahead, aside = np.diff(uv, axis=1).swapaxes(0, 1)
     # Counter-clockwise to the eye is a negative area where v points down; anything else is seen from behind.
-    if doubled_area >= 0.0:
-        return
-    first = np.maximum(np.ceil(around.min(axis=0)).astype(int), 0)
-    last = np.minimum(np.floor(around.max(axis=0)).astype(int), [depth.shape[1] - 1, depth.shape[0] - 1])
-    if (first > last).any():
-        return
-    columns, rows = slice(first[0], last[0] + 1), slice(first[1], last[1] + 1)
-    u = places[0][rows if len(places[0]) > 1 else slice(None), columns]
-    v = places[1][rows, columns if places[1].shape[1] > 1 else slice(None)]
-    weight_a = ((bx - u) * (cy - v) - (by - v) * (cx - u)) / doubled_area
-    weight_b = ((cx - u) * (ay - v) - (cy - v) * (ax - u)) / doubled_area
-    weight_c = 1.0 - weight_a - weight_b
-    inside = (weight_a >= 0) & (weight_b >= 0) & (weight_c >= 0)
-    window = depth[rows, columns]
-    z = 1.0 / np.where(inside, weight_a * inverse_z[0] + weight_b * inverse_z[1] + weight_c * inverse_z[2], 1.0)
-    np.minimum(window, np.where(inside, z, np.inf), out=window)
+    towards = ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0] < 0.0
+    drawn = np.flatnonzero(towards & (first <= last).all(axis=1))
+    # Each corner's weight is 1 there and 0 at the two others; weights and 1/z are a + b u + c v.
+    weights = np.linalg.inv(np.concatenate([np.ones((len(drawn), 3, 1)), uv[drawn]], axis=2)).swapaxes(1, 2)
+    planes = np.concatenate([weights, np.einsum("mi,mij->mj", inverse_z[drawn], weights)[:, None]], axis=1)
+    for plane, (left, top), (right, bottom) in zip(planes[..., None, None], first[drawn], last[drawn], strict=True):
+        columns, rows = slice(left, right + 1), slice(top, bottom + 1)
+        u = places[0][rows if len(places[0]) > 1 else slice(None), columns]
+        v = places[1][rows, columns if places[1].shape[1] > 1 else slice(None)]
+        *weight, nearness = (plane[:, 0] + plane[:, 1] * u) + plane[:, 2] * v
+        inside = (weight[0] >= 0) & (weight[1] >= 0) & (weight[2] >= 0)
+        window = depth[rows, columns]
+        np.minimum(window, 1.0 / np.where(inside, nearness, 1.0), out=window, where=inside)
