@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.dataset.toy import make_dataset
 from warehouse_sim.cli.main import VERBS, main
 
 
@@ -62,6 +63,29 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_
     (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
     assert message in line
     assert "Traceback" not in err
+
+
+def test_a_tilted_lidar_is_refused_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tilted.yaml").write_text("extends: smoke\nsensors: {lidar_mount: {pitch_deg: -5}}\nsplit: {stratify: [lux]}")
+    code, _, err = run(capsys, "generate", "tilted.yaml", "--out", "data")
+    assert code == 2
+    assert "error: KITTI: sensors.lidar_mount tilts the LiDAR by 5.00 deg (pitch_deg -5, roll_deg 0)" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["tilted.yaml"]
+
+
+def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys, tmp_path: Path) -> None:
+    root = make_dataset(tmp_path / "data")
+    code, out, err = run(capsys, "validate", str(root))
+    assert code == 0
+    shares = [int(found) for found in re.findall(r"^validate: (\d+)%", err, re.MULTILINE)]
+    assert shares == sorted(shares)
+    assert shares[0] == 0
+    assert shares[-1] == 100
+    (root / "kitti/training/velodyne_ids/000000.bin").unlink()
+    code, out, _ = run(capsys, "validate", str(root))
+    assert code == 1
+    assert "that gives\n        the same bytes: report the lines above" in out
 
 
 def test_an_unknown_option_exits_with_2(capsys) -> None:

@@ -210,7 +210,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "unknown instance",
         edit_json(BOP / "scene_gt_info.json", lambda d: d["0"][1].update(instance_id=77)),
-        {"bop tables"},
+        {"bop tables", "kitti and bop labels"},
     ),
     ("frame missing", remove(KITTI / "planes/000002.txt"), {"kitti files", "kitti calib"}),
     ("test frame in train", edit_text("kitti/ImageSets/train.txt", "000001", "000004"), {"kitti files"}),
@@ -218,7 +218,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "label too many",
         copy(KITTI / "label_2/000000.txt", KITTI / "label_2/000001.txt"),
-        {"kitti labels", "kitti and bop labels"},
+        LABEL_READERS,
     ),
     (
         "occluded as float",
@@ -282,12 +282,12 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "one time less",
         edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams[:-1]),
-        {"kitti sweeps"},
+        {"kitti sweeps", "kitti points in boxes"},
     ),
     (
         "half a ring",
         edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: beams + np.float32(0.5)),
-        {"kitti sweeps"},
+        {"kitti sweeps", "kitti points in boxes"},
     ),
     ("beams all zero", edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", np.zeros_like), {"kitti sweeps"}),
     ("ids all zero", edit_points(KITTI / "velodyne_ids/000000.bin", "<i4", np.zeros_like), {"kitti sweeps"}),

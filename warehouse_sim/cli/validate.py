@@ -4,8 +4,12 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish
+from warehouse_sim.cli.console import finish, share_progress
 from warehouse_sim.errors import DatasetError
+
+_ADVICE = """\
+next:   if files were lost or changed since it was generated, generate it again into an empty folder; if not, that gives
+        the same bytes: report the lines above together with {manifest}"""
 
 
 def validate(data: tyro.conf.Positional[Path]) -> int:
@@ -18,13 +22,16 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
 
     if not data.is_dir():
         raise DatasetError(f"{data}: is not a folder; make a dataset with warehouse-sim generate")
-    checks = run(data)
+    with share_progress("validate") as progress:
+        checks = run(data, progress)
     for check in checks:
         print(f"{'ok  ' if check.ok else 'FAIL'}  {check.name}: {check.detail}")
     failed = sum(not check.ok for check in checks)
     print(f"{len(checks) - failed} of {len(checks)} checks hold")
     if failed:
-        print(f"output: {data} is not usable as it is; generate it again into an empty folder")
+        print(f"output: {data} is not usable as it is")
+        if checks[0].ok:
+            print(_ADVICE.format(manifest=data / "manifest.json"))
         return 1
     finish(data, "train", "densefusion-pointcloud", "--data", data, "--out", f"{data}-run")
     return 0

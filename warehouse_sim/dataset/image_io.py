@@ -28,6 +28,11 @@ def encode_mask(mask: Bool[np.ndarray, "h w"]) -> bytes:
     return encode_png(mask.view(np.uint8) * np.uint8(255), "none")
 
 
+def farthest_depth(steps_per_metre: float) -> float:
+    """Return the largest depth (m) that rounds to a step of 16 bits."""
+    return (_LARGEST + 0.499) / steps_per_metre
+
+
 def encode_ids(ids: Int32[np.ndarray, "h w"], where: str) -> bytes:
     """Return the 16-bit PNG of an instance-id image, 0 = background.
 
@@ -55,7 +60,7 @@ def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, wher
         DatasetError: A depth is negative, not finite, or beyond the format's range; nothing is wrapped or clipped.
     """
     nearest, farthest = float(depth.min()), float(depth.max())
-    limit = _farthest(steps_per_metre)
+    limit = farthest_depth(steps_per_metre)
     if not (nearest >= 0.0 and farthest <= limit):
         raise DatasetError(
             f"{where}: depth {nearest if nearest < 0 else farthest:.3f} m does not fit into 16 bits "
@@ -70,7 +75,7 @@ def encode_clean_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float
 
     No sensor's range ends the truth, so that what does not fit is left out; a reading would be refused.
     """
-    steps = np.where(depth <= _farthest(steps_per_metre), depth, np.float32(0.0)) * np.float32(steps_per_metre)
+    steps = np.where(depth <= farthest_depth(steps_per_metre), depth, np.float32(0.0)) * np.float32(steps_per_metre)
     return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
 
 
@@ -97,7 +102,7 @@ def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     if image.dtype != np.uint8 or image.ndim != 2:
         raise DatasetError(f"{path}: expected an 8-bit mask, found {image.dtype} of shape {image.shape}")
     mask = image == 255
-    if not np.array_equal(mask, image > 0):
+    if np.count_nonzero(mask) != np.count_nonzero(image):
         raise DatasetError(f"{path}: a mask holds 0 and 255 only")
     return mask
 
@@ -118,11 +123,6 @@ def png_size_wh(path: Path) -> tuple[int, int]:
     except OSError as problem:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
     return png_header_size_wh(header, str(path))
-
-
-def _farthest(steps_per_metre: float) -> float:
-    """Return the largest depth (m) that rounds to a step of 16 bits."""
-    return (_LARGEST + 0.499) / steps_per_metre
 
 
 def _decode(path: Path) -> np.ndarray:

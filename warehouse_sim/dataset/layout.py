@@ -129,9 +129,10 @@ KITTI_KINDS = {
     "velodyne_beams": "bin",
     "calib": "txt",
     "label_2": "txt",
+    "label_2_ids": "txt",
     "planes": "txt",
 }
-"""Folders of a KITTI frame's files and how the files end; velodyne_ids and velodyne_beams are this package's own."""
+"""Folders of a KITTI frame's files and how the files end; those called ids and beams are this package's own."""
 _STEREO_KINDS = {"image_3": "png", "disp_occ": "png", "disp_noc": "png"}
 _MATCHED_KINDS = {"disp_sgbm": "png"}
 _CLEAN_KINDS = {"image_clean_2": "png", "depth_clean_2": "png"}

@@ -22,6 +22,7 @@ from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation
 _TIMES = Span(0.0, 1e6)
 _LUX = Span(0.0, 1e9)
 _EXPOSURES = Span(-100.0, 100.0)
+_SPEEDS = Span(-100.0, 100.0)
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,12 @@ class RecordedObservation:
     """Since the drive began (s)."""
     sequence: int | None = None
     """Number of the drive within the scene."""
+    T_world_vehicle: Transform | None = None
+    """What carries the camera; None = nothing."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the carrier's origin in the world (m/s)."""
+    yaw_rate: float = 0.0
+    """Of the carrier, counter-clockwise seen from above (rad/s)."""
     target: int | None = None
     """Instance id of the object that the viewpoint was chosen for."""
     visible_request: tuple[float, float] | None = None
@@ -89,12 +96,17 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
     if take_if_given(data, "visible_request", list, where) is not None:
         low, high = take_numbers(data, "visible_request", 2, where, SHARES).tolist()
         request = low, high
+    vehicle = take_if_given(data, "T_world_vehicle", list, where)
+    x, y, z = take_numbers(data, "velocity", 3, where, _SPEEDS).tolist() if "velocity" in data else (0.0, 0.0, 0.0)
     return RecordedObservation(
         T_world_camera=T_world_camera,
         conditions=_read_conditions(take(data, "conditions", dict, where), f"{where}: conditions"),
         kind=take_if_given(data, "kind", str, where) or "",
         time=take_if_given(data, "time", float, where, _TIMES) or 0.0,
         sequence=take_if_given(data, "sequence", int, where, WHOLE),
+        T_world_vehicle=None if vehicle is None else read_transform(vehicle, where),
+        velocity=(x, y, z),
+        yaw_rate=take_if_given(data, "yaw_rate", float, where, _SPEEDS) or 0.0,
         target=take_if_given(data, "target", int, where, WHOLE),
         visible_request=request,
         targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),

@@ -29,6 +29,7 @@ class DatasetStore:
 
     Raises:
         UnknownNameError: A format is not registered.
+        DatasetError: A format cannot hold what the manifest describes; nothing is written yet.
     """
 
     def __init__(self, root: Path, manifest: Manifest) -> None:

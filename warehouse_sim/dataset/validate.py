@@ -1,6 +1,7 @@
 """Say of a dataset folder, check by check, whether it can be trusted."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from warehouse_sim.dataset.checks import (
@@ -9,6 +10,8 @@ from warehouse_sim.dataset.checks import (
     bop_tables,
     cameras,
     kitti,
+    kitti_labels,
+    kitti_points,
     manifest,
     poses,
     structure,
@@ -20,6 +23,8 @@ from warehouse_sim.errors import WarehouseSimError
 
 __all__ = ["Check", "validate"]
 
+ProgressCallback = Callable[[float, str], None]
+"""Called with the share of the work that is done (0-1) and the name of the check that runs."""
 _CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] = (
     ("manifest", frozenset(), manifest.contents),
     ("objects", frozenset(), structure.objects),
@@ -33,10 +38,10 @@ _CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] =
     ("bop masks", frozenset({"bop"}), bop_images.masks),
     ("bop poses on images", frozenset({"bop"}), poses.projection),
     ("kitti files", frozenset({"kitti"}), kitti.files),
-    ("kitti labels", frozenset({"kitti"}), kitti.labels),
+    ("kitti labels", frozenset({"kitti"}), kitti_labels.labels),
     ("kitti calib", frozenset({"kitti"}), kitti.calib),
     ("kitti images", frozenset({"kitti"}), kitti.images),
-    ("kitti points in boxes", frozenset({"kitti"}), kitti.points),
+    ("kitti points in boxes", frozenset({"kitti"}), kitti_points.points),
     ("kitti sweeps", frozenset({"kitti"}), sweeps.sweeps),
     ("kitti and bop labels", frozenset({"kitti", "bop"}), agreement.labels),
     ("kitti and bop cameras", frozenset({"kitti", "bop"}), agreement.cameras),
@@ -45,11 +50,12 @@ _CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] =
 """Name, formats that a dataset must have for it, and the function."""
 
 
-def validate(root: Path) -> list[Check]:
+def validate(root: Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
     """Check a dataset folder from its manifest down to single pixels.
 
     Args:
         root: Folder of the dataset.
+        progress: Told how far the checks are.
 
     Returns:
         One entry a check; only the first one where the manifest cannot be read or speaks of another folder.
@@ -60,7 +66,19 @@ def validate(root: Path) -> list[Check]:
     except WarehouseSimError as problem:
         return [Check("manifest", False, str(problem))]
     stored = set(subject.manifest.formats)
-    return [_run(name, function, subject) for name, formats, function in _CHECKS if formats <= stored]
+    asked = [(name, function) for name, formats, function in _CHECKS if formats <= stored]
+    checks = []
+    for number, (name, function) in enumerate(asked):
+        subject.progress = partial(_tell, progress, name, number, len(asked))
+        subject.progress(0.0)
+        checks.append(_run(name, function, subject))
+    progress(1.0, f"{len(checks)} checks")
+    return checks
+
+
+def _tell(progress: ProgressCallback, name: str, number: int, count: int, share: float) -> None:
+    """Tell that a share of check ``number`` of ``count`` is done."""
+    progress((number + share) / count, name)
 
 
 def _run(name: str, function: Callable[[Subject], Findings], subject: Subject) -> Check:

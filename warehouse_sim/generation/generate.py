@@ -11,7 +11,7 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
+from warehouse_sim.generation.plan import GenerateConfig, draft_manifest, target_models, with_stratified_splits
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render import BACKENDS, open_renderer
@@ -50,7 +50,10 @@ def generate(
         WorkerError: A scene ended every worker that made it; all else is kept for ``config.resume``.
     """
     BACKENDS.get(config.backend)
-    manifest = make_manifest(recipe, config)
+    draft = draft_manifest(recipe, config)
+    # A store's formats refuse here what they cannot hold: to measure scenes for the split can take long.
+    DatasetStore(out, draft)
+    manifest = with_stratified_splits(draft, recipe, config)
     store = DatasetStore(out, manifest)
     store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)
     pending, job = store.pending(), _Job(recipe, manifest, out, config.backend)

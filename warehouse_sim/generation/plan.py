@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated
 
@@ -43,19 +43,21 @@ class GenerateConfig:
 def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     """Return the manifest of the dataset that ``recipe`` and ``config`` describe.
 
-    For a stratified split every scene is prepared once to measure it.
-
     Raises:
-        SettleError: A scene that must be measured does not stand in any attempt.
+        SettleError: A scene that must be measured for a stratified split does not stand in any attempt.
         WorkerError: A scene that must be measured ended every worker that made it.
     """
+    return with_stratified_splits(draft_manifest(recipe, config), recipe, config)
+
+
+def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
+    """Return the manifest as far as it is known without making a scene: with splits by index."""
     scenes = recipe.scenes if config.scenes is None else config.scenes
-    features = _features(recipe, config, scenes) if recipe.split.stratify else None
     return Manifest(
         seed=config.seed,
         scenes=scenes,
         observations_per_scene=recipe.scene.observations_per_scene * len(recipe.twins.names()),
-        splits={name: indices for name, indices in split_scenes(scenes, recipe.split, features).items()},
+        splits={name: indices for name, indices in split_scenes(scenes, recipe.split).items()},
         formats=tuple(config.formats),
         targets=recipe.scene.targets,
         # Through JSON, so that a manifest read back equals the one written.
@@ -63,6 +65,19 @@ def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         packages=package_versions(),
         twins=_twins(recipe),
     )
+
+
+def with_stratified_splits(draft: Manifest, recipe: Recipe, config: GenerateConfig) -> Manifest:
+    """Return the manifest with the splits that the recipe asks for; to stratify, every scene is prepared once.
+
+    Raises:
+        SettleError: A scene that must be measured does not stand in any attempt.
+        WorkerError: A scene that must be measured ended every worker that made it.
+    """
+    if not recipe.split.stratify:
+        return draft
+    splits = split_scenes(draft.scenes, recipe.split, _features(recipe, config, draft.scenes))
+    return replace(draft, splits={name: indices for name, indices in splits.items()})
 
 
 def _twins(recipe: Recipe) -> tuple[Twin, ...]:

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.kitti import read_bytes, read_labels, read_text
+from warehouse_sim.dataset.checks.kitti_labels import leans, read_labels
 from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.image_io import decode_depth
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.dataset.writers.kitti_calib import calib_camera, parse_calib
@@ -18,18 +19,23 @@ _SAME_DEPTH = 0.5 / 256 + 0.5 / 1000 + 1e-4
 
 
 def labels(subject: Subject) -> Findings:
-    """Both formats list the same objects in the same order, with the same place, heading and 2D box."""
+    """Both formats list the same objects in the same order, with the same place, heading and 2D box.
+
+    What leans is DontCare in KITTI and comes after the others.
+    """
     findings, count = Findings(), 0
     for image in subject.images():
         frame = _frame(subject, image)
         rows = read_labels(subject, image.split, frame)
         where = f"frame {frame:06d}"
-        if not findings.require(
-            len(rows) == len(image.targets), f"{where}: {len(rows)} KITTI labels, {len(image.targets)} BOP poses"
-        ):
+        targets = {target.instance_id: target for target in image.targets}
+        leaning = {row.instance_id for row in rows if row.label.is_dont_care}
+        listed = sorted(targets, key=lambda number: number in leaning)
+        same = [row.instance_id for row in rows] == listed
+        if not findings.require(same, f"{where}: KITTI labels and BOP poses are not of the same objects"):
             continue
-        for row, target in zip(rows, image.targets, strict=True):
-            _same(findings, subject, row, image, target, f"{where}, label {target.gt_index + 1}")
+        for number, row in enumerate(rows, start=1):
+            _same(findings, subject, row.label, image, targets[row.instance_id], f"{where}, label {number}")
             count += 1
     findings.examined = f"{count} labels with their poses"
     return findings
@@ -53,26 +59,39 @@ def cameras(subject: Subject) -> Findings:
 
 def images(subject: Subject) -> Findings:
     """Colour images are equal byte for byte, depth images within their steps."""
-    findings, count = Findings(), 0
-    for image in subject.images():
-        frame = _frame(subject, image)
-        rgb_path = subject.kitti.file(image.split, "image_2", frame)
-        bop_path = subject.bop.scene(image.split, image.scene_id).rgb(image.image_id)
-        same = read_bytes(rgb_path) == read_bytes(bop_path)
-        findings.require(same, f"{rgb_path}: differs from {bop_path}")
-        depth_path = subject.kitti.file(image.split, "depth_2", frame)
-        steps, depth = decode_depth(depth_path), subject.reader.depth(image)
-        if findings.require(steps.shape == depth.shape, f"{depth_path}: is not as large as BOP's"):
-            difference = np.abs(steps / np.float32(256.0) - depth).max()
-            findings.require(bool(difference <= _SAME_DEPTH), f"{depth_path}: differs from BOP's by {difference:.4f} m")
-        count += 2
-    findings.examined = f"{count} pairs of images"
+    findings = Findings()
+    for part in subject.each(list(subject.images()), lambda image: _same_images(subject, image)):
+        findings.add(part)
+    findings.examined = f"{findings.count} pairs of images"
+    return findings
+
+
+def _same_images(subject: Subject, image: ImageRecord) -> Findings:
+    findings, frame = Findings(count=2), _frame(subject, image)
+    rgb_path = subject.kitti.file(image.split, "image_2", frame)
+    bop_path = subject.bop.scene(image.split, image.scene_id).rgb(image.image_id)
+    findings.require(read_bytes(rgb_path) == read_bytes(bop_path), f"{rgb_path}: differs from {bop_path}")
+    depth_path = subject.kitti.file(image.split, "depth_2", frame)
+    steps, depth = decode_depth(depth_path), subject.depth(image)
+    if findings.require(steps.shape == depth.shape, f"{depth_path}: is not as large as BOP's"):
+        difference = np.abs(steps / np.float32(256.0) - depth).max()
+        findings.require(bool(difference <= _SAME_DEPTH), f"{depth_path}: differs from BOP's by {difference:.4f} m")
     return findings
 
 
 def _same(
     findings: Findings, subject: Subject, row: KittiLabel, image: ImageRecord, target: TargetRecord, where: str
 ) -> None:
+    if row.is_dont_care:
+        findings.require(leans(target.T_camera_object), f"{where}: is DontCare in KITTI, but stands in BOP")
+    else:
+        _same_place(findings, subject, row, target, where)
+    last = image.camera.width - 1, image.camera.height - 1
+    box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])
+    findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
+
+
+def _same_place(findings: Findings, subject: Subject, row: KittiLabel, target: TargetRecord, where: str) -> None:
     T_camera_object = target.T_camera_object
     moved = float(np.abs(row.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max())
     findings.require(moved < _SAME_PLACE, f"{where}: KITTI and BOP place it {moved:.6f} m apart")
@@ -80,9 +99,6 @@ def _same(
     findings.require(abs(turned) < _SAME_PLACE, f"{where}: KITTI and BOP turn it {turned:.6f} rad apart")
     class_name = subject.info(target.obj_id).class_name
     findings.require(row.type == class_name, f"{where}: is a {row.type} in KITTI and a {class_name} in BOP")
-    last = image.camera.width - 1, image.camera.height - 1
-    box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])
-    findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
 
 
 def _frame(subject: Subject, image: ImageRecord) -> int:

@@ -1,10 +1,12 @@
 """The check that matters most: the CAD model at the stored pose lands on the stored mask and depth."""
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.dataset.checks.raster import mesh_depth
 from warehouse_sim.dataset.checks.subject import Findings, Subject
@@ -41,24 +43,26 @@ def projection(subject: Subject) -> Findings:
     """Draw a spread sample of targets anew from the models and compare silhouettes and depth with the files."""
     meshes = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
     findings, comparisons = Findings(), []
-    for image, target in _spread_sample(subject):
-        compared = _compare(subject, image, target, meshes[target.obj_id])
-        if compared is None:
-            continue
-        comparisons.append(compared)
-        where = f"scene {image.scene_id}, image {image.image_id}, target {target.gt_index}"
-        shift = float(np.linalg.norm(compared.shift_px))
-        findings.require(
-            shift <= _LARGEST_SHIFT_PX and compared.mismatch <= _LARGEST_MISMATCH,
-            f"{where}: the model is drawn {shift:.2f} px or more beside its mask; its pose, mesh or camera is wrong",
-        )
-        limit = 0.01 + 6.0 * compared.uncertainty
-        findings.require(
-            abs(compared.residual) <= limit,
-            f"{where}: stored depth is {compared.residual:.3f} m from the model's, noise explains {limit:.3f} m",
-        )
+    of_images = [list(group) for _, group in itertools.groupby(_spread_sample(subject), key=lambda pair: id(pair[0]))]
+    for compared in subject.each(of_images, lambda pairs: _compare_all(subject, pairs, meshes)):
+        for where, comparison in compared:
+            comparisons.append(comparison)
+            _judge(findings, comparison, where)
     _judge_all(findings, comparisons)
     return findings
+
+
+def _judge(findings: Findings, compared: _Comparison, where: str) -> None:
+    shift = float(np.linalg.norm(compared.shift_px))
+    findings.require(
+        shift <= _LARGEST_SHIFT_PX and compared.mismatch <= _LARGEST_MISMATCH,
+        f"{where}: the model is drawn {shift:.2f} px or more beside its mask; its pose, mesh or camera is wrong",
+    )
+    limit = 0.01 + 6.0 * compared.uncertainty
+    findings.require(
+        abs(compared.residual) <= limit,
+        f"{where}: stored depth is {compared.residual:.3f} m from the model's, noise explains {limit:.3f} m",
+    )
 
 
 def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
@@ -94,14 +98,28 @@ def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
     return [pairs[int(i * step)] for i in range(min(_SAMPLE, len(pairs)))]
 
 
-def _compare(subject: Subject, image: ImageRecord, target: TargetRecord, mesh: TriangleMesh) -> _Comparison | None:
+def _compare_all(
+    subject: Subject, pairs: list[tuple[ImageRecord, TargetRecord]], meshes: Mapping[int, TriangleMesh]
+) -> list[tuple[str, _Comparison]]:
+    """Return where and how targets of one image differ, but for those too near to be drawn."""
+    depth, found = subject.depth(pairs[0][0]), []
+    for image, target in pairs:
+        compared = _compare(subject, image, target, meshes[target.obj_id], depth)
+        if compared is not None:
+            where = f"scene {image.scene_id}, image {image.image_id}, target {target.gt_index}"
+            found.append((where, compared))
+    return found
+
+
+def _compare(
+    subject: Subject, image: ImageRecord, target: TargetRecord, mesh: TriangleMesh, depth: Float32[np.ndarray, "h w"]
+) -> _Comparison | None:
     """Return the differences, or None if the target is too near to be drawn."""
     drawn = mesh_depth(mesh, target.T_camera_object, image.camera)
     if drawn is None:
         return None
     silhouette, mask = np.isfinite(drawn), subject.reader.mask(image, target.gt_index)
     shift_px, mismatch = silhouette_shift(mask, silhouette)
-    depth = subject.reader.depth(image)
     seen = silhouette & subject.reader.mask_visible(image, target.gt_index) & (depth > 0)
     residuals = depth[seen] - drawn[seen]
     if len(residuals) < _FEWEST_PIXELS:

@@ -1,9 +1,15 @@
 """The dataset under test and what a check has found."""
 
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Float32
 
 from warehouse_sim.dataset.layout import BopLayout, DatasetLayout, KittiLayout
 from warehouse_sim.dataset.manifest import Manifest
@@ -17,6 +23,9 @@ from warehouse_sim.geometry.pose import Transform
 
 _KEPT = 100
 """Problems that a check keeps: a folder can hold more wrong files than memory."""
+_KEPT_IMAGES = 64
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -39,6 +48,8 @@ class Findings:
     """The first ones that are wrong."""
     more: int = 0
     """How many were found beyond them."""
+    count: int = 0
+    """Number of what was looked at, where parts of a check are put together."""
 
     def require(self, holds: bool, problem: str) -> bool:
         """Note ``problem`` unless ``holds``; return ``holds``."""
@@ -47,6 +58,13 @@ class Findings:
         elif not holds:
             self.more += 1
         return holds
+
+    def add(self, part: "Findings") -> None:
+        """Take over what a part of the check has found."""
+        for problem in part.problems:
+            self.require(False, problem)
+        self.more += part.more
+        self.count += part.count
 
 
 class Subject:
@@ -59,6 +77,8 @@ class Subject:
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self.root, self.manifest = root, manifest
+        self.progress: Callable[[float], None] = lambda share: None
+        """Told the share (0-1) of a check's work that is done."""
         self.layout = DatasetLayout(root)
         self.bop = BopLayout(self.layout.format_folder("bop"))
         self.kitti = KittiLayout(self.layout.format_folder("kitti"))
@@ -73,6 +93,11 @@ class Subject:
     def rig(self) -> RecordedRig:
         """What the recipe says of the sensors."""
         return recorded_rig(self.manifest.recipe, f"{self.layout.manifest}: recipe")
+
+    @cached_property
+    def depth(self) -> Callable[[ImageRecord], Float32[np.ndarray, "h w"]]:
+        """Read an image's depth (m), 0 = no reading; the images of a small dataset are decoded once for all checks."""
+        return lru_cache(_KEPT_IMAGES)(self.reader.depth)
 
     @cached_property
     def objects(self) -> dict[int, ObjectInfo]:
@@ -105,6 +130,16 @@ class Subject:
         if observation >= len(poses):
             raise DatasetError(f"{self.layout.scene_record(scene_index)}: has no observation {observation}")
         return poses[observation]
+
+    def each(self, items: Sequence[T], examine: Callable[[T], R]) -> Iterator[R]:
+        """Yield what ``examine`` says of each item, in order, and tell the progress.
+
+        Items are examined side by side in threads: most of the work is in libraries that let others run meanwhile.
+        """
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for done, result in enumerate(pool.map(examine, items), start=1):
+                yield result
+                self.progress(done / len(items))
 
     def scenes(self) -> Iterator[tuple[Split, int]]:
         """Yield every scene with its split."""

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.dataset.checks.kitti import read_bytes, read_points
+from warehouse_sim.dataset.checks.kitti_points import read_points
 from warehouse_sim.dataset.checks.subject import Findings, Subject
+from warehouse_sim.dataset.checks.text import read_bytes
 
 _FEW_POINTS = 100
 """So few points can lie on one ring, or on surfaces without an id."""

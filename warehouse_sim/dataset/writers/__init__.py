@@ -33,7 +33,13 @@ class DatasetWriter(Protocol):
     """One format; built anew in every process, so it holds nothing but where and what to write."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        """Take the dataset's folder; the format's own files go into the folder of its name."""
+        """Take the dataset's folder; the format's own files go into the folder of its name.
+
+        Nothing is written yet: this is where a format refuses what it cannot hold at all.
+
+        Raises:
+            DatasetError: Names the setting of the manifest, or of its recipe, that asks for it.
+        """
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Store what all scenes share; called once, before any scene.

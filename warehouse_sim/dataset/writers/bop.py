@@ -24,10 +24,13 @@ from warehouse_sim.dataset.writers.bop_labels import (
     visibility_row,
 )
 from warehouse_sim.dataset.writers.bop_models import write_models
+from warehouse_sim.dataset.writers.limits import require_depth_fits
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import ObjectModel
+
+_STEPS_PER_METRE = 1000.0 / DEPTH_SCALE
 
 _INFO = """# Dataset in the BOP format
 
@@ -53,9 +56,14 @@ _LENS_INFO = """\
 
 
 class BopWriter:
-    """Write scenes as ``bop/{train,val,test}/%06d``."""
+    """Write scenes as ``bop/{train,val,test}/%06d``.
+
+    Raises:
+        DatasetError: The manifest describes what the format cannot hold.
+    """
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
+        require_depth_fits(manifest.recipe, _STEPS_PER_METRE, "bop")
         self._root, self._manifest = root, manifest
         self._layout = BopLayout(DatasetLayout(root).format_folder("bop"))
         self._clean = stores_clean(manifest.recipe)
@@ -126,11 +134,11 @@ class BopSceneWriter:
         image_id = observation.observation_index
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
         files.rgb.save(self._layout.rgb(image_id))
-        depth_png = encode_depth(observation.rgbd.depth, 1000.0 / DEPTH_SCALE, where)
+        depth_png = encode_depth(observation.rgbd.depth, _STEPS_PER_METRE, where)
         write_bytes(self._layout.depth(image_id), depth_png)
         if self._clean:
             files.rgb_clean.save(self._layout.rgb_clean(image_id))
-            clean_png = encode_clean_depth(observation.buffers.depth, 1000.0 / DEPTH_SCALE)
+            clean_png = encode_clean_depth(observation.buffers.depth, _STEPS_PER_METRE)
             write_bytes(self._layout.depth_clean(image_id), clean_png)
         for gt_index, target in enumerate(files.targets):
             self._require_known(target.annotation.obj_id, where)

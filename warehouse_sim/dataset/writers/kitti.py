@@ -1,6 +1,7 @@
 """The KITTI object detection format, strict enough for OpenPCDet, mmdet3d, Open3D-ML, torchvision and the devkit."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +17,21 @@ from warehouse_sim.dataset.writers.kitti_calib import (
     lidars_text,
     plane_text,
     require_level,
-    require_level_recipe,
 )
-from warehouse_sim.dataset.writers.kitti_label import DONT_CARE, kitti_label
+from warehouse_sim.dataset.writers.kitti_label import LARGEST_TILT, label_rows
+from warehouse_sim.dataset.writers.limits import (
+    require_depth_fits,
+    require_level_lidar,
+    require_level_recipe,
+    require_numbers,
+    require_words,
+)
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import LidarScan, ObjectModel, Observation
 
 _STEPS_PER_METRE = 256.0
-_LARGEST_FRAME = 999_999
 
 _README = """# Dataset in the KITTI object detection format
 
@@ -34,7 +40,9 @@ _README = """# Dataset in the KITTI object detection format
 - Labels name every target with at least one visible pixel. Length is the object's x axis, width its y axis.
 - truncated: share of the silhouette's pixels outside the image. occluded: 0 if at least 90 % of the silhouette inside
   the image is visible, 1 if at least 50 %, else 2. bbox: whole silhouette, occluded parts included, cut at the image.
-- A frame without labels holds one DontCare row, because some readers stop at an empty file.
+- A target that leans by more than {tilt:g} deg is no upright box: it comes after the others, as DontCare with its 2D
+  box. label_2_ids (our own) holds the instance id of each row of label_2, also of those; ../scenes/ has their poses.
+- A frame without labels holds one DontCare row (id 0), because some readers stop at an empty file.
 - depth_2: 16 bit, metres * 256, 0 = no reading. planes: the floor in the camera frame.
 - velodyne: float32 x, y, z, reflectance. velodyne_ids (our own): int32, the instance id of each point, 0 = none; the
   ids are those of ../scenes/. velodyne_beams (our own): float32 ring, time of each point; ring 0 is the topmost beam,
@@ -68,26 +76,20 @@ class KittiWriter:
     """Write frames as ``kitti/{training,testing}/KIND/%06d.*``.
 
     Raises:
-        DatasetError: The recipe asks for tilted cameras.
+        DatasetError: The manifest describes what the format cannot hold.
     """
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
+        require_numbers(manifest)
+        require_words(manifest.targets)
         require_level_recipe(manifest.recipe)
+        require_level_lidar(manifest.recipe)
+        require_depth_fits(manifest.recipe, _STEPS_PER_METRE, "kitti")
         self._layout, self._manifest = KittiLayout(DatasetLayout(root).format_folder("kitti")), manifest
         self._kinds = kitti_kinds(manifest.recipe)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
-        """Make the folders and write the lists of frames.
-
-        Raises:
-            DatasetError: The dataset has more frames than six digits can number.
-        """
-        per_scene = self._manifest.observations_per_scene
-        if self._manifest.scenes * per_scene > _LARGEST_FRAME + 1:
-            raise DatasetError(
-                f"KITTI: {self._manifest.scenes} scenes of {per_scene} observations need more than six digits; "
-                "make several datasets, or leave kitti out of --formats"
-            )
+        """Make the folders and write the lists of frames."""
         for split in SPLITS:
             for kind in self._kinds:
                 make_folder(self._layout.folder(split) / kind)
@@ -117,6 +119,7 @@ class KittiWriter:
         stereo, names = rig.baseline is not None, ", ".join(rig.lidars)
         return _README.format(
             per_scene=self._manifest.observations_per_scene,
+            tilt=math.degrees(LARGEST_TILT),
             cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
             additions=(_STEREO_README if stereo else "")
             + (_LENS_README if rig.distortion else "")
@@ -139,14 +142,14 @@ class KittiSceneWriter:
         """Write one frame.
 
         Raises:
-            DatasetError: Camera, LiDAR or a target is tilted, the LiDAR is missing, or a depth does not fit.
+            DatasetError: Camera or LiDAR is tilted, the LiDAR is missing, or a depth does not fit.
         """
         observation = files.observation
         where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
         require_level(observation, where)
         if observation.lidar is None:
             raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
-        rows = [kitti_label(target.annotation, observation.camera, where).line() for target in files.targets]
+        rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
         baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
         contents = {
             "depth_2": encode_depth(observation.rgbd.depth, _STEPS_PER_METRE, where),
@@ -154,7 +157,8 @@ class KittiSceneWriter:
             "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
             "velodyne_beams": beam_bytes(observation.lidar),
             "calib": calib_text(observation.camera, observation.T_camera_lidar, baseline).encode("ascii"),
-            "label_2": ("\n".join(rows or [DONT_CARE]) + "\n").encode("ascii"),
+            "label_2": _lines(rows),
+            "label_2_ids": _lines(map(str, ids)),
             "planes": plane_text(observation.T_world_camera).encode("ascii"),
             **_stereo_files(observation),
             **_more_lidar_files(observation),
@@ -169,6 +173,10 @@ class KittiSceneWriter:
 
     def finish(self) -> None:
         """Do nothing: no file of this format covers a scene."""
+
+
+def _lines(rows: Iterable[str]) -> bytes:
+    return "".join(f"{row}\n" for row in rows).encode("ascii")
 
 
 def _stereo_files(observation: Observation) -> dict[str, bytes]:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -14,29 +13,10 @@ from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import MountedScan, Observation
 
 _LARGEST_CAMERA_TILT = math.radians(0.1)
-# Real KITTI's own LiDAR is mounted up to about one degree off.
-_LARGEST_LIDAR_TILT = math.radians(2.0)
+LARGEST_LIDAR_TILT = math.radians(2.0)
+"""Real KITTI's own LiDAR is mounted up to about one degree off."""
 CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
 """The seven lines in the order by which loaders find them."""
-
-
-def require_level_recipe(recipe: dict[str, Any]) -> None:
-    """Refuse a recipe whose cameras can be tilted, before anything is made of it.
-
-    Args:
-        recipe: The resolved recipe as the manifest holds it; one that says nothing about viewpoints passes.
-
-    Raises:
-        DatasetError: A kind of camera other than ``level`` is asked for, and not to be level.
-    """
-    views = recipe.get("scene", {}).get("viewpoints", {})
-    kinds, level = _choices(views.get("kind", "level")), _choices(views.get("level", False))
-    tilted = [kind for kind in kinds if kind != "level"]
-    if tilted and not all(level):
-        raise DatasetError(
-            f"KITTI: viewpoints.kind {', '.join(tilted)} tilts the camera, but a KITTI label stands upright in the "
-            "camera's frame; set viewpoints.level: true in the recipe, or leave kitti out of --formats"
-        )
 
 
 def require_level(observation: Observation, where: str) -> None:
@@ -54,7 +34,7 @@ def require_level(observation: Observation, where: str) -> None:
             "set viewpoints.level: true in the recipe, or leave kitti out of --formats"
         )
     tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
-    if tilt > _LARGEST_LIDAR_TILT:
+    if tilt > LARGEST_LIDAR_TILT:
         raise DatasetError(
             f"{where}: the LiDAR is tilted by {math.degrees(tilt):.2f} deg against the camera, KITTI readers take its "
             "z axis for vertical; mount it level, or leave kitti out of --formats"
@@ -153,8 +133,3 @@ def _row(matrix: np.ndarray) -> str:
 def _angle(a: np.ndarray, b: np.ndarray) -> float:
     # Half the chord between unit vectors: arccos would lose small angles.
     return 2.0 * math.asin(min(float(np.linalg.norm(a - b)) / 2.0, 1.0))
-
-
-def _choices(value: Any) -> list[Any]:
-    """Return the values that a setting of a recipe can take: itself, or those it is drawn from."""
-    return list(value["choices"]) if isinstance(value, dict) else [value]

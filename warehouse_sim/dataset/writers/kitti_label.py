@@ -1,6 +1,7 @@
 """One row of a KITTI label file, and the way between an object's pose and KITTI's upright box."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y
 from warehouse_sim.schema import ObjectAnnotation
 
-DONT_CARE = "DontCare -1 -1 -10 0.00 0.00 0.00 0.00 -1 -1 -1 -1000 -1000 -1000 -10"
-"""The row of a frame without labels: OpenPCDet cannot read an empty label file."""
+DONT_CARE = "DontCare"
+"""Type of what is neither to be found nor to be missed."""
 LARGEST_TILT = math.radians(2.0)
 """An object leaning more than this is not described by an upright box."""
 # From KITTI's box axes (x length, y down, z width) to the object's (x length, y width, z up).
@@ -38,6 +39,11 @@ class KittiLabel:
     rotation_y: float
     """Angle about camera +y from camera +x to the object's x axis, -pi to pi."""
 
+    @property
+    def is_dont_care(self) -> bool:
+        """Whether only its type and 2D box mean anything."""
+        return self.type == DONT_CARE
+
     def line(self) -> str:
         """Return the row without a line end."""
         numbers = [*(_fixed(value, 2) for value in self.box_xyxy)]
@@ -51,8 +57,38 @@ class KittiLabel:
         return make_transform(rotation_y(self.rotation_y) @ _R_object_box.T, centre)
 
 
+def label_rows(
+    annotations: Sequence[ObjectAnnotation], camera: PinholeCamera, where: str
+) -> tuple[list[str], list[int]]:
+    """Return the rows of a label file and the instance id of each; at least one, as OpenPCDet reads no empty file.
+
+    What leans is DontCare and comes after the others, where readers expect it.
+
+    Args:
+        annotations: The labelled targets of an image.
+        camera: Its intrinsics.
+        where: Scene and observation, for the message.
+
+    Raises:
+        DatasetError: A class name is not one word.
+    """
+    upright = [item for item in annotations if tilt(item.T_camera_object) <= LARGEST_TILT]
+    leaning = [item for item in annotations if tilt(item.T_camera_object) > LARGEST_TILT]
+    rows = [kitti_label(item, camera, where).line() for item in upright]
+    rows += [_dont_care(_cut(item.box_amodal_xyxy, camera)) for item in leaning]
+    ids = [item.instance_id for item in (*upright, *leaning)]
+    return (rows, ids) if rows else ([_dont_care((0.0, 0.0, 0.0, 0.0))], [0])
+
+
+def tilt(T_camera_object: Transform) -> float:
+    """Return by how much an object leans in a level camera's frame (rad, 0 to pi)."""
+    # Camera y points down, so an upright object has its z axis along camera -y. Unlike arccos, this keeps small angles.
+    x, y, z = T_camera_object[:3, 2]
+    return math.atan2(math.hypot(x, z), -y)
+
+
 def kitti_label(annotation: ObjectAnnotation, camera: PinholeCamera, where: str) -> KittiLabel:
-    """Describe a labelled target by an upright box with the object's own centre, size and heading.
+    """Describe a labelled target that stands by an upright box with the object's own centre, size and heading.
 
     Args:
         annotation: A target with visible pixels.
@@ -60,17 +96,9 @@ def kitti_label(annotation: ObjectAnnotation, camera: PinholeCamera, where: str)
         where: Scene and observation, for the message.
 
     Raises:
-        DatasetError: The object leans by more than ``LARGEST_TILT``, or its class name is not one word.
+        DatasetError: Its class name is not one word.
     """
     T_camera_object = annotation.T_camera_object
-    # Camera y points down in a level camera, so an upright object has its z axis along camera -y.
-    tilt = math.acos(np.clip(-T_camera_object[1, 2], -1.0, 1.0))
-    if tilt > LARGEST_TILT:
-        raise DatasetError(
-            f"{where}: object {annotation.instance_id} ({annotation.class_name}) leans by "
-            f"{math.degrees(tilt):.1f} deg, a KITTI label knows upright boxes only; "
-            "leave kitti out of --formats, or its class out of the recipe's targets"
-        )
     if not annotation.class_name or len(annotation.class_name.split()) != 1:
         raise DatasetError(f"{where}: the class name {annotation.class_name!r} must be one word in a KITTI label")
     length, width, height = (float(edge) for edge in annotation.size)
@@ -88,8 +116,8 @@ def kitti_label(annotation: ObjectAnnotation, camera: PinholeCamera, where: str)
     )
 
 
-def parse_label(line: str, where: str) -> KittiLabel | None:
-    """Read a row as strictly as the strictest reader does; None for DontCare.
+def parse_label(line: str, where: str) -> KittiLabel:
+    """Read a row as strictly as the strictest reader does.
 
     Raises:
         DatasetError: Not 15 fields with single blanks, or a field of the wrong kind.
@@ -101,8 +129,6 @@ def parse_label(line: str, where: str) -> KittiLabel | None:
         occluded, values = int(words[2]), [float(word) for word in (words[1], *words[3:])]
     except ValueError as problem:
         raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
-    if words[0] == "DontCare":
-        return None
     if not all(map(math.isfinite, values)):
         raise DatasetError(f"{where}: every field must be finite")
     truncated, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values
@@ -116,6 +142,11 @@ def parse_label(line: str, where: str) -> KittiLabel | None:
         location=(x, y, z),
         rotation_y=heading,
     )
+
+
+def _dont_care(box_xyxy: tuple[float, float, float, float]) -> str:
+    box = " ".join(_fixed(value, 2) for value in box_xyxy)
+    return f"{DONT_CARE} -1 -1 -10 {box} -1 -1 -1 -1000 -1000 -1000 -10"
 
 
 def _cut(box_xyxy: tuple[float, float, float, float], camera: PinholeCamera) -> tuple[float, float, float, float]:

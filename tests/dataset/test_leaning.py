@@ -1,0 +1,103 @@
+"""A target that leans: DontCare in KITTI, its full pose in BOP, and nothing that validate would not understand."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observation_of
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.validate import validate
+from warehouse_sim.geometry.pose import make_transform, rotation_x
+from warehouse_sim.schema import SceneSpec
+
+LABELS, IDS = (Path(f"kitti/training/{kind}/000000.txt") for kind in ("label_2", "label_2_ids"))
+LEANING = 10
+
+
+def with_a_leaning_pallet(scene: SceneSpec) -> SceneSpec:
+    lean = make_transform(rotation_x(math.radians(25.0)), np.array([0.0, 0.0, 0.2]))
+    instances = [
+        replace(item, T_world_object=item.T_world_object @ lean) if item.instance_id == LEANING else item
+        for item in scene.instances
+    ]
+    return replace(scene, instances=tuple(instances))
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    store = DatasetStore(tmp_path / "data", make_manifest())
+    store.begin([PALLET], CAMERA)
+    for index in range(3):
+        scene = with_a_leaning_pallet(make_scene(index))
+        views = [observation_of(scene, i, view.T_world_camera) for i, view in enumerate(scene.viewpoints)]
+        store.write_scene(scene, views, {}, RENDERER)
+    store.finish()
+    return tmp_path / "data"
+
+
+def failed(root: Path) -> dict[str, str]:
+    return {check.name: check.detail for check in validate(root) if not check.ok}
+
+
+def test_it_is_dont_care_with_its_box_and_its_id_and_comes_last(root: Path) -> None:
+    rows = [line.split(" ") for line in (root / LABELS).read_text().splitlines()]
+    assert [row[0] for row in rows] == ["pallet", "pallet", "DontCare"]
+    assert (root / IDS).read_text() == "11\n12\n10\n"
+    scene = with_a_leaning_pallet(make_scene(0))
+    truth = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
+    assert [float(word) for word in rows[2][4:8]] == list(truth.box_amodal_xyxy)
+    assert rows[2][1:4] + rows[2][8:] == ["-1", "-1", "-10", "-1", "-1", "-1", "-1000", "-1000", "-1000", "-10"]
+
+
+def test_bop_has_its_full_pose(root: Path) -> None:
+    (target,) = [item for item in DatasetReader(root).images("train")[0].targets if item.instance_id == LEANING]
+    scene = with_a_leaning_pallet(make_scene(0))
+    truth = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
+    assert np.abs(target.T_camera_object - truth.T_camera_object).max() < 1e-9
+
+
+def test_validate_understands_it(root: Path) -> None:
+    assert failed(root) == {}
+    details = {check.name: check.detail for check in validate(root)}
+    assert details["kitti labels"] == "9 labels of 15 fields, 3 of them DontCare: they lean"
+
+
+def test_what_stands_must_not_be_dont_care(root: Path) -> None:
+    lines = (root / LABELS).read_text().splitlines()
+    lines[1] = lines[2]
+    (root / LABELS).write_text("\n".join(lines) + "\n")
+    (root / IDS).write_text("11\n10\n12\n")
+    assert "leans by 0.00 deg only, but is DontCare" in failed(root)["kitti labels"]
+    assert failed(root)["kitti and bop labels"].endswith(
+        "label 3: is DontCare in KITTI, but stands in BOP (and 1 more)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("ids", "complaint"),
+    [
+        ("11\n12\n20\n", "object 20 is a carton, which is no target"),
+        ("12\n11\n10\n", "is no pallet where the scene record has object 12"),
+        ("11\n12\n77\n", "the scene record has no object 77"),
+        ("11\n12\n", "does not hold an instance id for each of the 3 rows"),
+        ("11\n12\n-1\n", "does not hold an instance id for each of the 3 rows"),
+    ],
+)
+def test_wrong_ids_are_found(root: Path, ids: str, complaint: str) -> None:
+    (root / IDS).write_text(ids)
+    assert complaint in failed(root)["kitti labels"]
+
+
+def test_a_leaning_object_must_not_have_an_upright_box(root: Path) -> None:
+    record = root / "scenes/000000.json"
+    data = json.loads(record.read_text())
+    item = next(item for item in data["objects"] if item["instance_id"] == 11)
+    lean = np.array(item["T_world_object"]) @ make_transform(rotation_x(math.radians(5.0)))
+    item["T_world_object"] = lean.tolist()
+    record.write_text(json.dumps(data))
+    assert "object 11 leans by 5.00 deg and must be DontCare" in failed(root)["kitti labels"]
