@@ -7,9 +7,12 @@ _LONGEST = 80
 
 
 def shown(value: Any) -> str:
-    """Return a value as a message quotes it: on one line, and cut where it is long."""
+    """Return a value as a message quotes it: on one line, and without its middle where it is long."""
     text = repr(value)
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    if len(text) <= _LONGEST:
+        return text
+    half = (_LONGEST - 3) // 2  # the end, too, tells what it is: that of a path is its name
+    return f"{text[:half]}...{text[-half:]}"
 
 
 class WarehouseSimError(Exception):

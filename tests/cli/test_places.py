@@ -118,4 +118,5 @@ def test_a_closed_pipe_is_not_written_to_again(made, capfd) -> None:
     assert process.stderr is not None
     process.stdout.close()
     assert process.wait() == 141
-    assert process.stderr.read() == b""
+    told = process.stderr.read()  # progress only
+    assert all(line.startswith(b"validate: ") for line in told.splitlines()), told

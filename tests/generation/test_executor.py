@@ -58,7 +58,7 @@ def test_a_scene_that_always_kills_is_named_after_all_others_are_made(tmp_path: 
 
 
 def test_a_machine_that_kills_every_worker_is_not_asked_again_and_again(tmp_path: Path) -> None:
-    with pytest.raises(WorkerError, match=r"scene 0.*scene 1.*"):
+    with pytest.raises(WorkerError, match=r"(scene \d+ of seed 5 was ended by SIGKILL.*){3}"):
         made(partial(killed, tmp_path, dict.fromkeys(range(50), 9)), range(50), 2)
     assert len(list(tmp_path.iterdir())) < 10
 

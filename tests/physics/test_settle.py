@@ -187,7 +187,7 @@ def test_settling_a_settled_scene_moves_it_no_further() -> None:
     ("settings", "message"),
     [
         ({"max_time": 0}, "max_time must be 0.1-60 s"),
-        ({"max_gap_mm": -1}, "max_gap_mm must be > 0, found -1"),
+        ({"max_gap_mm": -1}, "max_gap_mm must be 0.001-1,000 mm, found -1"),
         ({"max_gap": 1}, "max_gap is not a setting; did you mean 'max_gap_mm'"),
     ],
 )

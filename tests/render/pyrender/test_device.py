@@ -63,7 +63,7 @@ def test_without_pyrender_the_error_says_which_extra_brings_it() -> None:
         "except MissingPackageError as error: print(error)"
     )
     done = run(script)
-    assert "pyrender is needed for the pyrender renderer" in done.stdout, done.stderr
+    assert "pyrender: needed for the pyrender renderer" in done.stdout, done.stderr
     assert "pip install 'warehouse-sim[peers]'" in done.stdout
 
 

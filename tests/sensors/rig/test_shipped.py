@@ -60,7 +60,7 @@ def test_a_rig_can_be_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "message"), [("kity", "here: rig: .*kitti"), ("no.yaml", "no.yaml cannot be read"), (3, "here: rig")]
+    ("name", "message"), [("kity", "here: rig: .*kitti"), ("no.yaml", "no.yaml: cannot be read"), (3, "here: rig")]
 )
 def test_an_unknown_rig_is_named(name: object, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
