@@ -1,12 +1,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 
 from tests.dataset.toy import PALLET
 from tests.learning.made_crops import DIAMETER, MESH, pallet_shape
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.learning.objects import measure_shape, shape_tensors
@@ -55,3 +57,23 @@ def test_groups_are_padded_with_the_identity() -> None:
     assert tensors.symmetry_rotation.shape == (2, 2, 3, 3)
     assert torch.equal(tensors.symmetry_rotation[1], torch.eye(3).expand(2, 3, 3))
     assert torch.equal(tensors.symmetry_rotation[0, 1], torch.diag(torch.tensor([-1.0, -1.0, 1.0])))
+
+
+MIRROR = tuple(np.diag([-1.0, 1.0, 1.0, 1.0]).ravel().tolist())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"symmetries": ()}, "16 numbers"),
+        ({"symmetries": (tuple(np.eye(4).ravel().tolist()[:15]),)}, "16 numbers"),
+        ({"symmetries": (MIRROR,)}, "the identity first"),
+        ({"symmetries": (*pallet_shape().symmetries, MIRROR)}, "must be poses"),
+        ({"covariance": (1.0,) * 8}, "covariance 9"),
+        ({"centroid": (0.0, 0.0)}, "centroid must be 3"),
+        ({"surface": (0.0,) * 4}, "surface 3 a point"),
+    ],
+)
+def test_a_shape_that_is_none_is_refused(change: dict, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        replace(pallet_shape(), **change)

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.plain import is_rigid
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.ranges import Range, ranged
 
@@ -38,6 +39,15 @@ class ObjectShape:
     """Points evenly on the surface, 3 values each (m), -1,000 to 1,000; where the nearest-point loss needs them."""
     class_name: str = ""
     """Detection class of the geometry."""
+
+    def __post_init__(self) -> None:
+        if len(self.centroid) != 3 or len(self.covariance) != 9 or len(self.surface) % 3:
+            raise ValueError("centroid must be 3 numbers, covariance 9, and surface 3 a point")
+        if not self.symmetries or any(len(values) != 16 for values in self.symmetries):
+            raise ValueError("each of symmetries must be 16 numbers, a 4x4 matrix row by row")
+        transforms = np.reshape(self.symmetries, (-1, 4, 4))
+        if not np.allclose(transforms[:1], np.eye(4)) or not all(is_rigid(T, 1e-4) for T in transforms):
+            raise ValueError("symmetries must be poses, the identity first")
 
 
 def measure_shape(

@@ -134,6 +134,7 @@ def test_the_config_comes_back_from_plain_data_and_refuses_what_makes_no_twin() 
     assert config.names() == ("base", "without occluders", "half", "other surfaces", "again", "coarse")
     for plain, message in (
         ({"noise": [{"name": "a"}, {"name": "a"}]}, "a name of its own"),
+        ({"noise": [{"name": ""}]}, r"found \['base', ''\]$"),
         ({"noise": [{"name": "a", "draw": 0}]}, "draw must be >= 1"),
         ({"lights": [{"preset": "dim"}]}, "expected a name"),
         ({"materials": [{"name": "x", "swap": {"wood": "kraft"}}]}, "swap names 'wood'"),

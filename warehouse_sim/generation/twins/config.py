@@ -88,7 +88,7 @@ class TwinsConfig:
     def __post_init__(self) -> None:
         names = self.names()
         if len(set(names)) < len(names) or "" in names:
-            raise ValueError(f"every twin needs a name of its own, other than 'base': found {', '.join(names)}")
+            raise ValueError(f"every twin needs a name of its own, other than 'base': found {shown(list(names))}")
 
     def names(self) -> tuple[str, ...]:
         """Return the names of all variants in the order of their observations, "base" first."""
