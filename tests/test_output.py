@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.errors import OutputError
-from warehouse_sim.output import remove_temporaries, share_file, write_bytes
+from warehouse_sim.output import make_folder, remove_temporaries, share_file, write_bytes
 
 
 @pytest.mark.parametrize("durable", [False, True])
@@ -59,3 +59,9 @@ def test_leftovers_of_a_killed_run_are_removed(tmp_path: Path) -> None:
     remove_temporaries(tmp_path)
     assert kept.exists()
     assert not leftover.exists()
+
+
+def test_a_name_with_a_zero_byte_is_refused(tmp_path: Path) -> None:
+    for write in (make_folder, lambda path: write_bytes(path, b"")):
+        with pytest.raises(OutputError, match=r"a\\x00b.*zero byte"):
+            write(tmp_path / "a\0b")

@@ -19,6 +19,8 @@ def writing(path: Path) -> Iterator[None]:
     Raises:
         OutputError: It did.
     """
+    if "\0" in str(path):
+        raise OutputError(f"{str(path)!r}: no name may hold a zero byte; choose another place")
     try:
         yield
     except OSError as problem:

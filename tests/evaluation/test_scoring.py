@@ -274,6 +274,17 @@ def test_an_estimate_behind_the_camera_is_refused_by_its_line(data, score):
         score([first, replace(second, T_camera_object=T), *rest])
 
 
+def test_a_truth_behind_the_camera_is_refused_by_file_and_target(data, tmp_path):
+    broken = shutil.copytree(data, tmp_path / "broken")
+    path = next(broken.glob("bop/test/*/scene_gt.json"))
+    poses = json.loads(path.read_text())
+    image = next(key for key in poses if poses[key])
+    poses[image][0]["cam_t_m2c"][2] *= -1.0
+    path.write_text(json.dumps(poses))
+    with pytest.raises(EvaluationError, match=rf"scene_gt\.json .*image {image}: target 0 is behind the camera"):
+        evaluate(write_estimates([], tmp_path / "a.csv"), broken, "test")
+
+
 def test_a_near_object_whose_centre_is_beside_the_camera_is_scored(data, score):
     first, *rest = estimates_of(data)
     T = first.T_camera_object.copy()

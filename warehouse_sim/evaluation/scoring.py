@@ -20,6 +20,7 @@ from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.units import check_unit
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -110,7 +111,7 @@ def _check_places(
 
 
 def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
-    """Refuse scores by an object's numbers where its own mesh contradicts them."""
+    """Refuse scores by an object's numbers that its own mesh contradicts, and by a truth behind the camera."""
     labelled, path = {target.obj_id for image in images for target in image.targets}, DatasetLayout(data).objects
     if labelled - set(objects):
         raise EvaluationError(
@@ -121,17 +122,28 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
         problems = untruths(objects[obj_id])
         if problems:
             raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
+    for image in images:
+        for target in image.targets:
+            if _behind(target.T_camera_object, objects[target.obj_id]):
+                raise EvaluationError(
+                    f"{data}: scene_gt.json of {image.split} scene {image.scene_id}: image {image.image_id}: target "
+                    f"{target.gt_index} is behind the camera; run warehouse-sim validate on the dataset"
+                )
 
 
 def _check_in_front(estimates: Sequence[PoseEstimate], objects: Mapping[int, ObjectInfo], file: Path) -> None:
-    """Refuse estimates of which nothing lies in front of the camera; the centre of a near object can lie beside it."""
+    """Refuse estimates of which nothing lies in front of the camera."""
     for line, estimate in enumerate(estimates, start=2):
-        T = estimate.T_camera_object
-        if T[2, 3] + np.abs(T[2, :3]) @ objects[estimate.obj_id].size / 2.0 <= 0.0:
+        if _behind(estimate.T_camera_object, objects[estimate.obj_id]):
             raise EvaluationError(
-                f"{file}: line {line}: the object is behind the camera, z = {1000.0 * T[2, 3]:.6g} mm; "
-                "poses have z forward, in the frame of OpenCV"
+                f"{file}: line {line}: the object is behind the camera, "
+                f"z = {1000.0 * estimate.T_camera_object[2, 3]:.6g} mm; poses have z forward, in the frame of OpenCV"
             )
+
+
+def _behind(T_camera_object: Transform, info: ObjectInfo) -> bool:
+    """Say whether no corner of the object's box has z > 0; the centre of a near object can lie beside the camera."""
+    return bool(T_camera_object[2, 3] + np.abs(T_camera_object[2, :3]) @ info.size / 2.0 <= 0.0)
 
 
 def _counts(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], table: ErrorTable) -> dict[str, int]:
