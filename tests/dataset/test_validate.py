@@ -263,6 +263,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         edit_text(KITTI / "calib/000000.txt", "-2.700000000000e-01", "7.000000000000e-01"),
         {"kitti points in boxes"},
     ),
+    ("P1 of another camera", edit_text(KITTI / "calib/000000.txt", "P1: 1", "P1: 9"), {"kitti calib"}),
     ("floor too low", edit_text(KITTI / "planes/000000.txt", "9.000000000e-01", "9.500000000e-01"), {"kitti calib"}),
     (
         "points in mm",

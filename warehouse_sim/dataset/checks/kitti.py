@@ -47,6 +47,8 @@ def calib(subject: Subject) -> Findings:
         path = subject.kitti.file(split, "calib", frame)
         matrices = parse_calib(read_text(path), str(path))
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
+        same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
+        findings.require(same, f"{path}: P0 must be P2 and P1 must be P3, since there are two cameras and not four")
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
         findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x the recipe's distortion")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
