@@ -274,14 +274,15 @@ def test_an_estimate_behind_the_camera_is_refused_by_its_line(data, score):
         score([first, replace(second, T_camera_object=T), *rest])
 
 
-def test_a_truth_behind_the_camera_is_refused_by_file_and_target(data, tmp_path):
+@pytest.mark.parametrize(("factor", "place"), [(-1.0, "behind"), (0.0, "around")])
+def test_a_truth_that_no_camera_sees_is_refused_by_file_and_target(data, tmp_path, factor, place):
     broken = shutil.copytree(data, tmp_path / "broken")
     path = next(broken.glob("bop/test/*/scene_gt.json"))
     poses = json.loads(path.read_text())
     image = next(key for key in poses if poses[key])
-    poses[image][0]["cam_t_m2c"][2] *= -1.0
+    poses[image][0]["cam_t_m2c"] = [factor * value for value in poses[image][0]["cam_t_m2c"]]
     path.write_text(json.dumps(poses))
-    with pytest.raises(EvaluationError, match=rf"scene_gt\.json .*image {image}: target 0 is behind the camera"):
+    with pytest.raises(EvaluationError, match=rf"scene_gt\.json .*image {image}: target 0 is {place} the camera"):
         evaluate(write_estimates([], tmp_path / "a.csv"), broken, "test")
 
 

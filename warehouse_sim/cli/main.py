@@ -21,7 +21,7 @@ from warehouse_sim.cli.preview import preview
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train
 from warehouse_sim.cli.validate import validate
-from warehouse_sim.errors import WarehouseSimError
+from warehouse_sim.errors import InputError, WarehouseSimError
 
 VERBS: dict[str, Callable[..., Any]] = {
     "list": list_names,
@@ -53,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(line_buffering=True)  # in a log file, results stand between the progress they belong to
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
+        if any("\0" in argument for argument in arguments or ()):  # a shell cannot pass one, a program can
+            raise InputError("an argument holds a zero byte; names and paths cannot")
         result: int | None = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="warehouse-sim",

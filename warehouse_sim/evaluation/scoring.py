@@ -20,7 +20,7 @@ from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.units import check_unit
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -111,7 +111,7 @@ def _check_places(
 
 
 def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
-    """Refuse scores by an object's numbers that its own mesh contradicts, and by a truth behind the camera."""
+    """Refuse scores by an object's numbers that its own mesh contradicts, and by a truth that no camera sees."""
     labelled, path = {target.obj_id for image in images for target in image.targets}, DatasetLayout(data).objects
     if labelled - set(objects):
         raise EvaluationError(
@@ -124,10 +124,13 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
             raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
     for image in images:
         for target in image.targets:
-            if _behind(target.T_camera_object, objects[target.obj_id]):
+            T, info = target.T_camera_object, objects[target.obj_id]
+            around = bool(np.all(np.abs(invert(T)[:3, 3]) < info.size / 2.0))
+            if around or _behind(T, info):
                 raise EvaluationError(
-                    f"{data}: scene_gt.json of {image.split} scene {image.scene_id}: image {image.image_id}: target "
-                    f"{target.gt_index} is behind the camera; run warehouse-sim validate on the dataset"
+                    f"{data}: scene_gt.json of {image.split} scene {image.scene_id}: image {image.image_id}: "
+                    f"target {target.gt_index} is {'around' if around else 'behind'} the camera; "
+                    "run warehouse-sim validate on the dataset"
                 )
 
 
