@@ -82,8 +82,15 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
     (folder / "planted_verb.py").write_text(VERB, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(folder))
-        with Watched("planted_verb:main", Limits(seconds=1.0, memory=0.5), folder / "scratch") as worker:
+        with Watched("planted_verb:main", Limits(seconds=60.0, memory=0.5), folder / "scratch") as worker:
             yield worker
+
+
+@pytest.fixture
+def hurried(watched: Watched, tmp_path: Path) -> Iterator[Watched]:
+    """A worker for the same verb that gives up after a second: only for what never ends, on any machine."""
+    with Watched("planted_verb:main", Limits(seconds=1.0, memory=0.5), tmp_path / "scratch") as worker:
+        yield worker
 
 
 def case(words: str, **settings: object) -> Case:
@@ -111,14 +118,18 @@ def case(words: str, **settings: object) -> Case:
         ("division", "crash"),
         ("abort", "crash"),
         ("grows", "crash"),
-        ("sleeps", "hang"),
-        ("loops", "hang"),
         ("warns", "silent nonsense"),
     ],
 )
 def test_what_is_planted_is_found(watched: Watched, tmp_path: Path, words: str, label: str) -> None:
     result = try_case(case(words), watched, tmp_path / "case")
     assert result.verdict.label == label, result.verdict
+    assert not (tmp_path / "case").exists()
+
+
+@pytest.mark.parametrize("words", ["sleeps", "loops"])
+def test_what_never_ends_hangs(hurried: Watched, tmp_path: Path, words: str) -> None:
+    assert try_case(case(words), hurried, tmp_path / "case").verdict.label == "hang"
     assert not (tmp_path / "case").exists()
 
 
@@ -144,18 +155,23 @@ def test_a_later_step_that_dies_counts(watched: Watched, tmp_path: Path) -> None
 
 
 def test_a_new_worker_follows_one_that_died(watched: Watched, tmp_path: Path) -> None:
-    for words, label in (("segfault", "crash"), ("fine", "correct"), ("loops", "hang"), ("clear", "clear error")):
+    for words, label in (("segfault", "crash"), ("fine", "correct"), ("abort", "crash"), ("clear", "clear error")):
         assert try_case(case(words), watched, tmp_path / "case").verdict.label == label
+
+
+def test_a_new_worker_follows_one_that_was_stopped(hurried: Watched, tmp_path: Path) -> None:
+    for words, label in (("loops", "hang"), ("fine", "correct")):
+        assert try_case(case(words), hurried, tmp_path / "case").verdict.label == label
 
 
 def test_the_table_counts_each_case_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "planted_verb.py").write_text(VERB, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     cases = [case(words) for words in ("fine", "clear", "traceback", "abort", "loops", "warns")]
-    results = try_cases(cases, 2, Limits(seconds=1.0), verb="planted_verb:main")
+    results = try_cases(cases, 2, Limits(seconds=2.0), verb="planted_verb:main")
     labels = ["correct", "clear error", "traceback", "crash", "hang", "silent nonsense"]
     assert [result.verdict.label for result in results] == labels
-    result = as_json(results, seed=0, cases=6, machine={"cores": 2}, seconds=1.0)
+    result = as_json(results, seed=0, cases=6, machine={"cores": 2}, seconds=2.0)
     assert result["rows"][0] == {"name": "all", "value": 4, **{label.replace(" ", "_"): 1 for label in labels}}
     assert len(result["faults"]) == 4
     assert all("--only" in fault["replay"] for fault in result["faults"])
