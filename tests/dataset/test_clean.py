@@ -26,7 +26,8 @@ def as_read(observation: Observation) -> Observation:
     read = np.where(depth < 20.0, depth * np.float32(1.001), np.float32(0.0))
     disparity = np.where(depth > 0, CAMERA.fx * 0.2 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
     stereo = StereoReading(0.2, 255 - rgb, observation.buffers, disparity, disparity > 1.0)
-    return replace(observation, rgbd=replace(observation.rgbd, rgb=rgb // 2, depth=read), stereo=stereo)
+    reading = replace(observation.rgbd, rgb=rgb // 2, depth=read)
+    return observation.with_reading("camera", reading).with_reading("right", stereo)
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from warehouse_sim.schema import (
     LidarScan,
     Light,
     Material,
+    MountedReading,
     ObjectAnnotation,
     ObjectInstance,
     ObjectModel,
@@ -104,10 +105,11 @@ def observation_of(scene: SceneSpec, index: int, T_world_camera: np.ndarray) -> 
         observation_index=index,
         camera=CAMERA,
         T_world_camera=T_world_camera,
-        T_camera_lidar=T_CAMERA_LIDAR,
-        rgbd=RgbdReading(rgb, depth),
+        readings={
+            "camera": MountedReading(np.eye(4), RgbdReading(rgb, depth)),
+            "lidar": MountedReading(T_CAMERA_LIDAR, sweep(scene, T_world_camera @ T_CAMERA_LIDAR)),
+        },
         buffers=RenderBuffers(rgb, depth, ids),
-        lidar=sweep(scene, T_world_camera @ T_CAMERA_LIDAR),
         annotations=tuple(annotations),
     )
 

@@ -16,6 +16,7 @@ from warehouse_sim.geometry.boxes import box_corners, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.schema import (
+    MountedReading,
     ObjectAnnotation,
     ObjectInstance,
     Observation,
@@ -85,7 +86,8 @@ def _observe(scene: int, number: int, rng: np.random.Generator) -> Observation:
     rgb = np.stack([40 + 35 * ids, 90 + 10 * ids, 70 + 0 * ids], axis=-1).astype(np.uint8)
     annotations = [_annotate(item, ids, window) for item in sorted(placed, key=lambda item: item[1])]
     return Observation(
-        scene, number, CAMERA, np.eye(4), np.eye(4), RgbdReading(rgb, depth), RenderBuffers(rgb, depth, ids), None,
+        scene, number, CAMERA, np.eye(4), {"camera": MountedReading(np.eye(4), RgbdReading(rgb, depth))},
+        RenderBuffers(rgb, depth, ids),
         tuple(item for item in annotations if item.pixels_in_image),
     )  # fmt: skip
 

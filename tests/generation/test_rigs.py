@@ -81,7 +81,7 @@ def test_the_calibration_that_is_written_is_the_one_that_was_used(name: str, kin
     assert 0.5 * rig.lidar.range_noise < as_read.median_m < 1e-3 + 0.6745 * rig.lidar.range_noise
     assert set(observation.lidars) == set(rig.lidars)
     for item in observation.lidars.values():
-        assert len(item.scan.points) > 20
+        assert len(item.reading.points) > 20
 
 
 def test_further_sensors_leave_the_first_ones_as_they_are() -> None:
@@ -164,11 +164,11 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     right = cv2.imread(str(folder / "image_3/000000.png"))[..., ::-1]
     assert np.array_equal(right, observation.stereo.rgb)
     cloud = np.fromfile(folder / "velodyne_rear/000000.bin", "<f4").reshape(-1, 4)
-    assert np.array_equal(cloud[:, :3], observation.lidars["rear"].scan.points)
+    assert np.array_equal(cloud[:, :3], observation.lidars["rear"].reading.points)
     name, *numbers = (folder / "calib_lidars/000000.txt").read_text().split()
     assert name == "Tr_rear_to_cam:"
     np.testing.assert_allclose(
-        np.array(numbers, float), observation.lidars["rear"].T_camera_lidar[:3].ravel(), atol=1e-9
+        np.array(numbers, float), observation.lidars["rear"].T_camera_sensor[:3].ravel(), atol=1e-9
     )
     (folder / "image_3/000000.png").unlink()
     assert any("image_3" in check.detail for check in validate(tmp_path / "data") if not check.ok)
@@ -188,7 +188,7 @@ def test_the_right_picture_has_a_noise_stream_of_its_own_and_twins_share_what_li
     assert np.array_equal(first.stereo.rgb, again.stereo.rgb)
     assert not np.array_equal(first.stereo.rgb, twin.stereo.rgb)
     assert np.array_equal(first.stereo.disparity, twin.stereo.disparity)
-    assert first.lidars is twin.lidars
+    assert first.readings["lidar"] is twin.readings["lidar"]
 
 
 def test_a_sweep_is_bent_by_the_viewpoints_motion_if_asked() -> None:

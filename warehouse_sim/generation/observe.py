@@ -18,10 +18,14 @@ from warehouse_sim.render.renderer import Renderer, Silhouette
 from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import (
+    CAMERA,
+    LIDAR,
+    RIGHT,
     LidarScan,
-    MountedScan,
+    MountedReading,
     ObjectInstance,
     Observation,
+    Reading,
     RenderBuffers,
     RgbdReading,
     SceneSpec,
@@ -68,8 +72,7 @@ class _View:
     silhouettes: list[Silhouette]
     film: Bool[np.ndarray, "h w"] | None
     """Pixels in which targets are seen through film."""
-    lidar: LidarScan | None
-    lidars: dict[str, MountedScan]
+    lidars: dict[str, MountedReading[LidarScan]]
 
 
 class _Watch:
@@ -101,15 +104,16 @@ class _Watch:
         meter = self._meter_of(variant)
         seen = [item.instance_id for item in labels if item.pixels_visible > 0]
         lux = target_illuminance(meter, viewpoint, self._camera, buffers.instance_ids, seen)
+        readings: dict[str, MountedReading[Reading]] = {CAMERA: MountedReading(np.eye(4), rgbd), **view.lidars}
+        if self._rig.right is not None and stereo is not None:
+            readings[RIGHT] = MountedReading(T_camera_right(self._rig.right), stereo)
         return Observation(
             scene_index=scene.scene_index,
             observation_index=index,
             camera=self._camera,
             T_world_camera=T_world_camera,
-            T_camera_lidar=self._rig.T_camera_lidar(viewpoint),
-            rgbd=rgbd,
+            readings=readings,
             buffers=buffers,
-            lidar=view.lidar,
             annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
             viewpoint=viewpoint,
             conditions=replace(
@@ -118,8 +122,6 @@ class _Watch:
                 twin_group=index if self._with_twins else None,
                 absent=variant.absent,
             ),
-            lidars=view.lidars,
-            stereo=stereo,
         )
 
     def _stereo(
@@ -154,29 +156,27 @@ class _Watch:
         known, T_world_camera = self._views.get(index), viewpoint.T_world_camera
         if known is not None and variant.same_surfaces_as(known.variant):
             return known
-        lidar, lidars = self._main_lidar(variant, index, viewpoint), self._more_lidars(variant, index, viewpoint)
+        lidars = self._lidars(variant, index, viewpoint)
         if known is not None and variant.same_things_as(known.variant):
-            return replace(known, lidar=lidar, lidars=lidars)
+            return replace(known, lidars=lidars)
         targets = targets_in_view(variant.scene, self._camera, T_world_camera)
         silhouettes = self._renderer.silhouettes(self._camera, T_world_camera, targets)
         film = self._film_of(variant).image(self._camera, T_world_camera, buffers, targets)
-        view = _View(variant, targets, silhouettes, film, lidar, lidars)
+        view = _View(variant, targets, silhouettes, film, lidars)
         if self._with_twins and known is None:
             self._views[index] = view
         return view
 
-    def _main_lidar(self, variant: Variant, index: int, viewpoint: Viewpoint) -> LidarScan | None:
-        if self._rig.lidar is None:
-            return None
-        T_camera_lidar = self._rig.T_camera_lidar(viewpoint)
-        return self._scan(variant, self._rig.lidar, T_camera_lidar, viewpoint, f"lidar {index}")
-
-    def _more_lidars(self, variant: Variant, index: int, viewpoint: Viewpoint) -> dict[str, MountedScan]:
+    def _lidars(self, variant: Variant, index: int, viewpoint: Viewpoint) -> dict[str, MountedReading[LidarScan]]:
         found = {}
+        if self._rig.lidar is not None:
+            T_camera_lidar = self._rig.T_camera_lidar(viewpoint)
+            sweep = self._scan(variant, self._rig.lidar, T_camera_lidar, viewpoint, f"lidar {index}")
+            found[LIDAR] = MountedReading(T_camera_lidar, sweep)
         for name, item in self._rig.lidars.items():
             T_camera_lidar = item.mount.T_camera_sensor(viewpoint)
             sweep = self._scan(variant, item.lidar, T_camera_lidar, viewpoint, f"lidar {name} {index}")
-            found[name] = MountedScan(T_camera_lidar, sweep)
+            found[name] = MountedReading(T_camera_lidar, sweep)
         return found
 
     def _scan(

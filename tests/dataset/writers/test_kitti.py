@@ -193,7 +193,9 @@ def test_slightly_leaning_object_keeps_its_centre() -> None:
 
 
 def tilted_lidar(observation):
-    return replace(observation, T_camera_lidar=T_CAMERA_LIDAR @ make_transform(rotation_y(math.radians(5.0))))
+    return observation.with_reading(
+        "lidar", observation.lidar, T_CAMERA_LIDAR @ make_transform(rotation_y(math.radians(5.0)))
+    )
 
 
 def two_words(observation):
@@ -204,7 +206,7 @@ def two_words(observation):
 def too_deep(observation):
     depth = observation.rgbd.depth.copy()
     depth[0, 0] = 256.5
-    return replace(observation, rgbd=replace(observation.rgbd, depth=depth))
+    return observation.with_reading("camera", replace(observation.rgbd, depth=depth))
 
 
 def pitched(pitch: float = 0.0, roll: float = 0.0):
@@ -218,7 +220,7 @@ def pitched(pitch: float = 0.0, roll: float = 0.0):
         (pitched(pitch=math.radians(-5)), "the camera is tilted by 5.00 deg, KITTI needs a level camera"),
         (pitched(roll=math.radians(0.2)), "the camera is tilted by 0.20 deg"),
         (tilted_lidar, "the LiDAR is tilted by 5.00 deg against the camera"),
-        (lambda observation: replace(observation, lidar=None), "there is no LiDAR; give the recipe one"),
+        (lambda observation: observation.with_reading("lidar", None), "there is no LiDAR; give the recipe one"),
         (two_words, "the class name 'euro pallet' must be one word"),
         (too_deep, "depth 256.500 m does not fit into 16 bits"),
     ],
@@ -239,7 +241,7 @@ def test_yawed_camera_and_lidar_are_fine(tmp_path: Path) -> None:
     T_world_camera = level_camera(np.array([0.5, 0.2, 1.3]), 0.3)
     T_camera_lidar = T_CAMERA_LIDAR @ make_transform(rotation_z(0.7))
     observation = observation_of(make_scene(0), 0, T_world_camera)
-    writer.scene(0).write(ObservationFiles(replace(observation, T_camera_lidar=T_camera_lidar)))
+    writer.scene(0).write(ObservationFiles(observation.with_reading("lidar", observation.lidar, T_camera_lidar)))
     calib = read_calib(tmp_path / "kitti" / "training" / "calib" / "000000.txt")
     assert np.abs(calib["Tr_velo_to_cam"] - T_camera_lidar[:3]).max() < 1e-12
     corners = [

@@ -13,7 +13,7 @@ from warehouse_sim.dataset.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.dataset.writers.kitti_calib import calib_text, parse_calib
-from warehouse_sim.schema import MountedScan, Observation, StereoReading
+from warehouse_sim.schema import Observation, StereoReading
 
 SENSORS = {"right": {"baseline": 0.25, "matching": None}, "lidars": {"rear": {}}}
 
@@ -23,7 +23,7 @@ def with_more(observation: Observation) -> Observation:
     disparity = np.where(depth > 0, CAMERA.fx * 0.25 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
     stereo = StereoReading(0.25, observation.rgbd.rgb[:, ::-1].copy(), observation.buffers, disparity, disparity < 5.0)
     assert observation.lidar is not None
-    return replace(observation, stereo=stereo, lidars={"rear": MountedScan(T_CAMERA_LIDAR, observation.lidar)})
+    return observation.with_reading("right", stereo).with_reading("rear", observation.lidar, T_CAMERA_LIDAR)
 
 
 @pytest.fixture

@@ -146,9 +146,9 @@ class KittiSceneWriter:
         """
         observation = files.observation
         where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
-        require_level(observation, where)
         if observation.lidar is None:
             raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
+        require_level(observation, where)
         rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
         baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
         contents = {
@@ -205,8 +205,8 @@ def _more_lidar_files(observation: Observation) -> dict[str, bytes]:
         return {}
     contents = {"calib_lidars": lidars_text(observation.lidars).encode("ascii")}
     for name, item in observation.lidars.items():
-        contents[f"velodyne_{name}"] = point_bytes(item.scan)
-        contents[f"velodyne_{name}_ids"] = item.scan.instance_ids.astype("<i4").tobytes()
+        contents[f"velodyne_{name}"] = point_bytes(item.reading)
+        contents[f"velodyne_{name}_ids"] = item.reading.instance_ids.astype("<i4").tobytes()
     return contents
 
 

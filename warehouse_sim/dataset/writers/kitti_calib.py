@@ -10,7 +10,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.schema import MountedScan, Observation
+from warehouse_sim.schema import LidarScan, MountedReading, Observation
 
 _LARGEST_CAMERA_TILT = math.radians(0.1)
 LARGEST_LIDAR_TILT = math.radians(2.0)
@@ -68,9 +68,9 @@ def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float
     return text + "".join(f"{name}: {rows[name[0]]}\n" for name in names)
 
 
-def lidars_text(lidars: Mapping[str, MountedScan]) -> str:
+def lidars_text(lidars: Mapping[str, MountedReading[LidarScan]]) -> str:
     """Return the poses of further LiDARs, one line ``Tr_NAME_to_cam:`` with 3 x 4 numbers each."""
-    return "".join(f"Tr_{name}_to_cam: {_row(item.T_camera_lidar[:3])}\n" for name, item in lidars.items())
+    return "".join(f"Tr_{name}_to_cam: {_row(item.T_camera_sensor[:3])}\n" for name, item in lidars.items())
 
 
 def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:

@@ -1,0 +1,50 @@
+"""The contract between the rooms: what a scene is, what a sensor reads, what a label says.
+
+Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
+"""
+
+from warehouse_sim.schema.change import SceneChange
+from warehouse_sim.schema.labels import ObjectAnnotation, PoseEstimate
+from warehouse_sim.schema.observation import Conditions, Observation
+from warehouse_sim.schema.readings import (
+    CAMERA,
+    LIDAR,
+    RIGHT,
+    ChannelReading,
+    Channels,
+    LidarScan,
+    MountedReading,
+    Reading,
+    RenderBuffers,
+    RgbdReading,
+    StereoReading,
+)
+from warehouse_sim.schema.scene import Light, ObjectInstance, SceneSpec, Viewpoint
+from warehouse_sim.schema.things import Material, ObjectModel, Part, Pocket
+
+__all__ = [
+    "CAMERA",
+    "LIDAR",
+    "RIGHT",
+    "ChannelReading",
+    "Channels",
+    "Conditions",
+    "LidarScan",
+    "Light",
+    "Material",
+    "MountedReading",
+    "ObjectAnnotation",
+    "ObjectInstance",
+    "ObjectModel",
+    "Observation",
+    "Part",
+    "Pocket",
+    "PoseEstimate",
+    "Reading",
+    "RenderBuffers",
+    "RgbdReading",
+    "SceneChange",
+    "SceneSpec",
+    "StereoReading",
+    "Viewpoint",
+]

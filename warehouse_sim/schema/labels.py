@@ -1,0 +1,78 @@
+"""What is said of an object in an image: the true label, and an estimate of its pose."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.geometry.pose import Transform
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectAnnotation:
+    """The full label of one target in one observation."""
+
+    instance_id: int
+    class_name: str
+    obj_id: int
+    T_camera_object: Transform
+    size: Float[np.ndarray, "3"]
+    box_amodal_xyxy: tuple[float, float, float, float]
+    """Box of the whole silhouette, inclusive pixel corners; may leave the image."""
+    box_visible_xyxy: tuple[int, int, int, int] | None
+    """Box of the visible pixels, inclusive; None when nothing is visible."""
+    silhouette_offset: tuple[int, int]
+    """Column and row of the silhouette's first pixel in the image; may be negative."""
+    silhouette: Bool[np.ndarray, "sh sw"]
+    """The unoccluded silhouette, also beyond the image border."""
+    pixels_all: int
+    """Pixels of the unoccluded silhouette, inside the image or not."""
+    pixels_in_image: int
+    """Pixels of the unoccluded silhouette inside the image."""
+    pixels_visible: int
+    pixels_valid: int
+    """Visible pixels at which the depth sensor gives a reading."""
+    hidden_by: dict[str, float] = field(default_factory=dict)
+    """Share of the silhouette that each kind of occluder hides: load, rack, traffic, pallet, building, border, ..."""
+    illuminance: float | None = None
+    """Mean illuminance of its visible surface (lx); None = not measured."""
+
+    @property
+    def visible_fraction(self) -> float:
+        """Visible pixels over unoccluded silhouette, truncation included."""
+        return self.pixels_visible / self.pixels_all if self.pixels_all else 0.0
+
+    @property
+    def truncation(self) -> float:
+        """Share of the silhouette outside the image."""
+        return 1.0 - self.pixels_in_image / self.pixels_all if self.pixels_all else 1.0
+
+    @property
+    def occlusion_level(self) -> Literal[0, 1, 2]:
+        """KITTI's level by the visible share of what lies in the image: 0 from 0.9, 1 from 0.5, 2 below."""
+        share = self.pixels_visible / self.pixels_in_image if self.pixels_in_image else 0.0
+        return 0 if share >= 0.9 else 1 if share >= 0.5 else 2
+
+
+@dataclass(frozen=True, eq=False)
+class PoseEstimate:
+    """One estimated pose; its first six fields are a row of the BOP pose CSV."""
+
+    scene_id: int
+    image_id: int
+    obj_id: int
+    score: float
+    T_camera_object: Transform
+    time: float = -1.0
+    """Seconds for the whole image, -1 = unknown."""
+    name: str = ""
+    """Name of the CAD geometry; empty = unknown."""
+    class_name: str = ""
+    """Detection class; empty = unknown."""
+    detection: int = -1
+    """Which of the image's detections it belongs to, -1 = unknown."""
+    predicted_error: float | None = None
+    """RMS distance (m) of the surface from its true place that is as likely exceeded as not; None = not calibrated."""
+    error_bound: float | None = None
+    """The same distance (m) that is exceeded in one case of ten; None = not calibrated."""

@@ -1,0 +1,107 @@
+"""One captured sensor set: what was read, from where, under which circumstances, and the labels."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema.labels import ObjectAnnotation
+from warehouse_sim.schema.readings import (
+    CAMERA,
+    LIDAR,
+    RIGHT,
+    LidarScan,
+    MountedReading,
+    Reading,
+    RenderBuffers,
+    RgbdReading,
+    StereoReading,
+)
+from warehouse_sim.schema.scene import Viewpoint
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Under which circumstances an observation was made: what was measured, and which twin it is."""
+
+    lighting: str = "nominal"
+    """Name of the light preset."""
+    floor_lux: float | None = None
+    """Mean illuminance of the aisle's floor (lx); None = not measured."""
+    exposure_ev: float | None = None
+    """Exposure value at ISO 100 that the camera was set to."""
+    variant: str = "base"
+    """What was changed against the first twin, in a word."""
+    twin_group: int | None = None
+    """Observations of a scene with the same number differ in the variant only; None = no twins."""
+    absent: tuple[int, ...] = ()
+    """Instance ids of the scene's objects that are taken away in this variant."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One captured sensor set with its labels."""
+
+    scene_index: int
+    observation_index: int
+    camera: PinholeCamera
+    T_world_camera: Transform
+    readings: Mapping[str, MountedReading[Reading]]
+    """What each sensor of the rig read, by its name there; the camera's is always among them."""
+    buffers: RenderBuffers
+    """The clean truth behind the camera's reading."""
+    annotations: tuple[ObjectAnnotation, ...]
+    """Targets whose silhouette touches the image, in order of instance id."""
+    viewpoint: Viewpoint | None = None
+    """Where it was taken from."""
+    conditions: Conditions = Conditions()
+    """Under which circumstances."""
+
+    @property
+    def rgbd(self) -> RgbdReading:
+        """What the rig's camera read."""
+        return cast(RgbdReading, self.readings[CAMERA].reading)
+
+    @property
+    def lidar(self) -> LidarScan | None:
+        """The sweep of the main LiDAR; None where the rig has none."""
+        return cast(LidarScan, self.readings[LIDAR].reading) if LIDAR in self.readings else None
+
+    @property
+    def T_camera_lidar(self) -> Transform:
+        """Pose of the main LiDAR, which the rig must have, in the camera frame."""
+        return self.readings[LIDAR].T_camera_sensor
+
+    @property
+    def lidars(self) -> dict[str, MountedReading[LidarScan]]:
+        """The sweeps of the LiDARs beside the main one, by name."""
+        return {
+            name: MountedReading(item.T_camera_sensor, item.reading)
+            for name, item in self.readings.items()
+            if name != LIDAR and isinstance(item.reading, LidarScan)
+        }
+
+    @property
+    def stereo(self) -> StereoReading | None:
+        """What the second camera adds; None where the rig has none."""
+        return cast(StereoReading, self.readings[RIGHT].reading) if RIGHT in self.readings else None
+
+    def with_reading(
+        self, name: str, reading: Reading | None, T_camera_sensor: Transform | None = None
+    ) -> "Observation":
+        """Return the observation with one sensor's reading replaced, added, or left out where it is None.
+
+        Args:
+            name: Of the sensor.
+            reading: What it read instead.
+            T_camera_sensor: Where it was; by default where it is now, or at the camera.
+        """
+        others = {key: item for key, item in self.readings.items() if key != name}
+        if reading is None:
+            return replace(self, readings=others)
+        if T_camera_sensor is None:
+            T_camera_sensor = self.readings[name].T_camera_sensor if name in self.readings else np.eye(4)
+        return replace(self, readings=others | {name: MountedReading(T_camera_sensor, reading)})

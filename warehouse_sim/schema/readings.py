@@ -1,0 +1,113 @@
+"""What sensors read: every reading is a set of named arrays, whatever else it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int32, UInt8
+
+from warehouse_sim.geometry.pose import Transform
+
+Channels = Mapping[str, np.ndarray[Any, Any]]
+"""Arrays of numbers by name."""
+CAMERA, LIDAR, RIGHT = "camera", "lidar", "right"
+"""Names in a rig of the camera that labels are made for, of the main LiDAR and of the second camera."""
+
+
+class Reading(Protocol):
+    """What a sensor read at one moment."""
+
+    @property
+    def channels(self) -> Channels:
+        """All that a sensor of this kind would give, the simulation's truth left out, as arrays by name."""
+
+
+AnyReading = TypeVar("AnyReading", bound=Reading, covariant=True)
+
+
+@dataclass(frozen=True, eq=False)
+class MountedReading(Generic[AnyReading]):
+    """A reading, and where its sensor was."""
+
+    T_camera_sensor: Transform
+    """Pose of the sensor's own frame in the frame of the rig's camera."""
+    reading: AnyReading
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelReading:
+    """The reading of a sensor that no other class here fits."""
+
+    channels: Channels
+    """Arrays by name; what they mean is told by the sensor."""
+
+
+@dataclass(frozen=True, eq=False)
+class RenderBuffers:
+    """What a renderer returns for one camera; all channels share the same pixel centres."""
+
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth: Float32[np.ndarray, "h w"]
+    """Metres along the optical axis, 0 = nothing."""
+    instance_ids: Int32[np.ndarray, "h w"]
+    """0 = background."""
+    normals: Float32[np.ndarray, "h w 3"] | None = None
+    """Unit surface normals in the camera frame, zero on the background."""
+
+
+@dataclass(frozen=True, eq=False)
+class RgbdReading:
+    """An image and the depth a real camera would give for it."""
+
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth: Float32[np.ndarray, "h w"]
+    """Metres along the optical axis with the sensor's noise, 0 = no reading."""
+
+    @property
+    def channels(self) -> Channels:
+        """Colour and depth."""
+        return {"rgb": self.rgb, "depth": self.depth}
+
+
+@dataclass(frozen=True, eq=False)
+class LidarScan:
+    """One sweep; only returns, in firing order."""
+
+    points: Float32[np.ndarray, "n 3"]
+    """LiDAR frame (m)."""
+    intensity: Float32[np.ndarray, " n"]
+    """Reflected share, 0-1."""
+    instance_ids: Int32[np.ndarray, " n"]
+    ring: Int32[np.ndarray, " n"]
+    """Beam number, 0 = topmost."""
+    time: Float32[np.ndarray, " n"]
+    """When the point was measured, since the sweep began (s)."""
+
+    @property
+    def channels(self) -> Channels:
+        """Points with what the sensor tells of each; not of which object they are."""
+        return {"points": self.points, "intensity": self.intensity, "ring": self.ring, "time": self.time}
+
+
+@dataclass(frozen=True, eq=False)
+class StereoReading:
+    """What a second camera adds, parallel to the first and on its right."""
+
+    baseline: float
+    """Distance of the optical centres (m)."""
+    rgb: UInt8[np.ndarray, "h w 3"]
+    """The right picture as read."""
+    buffers: RenderBuffers
+    """The clean truth behind it."""
+    disparity: Float32[np.ndarray, "h w"]
+    """True disparity of the left picture, f b / z (px), 0 = nothing there."""
+    in_both: Bool[np.ndarray, "h w"]
+    """Pixels of the left picture whose surface the right camera sees, too."""
+    matched: Float32[np.ndarray, "h w"] | None = None
+    """Disparity that matching the two pictures as read gives (px), 0 = none."""
+
+    @property
+    def channels(self) -> Channels:
+        """The right picture, and the disparity where it is matched."""
+        return {"rgb": self.rgb} | ({} if self.matched is None else {"disparity": self.matched})

@@ -1,0 +1,125 @@
+"""What a scene is: instances of models, lights, and the viewpoints that it is observed from."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema.things import Material, ObjectModel
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectInstance:
+    """One object of a scene."""
+
+    instance_id: int
+    """Unique in the scene, >= 1; the value in instance-id images."""
+    model: str
+    """Key of ``SceneSpec.models``."""
+    T_world_object: Transform
+    dynamic: bool = False
+    """Whether physics may move it."""
+    group: int = 0
+    """Objects of one unit load share a number > 0 (a pallet and what stands on it); 0 is no load."""
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """A lamp of the scene."""
+
+    kind: Literal["spot", "point"]
+    position: Float[np.ndarray, "3"]
+    """World position (m)."""
+    direction: Float[np.ndarray, "3"]
+    """Unit axis of a spot in the world; ignored by a point light."""
+    intensity: float
+    """Luminous intensity on the axis (cd)."""
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Linear RGB of unit luminance-like scale."""
+    cone_inner: float = 0.6
+    """Half angle (rad) up to which a spot has full intensity."""
+    cone_outer: float = 1.2
+    """Half angle (rad) beyond which a spot gives nothing."""
+    casts_shadow: bool = True
+    radius: float = 0.15
+    """Radius of the disk or ball that emits (m), >= 0; the larger, the softer are its shadows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Viewpoint:
+    """Where the sensor rig stands for one observation, when, and what it was chosen for."""
+
+    T_world_camera: Transform
+    kind: str = "forklift"
+    """Vehicle and mounting: "forklift_mast", "amr", "free", ..."""
+    T_world_vehicle: Transform | None = None
+    """Ego pose: origin on the floor, x forward, z up; None for a camera that nothing carries."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the vehicle's origin in the world (m/s)."""
+    yaw_rate: float = 0.0
+    """Of the vehicle, counter-clockwise seen from above (rad/s)."""
+    time: float = 0.0
+    """Since the sequence began (s)."""
+    sequence: int | None = None
+    """Number of the drive within the scene; None for a single observation."""
+    target: int | None = None
+    """Instance id of the object that it was chosen for."""
+    visible_request: tuple[float, float] | None = None
+    """Least and largest visible fraction asked for of that object, 0-1."""
+    lights: tuple[Light, ...] = ()
+    """Lamps that the vehicle carries, in the world; they shine for this viewpoint only."""
+    exposure: float | None = None
+    """As ``SceneSpec.exposure``, for this viewpoint; None = the scene's."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneSpec:
+    """One draw of a recipe: everything that physics, renderers and sensors need, and nothing else."""
+
+    scene_index: int
+    seed: int
+    models: dict[str, ObjectModel]
+    materials: dict[str, Material]
+    instances: tuple[ObjectInstance, ...]
+    lights: tuple[Light, ...]
+    viewpoints: tuple[Viewpoint, ...]
+    targets: tuple[str, ...] = ("pallet",)
+    """Class names whose objects get full labels."""
+    ambient: float = 30.0
+    """Illuminance (lx) of the even light from everywhere above."""
+    exposure: float = 0.01
+    """Factor from scene luminance (cd/m^2) to linear image values before tone mapping."""
+    settled: bool = False
+    lighting: str = "nominal"
+    """Name of the light preset."""
+    attempt: int = 0
+    """Which of the draws of this scene index stands, 0 = the first."""
+    aisle: tuple[float, float, float, float] | None = None
+    """Least and greatest x, least and greatest y (m) of the floor that the rig drives on; None = not known."""
+
+    def seen_from(self, viewpoint: Viewpoint) -> "SceneSpec":
+        """Return the scene under the light and exposure of one of its viewpoints; geometry is shared."""
+        exposure = self.exposure if viewpoint.exposure is None else viewpoint.exposure
+        if not viewpoint.lights and exposure == self.exposure:
+            return self
+        return replace(self, lights=(*self.lights, *viewpoint.lights), exposure=exposure)
+
+    def painted_like(self, other: "SceneSpec") -> bool:
+        """Return whether its materials, in name and order, differ from those of ``other`` in what they emit at most."""
+        if self.materials is other.materials:
+            return True
+        return list(self.materials) == list(other.materials) and all(
+            replace(mine, emission=theirs.emission) == theirs
+            for mine, theirs in zip(self.materials.values(), other.materials.values(), strict=True)
+        )
+
+    def model_of(self, instance: ObjectInstance) -> ObjectModel:
+        """Return the geometry of ``instance``."""
+        return self.models[instance.model]
+
+    def target_instances(self) -> list[ObjectInstance]:
+        """Return the instances whose class is a target, in order of instance id."""
+        chosen = [item for item in self.instances if self.model_of(item).class_name in self.targets]
+        return sorted(chosen, key=lambda item: item.instance_id)

@@ -1,0 +1,86 @@
+"""What things are: materials, parts, pockets, and the model of an object that is made of them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+
+@dataclass(frozen=True)
+class Material:
+    """Surface appearance in the metallic-roughness model, and what a LiDAR sees of it."""
+
+    name: str
+    base_color: tuple[float, float, float]
+    """Linear albedo, 0-1 a channel."""
+    roughness: float = 0.8
+    """Perceptual roughness, 0-1."""
+    metallic: float = 0.0
+    """0 for dielectrics, 1 for metals."""
+    texture: str | None = None
+    """Name of a baked detail texture that modulates the albedo, or None."""
+    texture_size: float = 1.0
+    """Edge length of one texture tile (m)."""
+    remission: float = 0.5
+    """Relative LiDAR remission at 905 nm and normal incidence, 1 = white plaster."""
+    emission: float = 0.0
+    """Emitted luminance relative to a white diffuse surface under the scene's exposure."""
+    opacity: float = 1.0
+    """Share of light that the surface stops, 0-1; below 1 it is a film that what lies behind shines through."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A piece of an object: a mesh, stretched, placed and painted."""
+
+    mesh: TriangleMesh
+    scale: Float[np.ndarray, "3"]
+    """Factors along the mesh's own axes; the edge lengths (m) when the mesh is the unit box."""
+    T_object_part: Transform
+    material: str
+    """Name of a material of the scene."""
+
+    def placed(self) -> TriangleMesh:
+        """Return the part's mesh in the object frame (m)."""
+        return TriangleMesh(transform_points(self.T_object_part, self.mesh.vertices * self.scale), self.mesh.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class Pocket:
+    """An opening that a fork can enter: a prism along +x of its own frame, x = 0 at the opening."""
+
+    face: str
+    """Side of the object it opens on, "-x", "+x", "-y" or "+y"; the pockets of one face are entered together."""
+    T_object_pocket: Transform
+    """Origin at the centre of the opening, x inwards, z up."""
+    size: Float[np.ndarray, "3"]
+    """Depth along x, clear width along y, clear height along z (m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """One CAD geometry with its physics and meaning; origin at the centre of its bounding box, z up."""
+
+    name: str
+    class_name: str
+    """Detection class: pallet, carton, rack, floor, ..."""
+    obj_id: int
+    """Number of this geometry, unique in a dataset (the BOP model id), >= 1."""
+    size: Float[np.ndarray, "3"]
+    """Nominal outer edge lengths (m)."""
+    parts: tuple[Part, ...]
+    collision: tuple[OrientedBox, ...]
+    """Boxes in the object frame that stand for the object in physics."""
+    mass: float = 0.0
+    """Kilograms; 0 for what never moves."""
+    symmetry: SymmetryGroup = field(default_factory=SymmetryGroup.trivial)
+    pockets: tuple[Pocket, ...] = ()
+
+    def mesh(self) -> TriangleMesh:
+        """Return all parts as one mesh in the object frame (m)."""
+        return merge([part.placed() for part in self.parts])
