@@ -1,8 +1,8 @@
-# Everything a newcomer needs: `make demo` and `make test`. Both install first what is missing.
+# Everything a newcomer needs: `make demo` and `make test`. Each installs first what it needs and is missing.
 BIN := .venv/bin
 OUT ?= out/demo
 
-.PHONY: demo test test-slow lint speed setup clean help
+.PHONY: demo test test-slow lint speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
@@ -10,31 +10,34 @@ help:
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make lint       ruff, mypy, import-linter"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
-	@echo "make setup      install only, into .venv"
+	@echo "make setup      install only, into .venv, what tests need; make setup-demo: what the demo needs"
 
-demo: .venv/.ready
+demo: .venv/.ready-demo
 	$(BIN)/warehouse-sim demo --out $(OUT)
 
-test: .venv/.ready
+test: .venv/.ready-dev
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
-test-slow: .venv/.ready
+test-slow: .venv/.ready-dev .venv/.ready-speed
 	$(BIN)/python -m pytest -m slow
 
-lint: .venv/.ready
+lint: .venv/.ready-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 # One thread in numpy's libraries, as each of generate's workers has: more only spin. Drivers keep theirs.
-speed: .venv/.ready
+speed: .venv/.ready-dev .venv/.ready-speed
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.speed
 
-setup: .venv/.ready
+setup: .venv/.ready-dev
 
-.venv/.ready: pyproject.toml constraints.txt setup.sh
-	sh setup.sh
+setup-demo: .venv/.ready-demo
+
+# The stem is an extra of pyproject.toml.
+.venv/.ready-%: pyproject.toml constraints.txt setup.sh
+	sh setup.sh $*
 
 clean:
 	rm -rf .venv out build dist

@@ -1,8 +1,10 @@
 #!/bin/sh
 # Installs the system libraries that are missing, then the package with pinned versions into .venv.
-# Usage: sh setup.sh            (PYTHON=/path/to/python3.12 sh setup.sh to choose the interpreter)
+# Usage: sh setup.sh [EXTRA]    (PYTHON=/path/to/python3.12 sh setup.sh to choose the interpreter)
+# EXTRA is one of pyproject.toml: demo (what `make demo` needs), dev (tests too; the default), speed (the peers of `make speed`).
 set -eu
 cd "$(dirname "$0")"
+extra=${1:-dev}
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -17,9 +19,12 @@ find_python() {
     exit 1
 }
 
-# EGL and Mesa's software driver draw, libusb and libgomp are what Open3D and PyTorch load.
+# EGL and Mesa's software driver draw, libgomp and libusb are what PyTorch and Open3D load.
 system_packages() {
-    packages="libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libusb-1.0-0 libgomp1"
+    packages="libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libgomp1"
+    if [ "$extra" = speed ]; then
+        packages="$packages libusb-1.0-0"
+    fi
     if ! "$1" -c 'import ensurepip, venv' 2>/dev/null; then
         packages="$packages python3-venv"
     fi
@@ -30,6 +35,7 @@ system_packages() {
 
 # For the backends that pictures are compared with: what the path tracer compiles with, MuJoCo's software context.
 optional_packages() {
+    [ "$extra" = dev ] || return 0
     for package in libllvm19 libosmesa6; do
         dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' && continue
         apt-cache show "$package" >/dev/null 2>&1 && printf '%s ' "$package"
@@ -39,7 +45,7 @@ optional_packages() {
 
 install_system_packages() {
     if ! command -v dpkg-query >/dev/null; then
-        say "setup: not Debian or Ubuntu; please see that libEGL, Mesa's software driver, libusb-1.0 and libgomp are there"
+        say "setup: not Debian or Ubuntu; please see that libEGL, Mesa's software driver, libgomp and (for make speed) libusb-1.0 are there"
         return
     fi
     missing=$(system_packages "$1")
@@ -68,11 +74,28 @@ install_system_packages() {
         say "setup: without $wanted the backends pathtrace and mujoco (OSMesa) do not open; all else works"
 }
 
+pip_install() {
+    .venv/bin/python -m pip install --quiet --constraint constraints.txt "$@"
+}
+
+# Where there is no GPU: the CPU's wheel, without gigabytes of CUDA. PyTorch's own index has it where pip's does not.
+install_torch() {
+    held=$(.venv/bin/python -c 'from importlib.metadata import version; print(version("torch"))' 2>/dev/null || true)
+    [ "${held%+*}" != "$1" ] || return 0
+    if command -v nvidia-smi >/dev/null && nvidia-smi >/dev/null 2>&1; then
+        pip_install "torch==$1"
+    else
+        pip_install "torch==$1+cpu" 2>/dev/null ||
+            pip_install --extra-index-url https://download.pytorch.org/whl/cpu "torch==$1"
+    fi
+}
+
 python=$(find_python)
 install_system_packages "$python"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-say "setup: installing the pinned packages into .venv ($("$python" --version)); the first time takes some minutes"
-.venv/bin/python -m pip install --quiet --constraint constraints.txt 'torch==2.13.0'
-.venv/bin/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
-touch .venv/.ready
-say "setup: done; next: make demo"
+say "setup: installing the pinned packages of '$extra' into .venv ($("$python" --version)); the first time takes some minutes"
+install_torch "$(sed -n 's/^torch==//p' constraints.txt)"
+pip_install --editable ".[$extra]"
+touch ".venv/.ready-$extra"
+[ "$extra" != dev ] || touch .venv/.ready-demo  # which it includes
+say "setup: done; $(du -sm .venv | cut -f1) MB in .venv"
