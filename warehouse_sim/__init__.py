@@ -6,6 +6,8 @@ The names below are imported on first use, so that ``import warehouse_sim`` load
 from importlib import import_module
 from typing import Any
 
+from warehouse_sim.optional import require_extra
+
 __version__ = "0.1.0"
 
 _PUBLIC = {
@@ -26,6 +28,11 @@ _PUBLIC = {
     "evaluate": "warehouse_sim.evaluation",
     "write_report": "warehouse_sim.evaluation.report",
 }
+_EXTRA = {
+    **dict.fromkeys(("load_recipe", "generate", "prepare_scene", "settle_scene"), "generate"),
+    **dict.fromkeys(("train", "load_estimator", "predict"), "learn"),
+}
+"""Names whose home cannot be imported without an extra of this package."""
 
 __all__ = [*_PUBLIC, "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
 
@@ -34,6 +41,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first asked for (PEP 562)."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
+    if name in _EXTRA:
+        require_extra(_EXTRA[name], f"for warehouse_sim.{name}")
     return getattr(import_module(_PUBLIC[name]), name)
 
 

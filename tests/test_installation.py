@@ -1,0 +1,121 @@
+"""What each `make` target installs: all that it needs, pinned, and nothing heavy that it does not."""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import warehouse_sim
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+HEAVY = {"open3d", "mitsuba", "usd-core", "onnxruntime", "onnx", "pyrender2", "pytest", "mypy", "dash", "plotly"}
+"""What the way from recipe to report does without; together more than the rest."""
+OPTIONAL = sorted({"mujoco", "moderngl", "embreex", "torch", "safetensors", "tensorboardX", "matplotlib", "jinja2"})
+WITHOUT = f"""
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {OPTIONAL}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Blocked())
+import warehouse_sim
+for name in warehouse_sim.__all__:
+    try:
+        getattr(warehouse_sim, name)
+        print(name, "is there")
+    except warehouse_sim.errors.MissingPackageError as error:
+        print(name, error)
+"""
+
+
+def plain(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def installed_by(extra: str) -> set[str]:
+    """Return the packages that an extra brings, with all that those bring."""
+    found: set[str] = set()
+    waiting = [Requirement(item) for item in (*PROJECT["dependencies"], f"warehouse-sim[{extra}]")]
+    while waiting:
+        item = waiting.pop()
+        if plain(item.name) == "warehouse-sim":
+            lists = PROJECT["optional-dependencies"]
+            waiting += [Requirement(inner) for name in item.extras for inner in lists[name]]
+        elif plain(item.name) not in found:
+            found.add(plain(item.name))
+            waiting += [inner for inner in needed_by(item) if inner.marker is None or holds(inner, item.extras)]
+    return found
+
+
+def needed_by(item: Requirement) -> list[Requirement]:
+    try:
+        return [Requirement(inner) for inner in requires(item.name) or ()]
+    except PackageNotFoundError:  # of another target; what it brings cannot be asked of this installation
+        return []
+
+
+def holds(inner: Requirement, extras: set[str]) -> bool:
+    assert inner.marker is not None
+    return any(inner.marker.evaluate({"extra": extra}) for extra in extras or {""})
+
+
+def test_the_demo_installs_nothing_heavy_that_it_does_without() -> None:
+    demo = installed_by("demo")
+    assert {"torch", "mujoco", "moderngl", "embreex", "matplotlib", "numpy"} <= demo
+    assert not demo & HEAVY
+
+
+def test_tests_need_no_open3d_and_what_the_demo_needs_is_among_theirs() -> None:
+    tests = installed_by("dev")
+    assert installed_by("demo") < tests
+    assert not tests & {"open3d", "dash", "plotly"}
+    assert "open3d" in installed_by("speed")
+
+
+def test_every_package_of_every_target_is_pinned() -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pinned = {plain(line.partition("==")[0]) for line in lines if "==" in line}
+    installer = {"setuptools", "pip"}
+    assert installed_by("dev") | installed_by("speed") <= pinned | installer
+
+
+def test_what_tests_import_is_installed_for_them() -> None:
+    brought, owners = installed_by("dev"), packages_distributions()
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        if "third_party" in path.parts:  # it brings an installation of its own
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
+            for top in {name.partition(".")[0] for name in names} - {"tests", "benchmarks", "docs", "warehouse_sim"}:
+                owned = {plain(owner) for owner in owners.get(top, ())}
+                assert top in sys.stdlib_module_names or owned & brought, f"{path}: {top}"
+
+
+def test_the_makefile_installs_extras_that_there_are() -> None:
+    stamps = set(re.findall(r"^[\w -]+: .*\.venv/\.ready-(\w+)", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert stamps == {"demo", "dev", "speed"} <= PROJECT["optional-dependencies"].keys()
+
+
+@pytest.fixture(scope="module")
+def without_extras() -> dict[str, str]:
+    """Return what comes of each public name where no extra is installed."""
+    run = subprocess.run([sys.executable, "-c", WITHOUT], check=True, capture_output=True, text=True, cwd=ROOT)
+    return dict(line.split(" ", 1) for line in run.stdout.splitlines())
+
+
+def test_a_public_name_is_there_or_says_what_to_install(without_extras: dict[str, str]) -> None:
+    assert without_extras.keys() == set(warehouse_sim.__all__)
+    there = {name for name, text in without_extras.items() if text == "is there"}
+    assert {"DatasetReader", "evaluate", "validate"} <= there
+    extra = {name: re.findall(r"pip install 'warehouse-sim\[(\w+)\]'$", without_extras[name]) for name in without_extras}
+    assert extra["prepare_scene"] == extra["load_recipe"] == extra["generate"] == ["generate"]
+    assert extra["train"] == extra["load_estimator"] == extra["predict"] == ["learn"]
+    assert all(extra[name] for name in without_extras.keys() - there)
