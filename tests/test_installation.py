@@ -115,7 +115,8 @@ def test_a_public_name_is_there_or_says_what_to_install(without_extras: dict[str
     assert without_extras.keys() == set(warehouse_sim.__all__)
     there = {name for name, text in without_extras.items() if text == "is there"}
     assert {"DatasetReader", "evaluate", "validate"} <= there
-    extra = {name: re.findall(r"pip install 'warehouse-sim\[(\w+)\]'$", without_extras[name]) for name in without_extras}
+    remedy = re.compile(r"pip install 'warehouse-sim\[(\w+)\]'$")
+    extra = {name: remedy.findall(text) for name, text in without_extras.items()}
     assert extra["prepare_scene"] == extra["load_recipe"] == extra["generate"] == ["generate"]
     assert extra["train"] == extra["load_estimator"] == extra["predict"] == ["learn"]
     assert all(extra[name] for name in without_extras.keys() - there)
