@@ -7,15 +7,14 @@ supplementary test data, and mathematical observations". sRGB to CIELAB by IEC 6
 import numpy as np
 from jaxtyping import Float, UInt8
 
-_XYZ_FROM_SRGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+from warehouse_sim.color import XYZ_FROM_SRGB, linear_from_srgb
+
 _FAR = 25.0**7
 
 
 def lab_from_srgb(codes: UInt8[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
     """Return L*, a*, b* of sRGB codes (0-255)."""
-    c = codes / 255.0
-    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    t = linear @ _XYZ_FROM_SRGB.T / _XYZ_FROM_SRGB.sum(axis=1)
+    t = linear_from_srgb(codes / 255.0) @ XYZ_FROM_SRGB.T / XYZ_FROM_SRGB.sum(axis=1)
     f = np.where(t > (6 / 29) ** 3, np.cbrt(t), t * (29 / 6) ** 2 / 3 + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.photometry import lamp_illuminance
 from warehouse_sim.schema import SceneSpec
@@ -24,7 +25,7 @@ def floor_lux_by_walks(scene: SceneSpec, caster: RayCaster, walks: int, rng: np.
     """
     points, normals = _free_places(scene, caster, walks, rng)
     paint = [scene.materials[name] for name in caster.materials]
-    grey = [(1.0 - item.metallic) * float(np.dot([0.2126, 0.7152, 0.0722], item.base_color)) for item in paint]
+    grey = [(1.0 - item.metallic) * float(LUMINANCE @ item.base_color) for item in paint]
     albedo, total, weight, start = np.array([*grey, 0.0]), 0.0, np.ones(len(points)), len(points)
     for _ in range(_BOUNCES):
         total += float((weight * _from_lamps(scene, caster, points, normals)).sum())

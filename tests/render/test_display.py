@@ -1,12 +1,10 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.render.display import srgb, to_display, tone_map
+from warehouse_sim.render.display import inverse_tone_map, to_display, tone_map
 
 
-def test_the_ends_and_the_middle_are_where_the_standards_put_them() -> None:
-    codes = srgb(np.array([0.0, 0.0031308, 0.2140, 1.0]))
-    assert codes == pytest.approx([0.0, 0.04045, 0.5, 1.0], abs=2e-4)
+def test_the_ends_and_the_middle_are_where_the_fit_puts_them() -> None:
     assert tone_map(np.array([0.0, 0.18, 1.0, 1e9])) == pytest.approx([0.0, 0.2669, 0.8038, 1.0], abs=1e-4)
 
 
@@ -24,3 +22,9 @@ def test_single_precision_gives_the_same_picture() -> None:
     linear = np.random.default_rng(0).gamma(1.0, 0.3, (40, 30, 3))
     difference = to_display(linear).astype(int) - to_display(linear.astype(np.float32))
     assert np.abs(difference).max() <= 1
+
+
+def test_the_inverse_of_the_filmic_curve() -> None:
+    x = np.geomspace(1e-4, 7.0, 200)
+    assert inverse_tone_map(tone_map(x)) == pytest.approx(x, rel=1e-6)
+    assert inverse_tone_map(np.zeros(1)) == pytest.approx(0.0)

@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.colour import LUMINANCE
 from warehouse_sim.scene.lighting.floor import floor_points
 from warehouse_sim.scene.lighting.photometry import lamp_illuminance
 from warehouse_sim.schema import Light, SceneSpec

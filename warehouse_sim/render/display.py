@@ -1,7 +1,9 @@
-"""From linear light to the bytes of a picture: the same for every backend that computes light itself."""
+"""Between linear light and the bytes of an image: one tone curve for every backend, and its inverse."""
 
 import numpy as np
 from jaxtyping import Float, UInt8
+
+from warehouse_sim.color import srgb_from_linear
 
 
 def to_display(linear: Float[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
@@ -10,7 +12,7 @@ def to_display(linear: Float[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]
     Args:
         linear: Values to which the exposure has been applied; what is negative counts as black.
     """
-    return np.rint(255.0 * srgb(tone_map(np.maximum(linear, 0.0)))).astype(np.uint8)
+    return np.rint(255.0 * srgb_from_linear(tone_map(np.maximum(linear, 0.0)))).astype(np.uint8)
 
 
 def tone_map(x: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
@@ -19,6 +21,7 @@ def tone_map(x: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
     return np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0)
 
 
-def srgb(x: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
-    """Return the sRGB code (0-1) of linear light (0-1), by IEC 61966-2-1."""
-    return np.where(x > 0.0031308, 1.055 * np.power(x, 1.0 / 2.4) - 0.055, 12.92 * x)
+def inverse_tone_map(y: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """Return the x whose ``tone_map`` is y (0-1): of ``y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)``."""
+    a, b, c = 2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y
+    return (-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)

@@ -8,10 +8,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.schema import Light
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _FLOOR = 0.02  # of a lamp's chance to be drawn: where its centre gives nothing, its rim may
 
 
@@ -83,7 +83,7 @@ class _Lamp:
             "ball": mi.Bool(not is_spot),
             "casts_shadow": mi.Bool(light.casts_shadow),
         }
-        self._power = mi.Float(light.intensity * float(_LUMINANCE @ light.color))
+        self._power = mi.Float(light.intensity * float(LUMINANCE @ light.color))
         dr.make_opaque(self._state, self._power)
 
     def state(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt8
 
+from warehouse_sim.color import srgb_from_linear
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.lamps import GROUND, even_illuminance
@@ -87,8 +88,7 @@ def display_table() -> UInt8[np.ndarray, "256"]:
 def _texture(factor: UInt8[np.ndarray, "h w"]) -> tuple[Any, float]:
     """Return the texture, relative to its brightest texel, and that texel's factor; pyrender reads it as sRGB."""
     brightest = int(factor.max())
-    relative = np.arange(256) / brightest
-    code = np.where(relative <= 0.0031308, 12.92 * relative, 1.055 * np.power(relative, 1 / 2.4) - 0.055)
+    code = srgb_from_linear(np.arange(256) / brightest)
     pixels = np.rint(255.0 * np.clip(code, 0.0, 1.0)).astype(np.uint8)[factor]
     # pyrender turns pictures upside down: v of a tile grows with its rows.
     source = np.repeat(pixels[::-1, :, None], 3, axis=2)

@@ -9,6 +9,8 @@ than a pass over the picture.
 import numpy as np
 from jaxtyping import Float, Float32, UInt8, UInt32
 
+from warehouse_sim.color import linear_from_srgb, srgb_from_linear
+
 _LEFT, _RIGHT, _TOP, _BOTTOM = range(4)
 _STEPS = 4095
 _LEAST = 1 / 64  # shares (px) below are not seen
@@ -16,16 +18,13 @@ _THINNEST = 0.15  # strips narrower than this (px) are not shown
 
 
 def _decode() -> Float32[np.ndarray, "256"]:
-    """Return the linear value of each displayed one (sRGB, IEC 61966-2-1)."""
-    value = np.arange(256) / 255.0
-    return np.where(value > 0.04045, ((value + 0.055) / 1.055) ** 2.4, value / 12.92).astype(np.float32)
+    """Return the linear value of each displayed one."""
+    return linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
 
 
 def _encode() -> UInt8[np.ndarray, " s"]:
     """Return the displayed value of linear ones in equal steps from 0 to 1."""
-    value = np.arange(_STEPS + 1) / _STEPS
-    shown = np.where(value > 0.0031308, 1.055 * value ** (1 / 2.4) - 0.055, 12.92 * value)
-    return np.round(255.0 * shown).astype(np.uint8)
+    return np.round(255.0 * srgb_from_linear(np.arange(_STEPS + 1) / _STEPS)).astype(np.uint8)
 
 
 def _share(distance: Float[np.ndarray, " n"], slope: Float[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:

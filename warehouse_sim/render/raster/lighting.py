@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.render.raster.field_texture import FieldTexture
@@ -67,6 +68,7 @@ class Lighting:
         return {
             "MAX_LIGHTS": MAX_LIGHTS,
             "ATLAS_PX": float(ATLAS_PX),
+            "LUMINANCE": f"vec3{tuple(LUMINANCE.tolist())}",
             "SHADOW_NEAR": SHADOW_NEAR,
             "BLOCK_TEXELS": float(BLOCK_TEXELS),
             "TEXTURE_PX": TEXTURE_EDGE_PX,

@@ -6,8 +6,8 @@ of LED work lights for trucks, estimated and not from a standard.
 
 import numpy as np
 
+from warehouse_sim.color import balanced_rgb
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.lighting.colour import lamp_colour
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela
 from warehouse_sim.schema import Light, Viewpoint
 
@@ -40,7 +40,7 @@ def work_lights(viewpoint: Viewpoint, white_balance: float) -> tuple[Light, ...]
             position=T_world_floor[:3, 3] + HEIGHT * T_world_floor[:3, 2] + side * _APART / 2 * left,
             direction=np.cos(_PITCH) * forward + np.sin(_PITCH) * T_world_floor[:3, 2],
             intensity=FLUX / flux_per_candela(inner, outer),
-            color=lamp_colour(_KELVIN, white_balance),
+            color=balanced_rgb(_KELVIN, white_balance),
             cone_inner=inner,
             cone_outer=outer,
             radius=_RADIUS,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.scene.lighting.colour import lamp_colour
+from warehouse_sim.color import balanced_rgb
 from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.fixtures import Fixture
 from warehouse_sim.scene.lighting.installation import Installation
@@ -90,7 +90,7 @@ def _lamp(item: Fixture, flux: float, kelvin: float, tilt_deg: float, preset: Pr
         position=item.position,
         direction=np.cos(tilt) * item.direction + np.sin(tilt) * along,
         intensity=flux / flux_per_candela(inner, outer),
-        color=lamp_colour(kelvin, preset.white_balance),
+        color=balanced_rgb(kelvin, preset.white_balance),
         cone_inner=inner,
         cone_outer=outer,
         radius=preset.source_radius,
@@ -107,7 +107,7 @@ def _open_door(item: Fixture, preset: Preset) -> Light:
         position=item.position,
         direction=item.direction,
         intensity=preset.sky_luminance * item.area,
-        color=lamp_colour(_SKY, preset.white_balance),
+        color=balanced_rgb(_SKY, preset.white_balance),
         cone_inner=0.0,
         cone_outer=np.pi / 2.0,
         radius=_SKY_RADIUS,

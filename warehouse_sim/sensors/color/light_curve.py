@@ -4,9 +4,10 @@ from functools import cache
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, UInt8
+from jaxtyping import Float32, UInt8
 
-from warehouse_sim.render.display import to_display
+from warehouse_sim.color import linear_from_srgb
+from warehouse_sim.render.display import inverse_tone_map, to_display
 
 _BRIGHTEST = 8.0
 """Linear value that the finest table reaches; 7.2 is shown as full white."""
@@ -25,17 +26,9 @@ def display_codes(linear: Float32[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h 
     return np.take(_code_of_step(), steps)
 
 
-def inverse_tone_map(y: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
-    """Return x of ``y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)``, the curve of ``render.display.tone_map``."""
-    a, b, c = 2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y
-    return (-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
-
-
 @cache
 def _linear_of_code() -> Float32[np.ndarray, " 256"]:
-    code = np.arange(256) / 255.0
-    shown = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
-    return inverse_tone_map(shown).astype(np.float32)
+    return inverse_tone_map(linear_from_srgb(np.arange(256) / 255.0)).astype(np.float32)
 
 
 @cache

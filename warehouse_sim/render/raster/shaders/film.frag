@@ -26,7 +26,7 @@ void main() {
     // What the goods cast no shadow on, the film around them does not either.
     ivec2 at = ivec2(gl_FragCoord.xy) / 2;
     vec4 seen[2] = vec4[](texelFetch(visibility_a, at, 0), texelFetch(visibility_b, at, 0));
-    reflect_surroundings(s, vec4(around, dot(around, vec3(0.2126, 0.7152, 0.0722))), 1.0, matt, gloss);
+    reflect_surroundings(s, vec4(around, dot(around, LUMINANCE)), 1.0, matt, gloss);
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
     ADD_LAMPS                     // as in shade.frag
     reflect_lamps(lamps, s, matt, gloss);

@@ -100,7 +100,7 @@ vec3 reflected_back(float near_light, vec3 albedo) {
 // It is not kept as a ratio: between a dark face and a bright one that would be bright by far.
 void reflect_surroundings(Surface s, vec4 around, float near_light, inout vec3 matt, inout vec3 gloss) {
     matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse;
-    float grey = max(dot(around.rgb, vec3(0.2126, 0.7152, 0.0722)), 1e-3);
+    float grey = max(dot(around.rgb, LUMINANCE), 1e-3);
     gloss += around.rgb * (around.a / grey * near_light / PI) * ambient_specular(s.f0, s.roughness, s.nv);
 }
 
@@ -109,6 +109,6 @@ vec3 tone_map(vec3 x) {
     return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-vec3 srgb(vec3 x) {               // IEC 61966-2-1
+vec3 srgb(vec3 x) {               // IEC 61966-2-1, as warehouse_sim/color.py
     return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
 }

@@ -4,8 +4,6 @@ layout(location = 1) out float out_near_light;     // see occlusion.glsl
 layout(location = 2) out vec4 out_around;          // from the surroundings: irradiance; grey one of what is mirrored
 layout(location = 3) out vec4 out_visibility[2];   // of the lamps that have a shadow map
 
-const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
-
 void main() {
     ivec2 at = min(ivec2(gl_FragCoord.xy) * 2, textureSize(depth_map, 0) - 1);
     float stored = texelFetch(depth_map, at, 0).x;
