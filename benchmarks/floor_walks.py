@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.photometry import lamp_illuminance
+from warehouse_sim.scene.lighting.photometry import light_illuminance
 from warehouse_sim.schema import SceneSpec
 
 _BOUNCES = 5
@@ -62,5 +62,5 @@ def _from_lamps(
     for lamp in scene.lights:
         rays = points + _LIFT * normals - lamp.position
         seen = caster.cast(np.tile(lamp.position, (len(points), 1)), rays).distance >= 0.999
-        total += lamp_illuminance(lamp, points, normals) * seen
+        total += light_illuminance(lamp, points, normals) * seen
     return total

@@ -8,7 +8,7 @@ from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import level_camera, make_transform
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene.lighting import exposure_of_ev
-from warehouse_sim.scene.lighting.photometry import cone_of_beam, lamp_illuminance
+from warehouse_sim.scene.lighting.photometry import cone_of_beam, light_illuminance
 from warehouse_sim.schema import Light, Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -24,7 +24,7 @@ def scene_under(lux: float, ev: float) -> SceneSpec:
     model = ObjectModel("card", "card", 1, np.array([1.0, 1.0, 0.02]), (part,), ())
     card = ObjectInstance(1, "card", make_transform(translation=np.array([0.0, 0.0, -0.01])))
     lamp = Light("spot", LAMP, -LAMP / np.linalg.norm(LAMP), 1.0, (1.0, 1.0, 1.0), *cone_of_beam(90.0))
-    per_candela = lamp_illuminance(lamp, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[0]
+    per_candela = light_illuminance(lamp, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[0]
     lamp = Light("spot", LAMP, lamp.direction, lux / per_candela, lamp.color, lamp.cone_inner, lamp.cone_outer)
     exposure = exposure_of_ev(ev)
     return SceneSpec(0, 0, {"card": model}, {"card": CARD}, (card,), (lamp,), (), ambient=0.0, exposure=exposure)

@@ -8,7 +8,7 @@ from warehouse_sim.errors import PlacementError, RecipeError
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.lighting import LightingConfig, floor_points
-from warehouse_sim.scene.lighting.photometry import unshaded_illuminance
+from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
 from warehouse_sim.scene.shelving import ShelvingConfig
 from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.unit_load import UnitLoadConfig
@@ -79,7 +79,7 @@ def test_the_default_scene_is_lit_like_a_warehouse() -> None:
         scene = sample_scene(SceneRecipe(), 0, index)
         points = floor_points(scene)
         up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-        floor = unshaded_illuminance(scene.lights, points, up) + scene.ambient
+        floor = unshadowed_illuminance(scene.lights, points, up) + scene.ambient
         assert 200.0 <= np.mean(floor) <= 300.0
         assert min(floor) > 0.3 * np.mean(floor)
 

@@ -10,7 +10,7 @@ from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.floor import floor_points
-from warehouse_sim.scene.lighting.photometry import lamp_illuminance
+from warehouse_sim.scene.lighting.photometry import light_illuminance
 from warehouse_sim.schema import Light, SceneSpec
 
 _HEADROOM = 2.5
@@ -71,7 +71,7 @@ class LightMeter:
         """
         total = np.zeros(len(points))
         for light in lights:
-            values = lamp_illuminance(light, points, normals, nearest)
+            values = light_illuminance(light, points, normals, nearest)
             lit = np.flatnonzero(values)
             if light.casts_shadow and len(lit):
                 starts = points[lit] + _LIFT * normals[lit]

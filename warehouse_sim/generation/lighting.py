@@ -11,9 +11,9 @@ from warehouse_sim.generation.light_meter import LightMeter, facing
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import LightingConfig, ev_of_exposure, exposure_of_ev, floor_points
-from warehouse_sim.scene.lighting.fixtures import fixtures_of
 from warehouse_sim.scene.lighting.headlights import work_lights
-from warehouse_sim.scene.lighting.switching import install
+from warehouse_sim.scene.lighting.luminaires import luminaires_of
+from warehouse_sim.scene.lighting.switching import draw_lighting
 from warehouse_sim.schema import Conditions, SceneSpec, Viewpoint
 
 _COLUMNS, _ROWS = 20, 12
@@ -44,17 +44,17 @@ def light_scene(
     Raises:
         RecipeError: No lamp reaches the floor of the aisle, so that no lux can be reached.
     """
-    installation = install(config, fixtures_of(scene), floor_points(scene), rng)
-    meter = LightMeter(installation.applied(scene, scene.exposure), caster)
-    if installation.lux is not None:
+    lighting = draw_lighting(config, luminaires_of(scene), floor_points(scene), rng)
+    meter = LightMeter(lighting.applied(scene, scene.exposure), caster)
+    if lighting.lux is not None:
         reached = meter.floor_lux
         if reached <= 0.0:
             raise RecipeError(
                 f"lights.preset {config.preset}: no lamp reaches the aisle's floor; raise lights.luminaires"
             )
-        installation = installation.scaled(installation.lux / reached)
-        meter = LightMeter(installation.applied(scene, scene.exposure), caster)
-    preset = installation.preset
+        lighting = lighting.scaled(lighting.lux / reached)
+        meter = LightMeter(lighting.applied(scene, scene.exposure), caster)
+    preset = lighting.preset
     views = []
     for viewpoint in scene.viewpoints:
         lamps = work_lights(viewpoint, preset.white_balance) if preset.headlights else ()
@@ -62,7 +62,7 @@ def light_scene(
         luminance, weights = _metered(meter, lit, camera)
         views.append(replace(lit, exposure=exposure_of_ev(preset.exposure.ev_for(luminance, weights))))
     middle = float(np.median([view.exposure for view in views])) if views else scene.exposure
-    return replace(installation.applied(scene, middle), viewpoints=tuple(views))
+    return replace(lighting.applied(scene, middle), viewpoints=tuple(views))
 
 
 def measure_conditions(meter: LightMeter, viewpoint: Viewpoint) -> Conditions:

@@ -8,7 +8,7 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.site import build_site
-from warehouse_sim.scene.lighting import add_fixtures, first_light
+from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
@@ -40,7 +40,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle
-        add_fixtures(draft, recipe.lights, site)
+        add_luminaires(draft, recipe.lights, site)
         fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
@@ -65,4 +65,4 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         attempt=attempt,
         aisle=(area.x_min, area.x_max, area.y_min, area.y_max),
     )
-    return first_light(scene, recipe.lights, stream("lighting"))
+    return light_without_shadows(scene, recipe.lights, stream("lighting"))

@@ -20,7 +20,7 @@ from warehouse_sim.schema.readings import (
     StereoReading,
 )
 from warehouse_sim.schema.scene import Light, ObjectInstance, SceneSpec, Viewpoint
-from warehouse_sim.schema.things import Material, ObjectModel, Part, Pocket
+from warehouse_sim.schema.things import LuminousFace, Material, ObjectModel, Part, Pocket
 
 __all__ = [
     "CAMERA",
@@ -31,6 +31,7 @@ __all__ = [
     "Conditions",
     "LidarScan",
     "Light",
+    "LuminousFace",
     "Material",
     "MountedReading",
     "ObjectAnnotation",

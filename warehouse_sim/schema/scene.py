@@ -27,7 +27,7 @@ class ObjectInstance:
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """A lamp of the scene."""
+    """A source of light of a scene, as renderers see it; what stands in the scene as its body is a luminaire."""
 
     kind: Literal["spot", "point"]
     position: Float[np.ndarray, "3"]
@@ -69,7 +69,7 @@ class Viewpoint:
     visible_request: tuple[float, float] | None = None
     """Least and largest visible fraction asked for of that object, 0-1."""
     lights: tuple[Light, ...] = ()
-    """Lamps that the vehicle carries, in the world; they shine for this viewpoint only."""
+    """Lights that the vehicle carries, in the world; they shine for this viewpoint only."""
     exposure: float | None = None
     """As ``SceneSpec.exposure``, for this viewpoint; None = the scene's."""
 

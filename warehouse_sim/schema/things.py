@@ -1,6 +1,7 @@
 """What things are: materials, parts, pockets, and the model of an object that is made of them."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -63,6 +64,23 @@ class Pocket:
 
 
 @dataclass(frozen=True, eq=False)
+class LuminousFace:
+    """The flat face of an object that light comes out of: the cover of a luminaire, or a door that opens to the sky."""
+
+    source: Literal["electric", "daylight"]
+    material: str
+    """Of the parts that are the face; in a scene each object has its own, which emits what its light gives."""
+    catalog_material: str
+    """Name of the catalog's material that it is made of."""
+    inward: Float[np.ndarray, "3"]
+    """Unit vector from the face into the object, in the object frame."""
+    distance: float
+    """From the object's origin to the face (m)."""
+    area: float
+    """Of the face (m^2)."""
+
+
+@dataclass(frozen=True, eq=False)
 class ObjectModel:
     """One CAD geometry with its physics and meaning; origin at the centre of its bounding box, z up."""
 
@@ -80,6 +98,8 @@ class ObjectModel:
     """Kilograms; 0 for what never moves."""
     symmetry: SymmetryGroup = field(default_factory=SymmetryGroup.trivial)
     pockets: tuple[Pocket, ...] = ()
+    luminous_face: LuminousFace | None = None
+    """Where light comes out of it; None for what is no luminaire."""
 
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""

@@ -4,10 +4,10 @@ import pytest
 from warehouse_sim.scene.lighting.photometry import (
     cone_of_beam,
     flux_per_candela,
-    lamp_illuminance,
+    light_illuminance,
     luminous_flux,
     relative_intensity,
-    unshaded_illuminance,
+    unshadowed_illuminance,
 )
 from warehouse_sim.schema import Light
 
@@ -24,18 +24,18 @@ def at(*place: float) -> np.ndarray:
 
 
 def test_illuminance_follows_the_inverse_square_and_the_cosine() -> None:
-    assert lamp_illuminance(lamp(), at(0, 0, 0), UP) == pytest.approx(1000 / 25)
-    assert lamp_illuminance(lamp(), at(5, 0, 0), UP) == pytest.approx(1000 * np.cos(np.pi / 4) ** 3 / 25)
-    assert lamp_illuminance(lamp(), at(0, 0, 0), -UP) == 0.0
-    assert unshaded_illuminance([lamp(), lamp()], at(0, 0, 0), UP) == pytest.approx(80.0)
-    assert unshaded_illuminance([], at(0, 0, 0), UP) == 0.0
+    assert light_illuminance(lamp(), at(0, 0, 0), UP) == pytest.approx(1000 / 25)
+    assert light_illuminance(lamp(), at(5, 0, 0), UP) == pytest.approx(1000 * np.cos(np.pi / 4) ** 3 / 25)
+    assert light_illuminance(lamp(), at(0, 0, 0), -UP) == 0.0
+    assert unshadowed_illuminance([lamp(), lamp()], at(0, 0, 0), UP) == pytest.approx(80.0)
+    assert unshadowed_illuminance([], at(0, 0, 0), UP) == 0.0
 
 
 def test_a_spot_is_full_inside_dark_outside_and_falls_as_gltf_says_between() -> None:
     spot = lamp(kind="spot", position=np.array([0.0, 0.0, 1.0]), intensity=100.0, cone_inner=0.5, cone_outer=1.0)
 
     def floor(angle: float) -> float:
-        return float(lamp_illuminance(spot, at(np.tan(angle), 0, 0), UP)[0]) / np.cos(angle) ** 3
+        return float(light_illuminance(spot, at(np.tan(angle), 0, 0), UP)[0]) / np.cos(angle) ** 3
 
     assert floor(0.49) == pytest.approx(100.0)
     share = (np.cos(0.8) - np.cos(1.0)) / (np.cos(0.5) - np.cos(1.0))

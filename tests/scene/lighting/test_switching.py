@@ -4,10 +4,10 @@ import pytest
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig
-from warehouse_sim.scene.lighting.fixtures import Fixture, add_doors, fixtures_of, hang_luminaires
-from warehouse_sim.scene.lighting.installation import Installation
-from warehouse_sim.scene.lighting.photometry import luminous_flux, unshaded_illuminance
-from warehouse_sim.scene.lighting.switching import install
+from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires, luminaires_of
+from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
+from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
+from warehouse_sim.scene.lighting.switching import draw_lighting
 from warehouse_sim.schema import SceneSpec
 
 AISLE = Area(-6.0, 6.0, -8.0, 0.0)
@@ -21,49 +21,49 @@ def hall(rows: int = 1, count: int = 4) -> SceneSpec:
     return SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), ())
 
 
-def installed(rows: int = 1, count: int = 4, seed: int = 0, **settings: object) -> Installation:
+def installed(rows: int = 1, count: int = 4, seed: int = 0, **settings: object) -> SceneLighting:
     config = LightingConfig(**settings)  # type: ignore[arg-type]
-    return install(config, fixtures_of(hall(rows, count)), FLOOR, np.random.default_rng(seed))
+    return draw_lighting(config, luminaires_of(hall(rows, count)), FLOOR, np.random.default_rng(seed))
 
 
-def states(installation: Installation, kind: str) -> list[float]:
-    """Flux of each fixture of a kind (lm)."""
-    pairs: list[tuple[Fixture, object]] = list(zip(installation.fixtures, installation.lights, strict=True))
-    return [luminous_flux(light) if light else 0.0 for item, light in pairs if item.kind == kind]  # type: ignore[arg-type]
+def fluxes(lighting: SceneLighting, source: str) -> list[float]:
+    """Of each luminaire with that source (lm)."""
+    pairs = zip(lighting.luminaires, lighting.lights, strict=True)
+    return [luminous_flux(light) if light else 0.0 for item, light in pairs if item.face.source == source]
 
 
-def test_given_flux_is_the_flux_of_every_lamp_and_is_not_scaled() -> None:
+def test_given_flux_is_the_flux_of_every_luminaire_and_is_not_scaled() -> None:
     lit = installed(flux=Distribution.constant(12000.0))
     assert lit.lux is None
-    assert states(lit, "luminaire") == pytest.approx([12000.0] * 4)
-    assert states(lit, "door") == [0.0, 0.0]
+    assert fluxes(lit, "electric") == pytest.approx([12000.0] * 4)
+    assert fluxes(lit, "daylight") == [0.0, 0.0]
 
 
 def test_which_lamps_burn_tells_presets_apart() -> None:
     full = 15000.0
-    assert states(installed(preset="nominal"), "luminaire") == pytest.approx([full] * 4)
-    assert states(installed(preset="dim"), "luminaire") == pytest.approx([full, 0, full, 0])
-    assert states(installed(preset="harsh"), "luminaire") == pytest.approx([full, 0, 0, full])
-    assert states(installed(preset="night"), "luminaire")[1:3] == [0, 0]
+    assert fluxes(installed(preset="nominal"), "electric") == pytest.approx([full] * 4)
+    assert fluxes(installed(preset="dim"), "electric") == pytest.approx([full, 0, full, 0])
+    assert fluxes(installed(preset="harsh"), "electric") == pytest.approx([full, 0, 0, full])
+    assert fluxes(installed(preset="night"), "electric")[1:3] == [0, 0]
     backlit = installed(preset="backlit")
-    assert min(states(backlit, "door")) > 10 * max(states(backlit, "luminaire"))
+    assert min(fluxes(backlit, "daylight")) > 10 * max(fluxes(backlit, "electric"))
     assert {name for name in PRESETS if installed(preset=name).preset.headlights} == {"night"}
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
-def test_of_failing_lamps_some_are_dark_one_flickers_and_one_is_whole(count: int) -> None:
+def test_of_failing_luminaires_some_are_dark_one_flickers_and_one_is_whole(count: int) -> None:
     lit = [installed(count=count, seed=seed, preset="failing") for seed in range(9)]
-    drawn = {tuple(np.round(states(item, "luminaire"), 6)) for item in lit}
-    for fluxes in drawn:
-        assert fluxes.count(3750.0) == 1
-        assert fluxes.count(15000.0) >= (count > 1)
-        assert fluxes.count(0.0) == max(0, min(max(round(0.45 * count), 1), count - 2))
+    drawn = {tuple(np.round(fluxes(item, "electric"), 6)) for item in lit}
+    for each in drawn:
+        assert each.count(3750.0) == 1
+        assert each.count(15000.0) >= (count > 1)
+        assert each.count(0.0) == max(0, min(max(round(0.45 * count), 1), count - 2))
     assert len(drawn) == 1 if count == 1 else len(drawn) > 1
 
 
 @pytest.mark.parametrize("rows", [1, 2])
-def test_mixed_lamps_are_warm_and_cold_by_row_or_in_turn(rows: int) -> None:
-    lights = installed(rows=rows, count=2, preset="mixed_colour").burning
+def test_mixed_luminaires_are_warm_and_cold_by_row_or_in_turn(rows: int) -> None:
+    lights = installed(rows=rows, count=2, preset="mixed_colour").switched_on
     warm = [light.color[0] > light.color[2] for light in lights]
     by_row = [warm[index] for index in np.argsort([light.position[1] for light in lights], kind="stable")]
     assert sum(warm) == len(warm) / 2
@@ -73,8 +73,8 @@ def test_mixed_lamps_are_warm_and_cold_by_row_or_in_turn(rows: int) -> None:
         assert warm[0] != warm[1]
 
 
-def test_harsh_lamps_lean_along_the_aisle_to_both_ends() -> None:
-    axes = np.array([light.direction for light in installed(preset="harsh").burning])
+def test_harsh_luminaires_lean_along_the_aisle_to_both_ends() -> None:
+    axes = np.array([light.direction for light in installed(preset="harsh").switched_on])
     np.testing.assert_allclose(np.linalg.norm(axes, axis=1), 1.0)
     np.testing.assert_allclose(axes[:, 1], 0.0, atol=1e-12)
     assert axes[0, 0] == pytest.approx(-axes[1, 0])
@@ -82,23 +82,23 @@ def test_harsh_lamps_lean_along_the_aisle_to_both_ends() -> None:
 
 def test_an_open_door_sends_the_luminance_of_the_sky_times_its_area() -> None:
     lit = installed(preset="backlit")
-    pairs = zip(lit.fixtures, lit.lights, strict=True)
-    door, light = next((item, light) for item, light in pairs if item.kind == "door")
+    pairs = zip(lit.luminaires, lit.lights, strict=True)
+    door, light = next((item, light) for item, light in pairs if item.face.source == "daylight")
     assert light is not None
     assert light.intensity == pytest.approx(PRESETS["backlit"].sky_luminance * 3.8 * 4.2)
     np.testing.assert_allclose(light.direction, door.direction)
 
 
-def test_even_light_is_a_share_of_the_lamps_and_all_is_scaled_together() -> None:
+def test_even_light_is_a_share_of_the_luminaires_and_all_is_scaled_together() -> None:
     lit = installed(ambient_share=0.5)
     up = np.tile([0.0, 0.0, 1.0], (len(FLOOR), 1))
-    assert lit.ambient == pytest.approx(0.5 * unshaded_illuminance(lit.burning, FLOOR, up).mean())
+    assert lit.ambient == pytest.approx(0.5 * unshadowed_illuminance(lit.switched_on, FLOOR, up).mean())
     twice = lit.scaled(2.0)
     assert twice.ambient == 2.0 * lit.ambient
-    assert [light.intensity for light in twice.burning] == [2.0 * light.intensity for light in lit.burning]
+    assert [light.intensity for light in twice.switched_on] == [2.0 * light.intensity for light in lit.switched_on]
 
 
-def test_dark_fixtures_do_not_glow_and_burning_ones_glow_in_their_colour() -> None:
+def test_luminaires_that_are_off_emit_nothing_and_others_emit_their_colour() -> None:
     scene, exposure = hall(), 0.01
     for name in PRESETS:
         lit = installed(preset=name)
@@ -106,13 +106,15 @@ def test_dark_fixtures_do_not_glow_and_burning_ones_glow_in_their_colour() -> No
         assert applied.lighting == name
         assert applied.instances is scene.instances
         assert applied.models is scene.models
-        for item, light in zip(lit.fixtures, lit.lights, strict=True):
-            material = applied.materials[item.material]
+        for item, light in zip(lit.luminaires, lit.lights, strict=True):
+            material = applied.materials[item.face.material]
             assert (material.emission > 0.0) == (light is not None)
             if light is not None:
                 np.testing.assert_allclose(material.base_color, np.array(light.color) / max(light.color))
     flickering = installed(preset="failing").applied(scene, 1e-4)
-    glowing = [flickering.materials[item.material].emission for item in lit.fixtures if item.kind == "luminaire"]
+    glowing = [
+        flickering.materials[item.face.material].emission for item in lit.luminaires if item.face.source == "electric"
+    ]
     shown = sorted(set(np.round(glowing, 9)))
     assert len(shown) == 3
     assert shown[1] == pytest.approx(0.25 * shown[2])

@@ -5,7 +5,7 @@ Origin at the centre of the bounding box, z up.
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
-from warehouse_sim.catalog.building.gate import GATE_SIZE, LEAF_MATERIAL, LEAF_SIZE
+from warehouse_sim.catalog.building.gate import GATE_SIZE
 from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
 from warehouse_sim.catalog.building.shell import (
     FLOOR_SIZE,
@@ -16,7 +16,7 @@ from warehouse_sim.catalog.building.shell import (
     floor_slab,
     wall,
 )
-from warehouse_sim.catalog.building.structure import CEILING_SIZE, LUMINAIRE_SIZE, TRUSS_SIZE, highbay_luminaire
+from warehouse_sim.catalog.building.structure import CEILING_SIZE, TRUSS_SIZE, highbay_luminaire
 
 _ROOM = "warehouse_sim.catalog.building"
 BUILDING = {
@@ -62,12 +62,9 @@ __all__ = [
     "DOOR_SIZE",
     "FLOOR_SIZE",
     "GATE_SIZE",
-    "LEAF_MATERIAL",
-    "LEAF_SIZE",
     "LEVELLER_SIZE",
     "LINES",
     "LINE_WIDTH",
-    "LUMINAIRE_SIZE",
     "MODULE_LENGTH",
     "OPENING_HEIGHT",
     "OPENING_WIDTH",

@@ -9,7 +9,7 @@ from warehouse_sim.catalog.parts import collision_boxes
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 
 Size = tuple[float, float, float]
 
@@ -23,6 +23,7 @@ def fixture(
     collision: Sequence[OrientedBox] | None = None,
     turns: int = 1,
     mass: float = 0.0,
+    luminous_face: LuminousFace | None = None,
 ) -> ObjectModel:
     """Return the model of something that stands or hangs in the hall.
 
@@ -35,6 +36,7 @@ def fixture(
         collision: Boxes for physics; those of ``parts``, which then are boxes, by default.
         turns: Number of equal turns about z that leave the look unchanged.
         mass: Kilograms, 0 for what never moves.
+        luminous_face: Where light comes out of it.
     """
     return ObjectModel(
         name=name,
@@ -45,6 +47,7 @@ def fixture(
         collision=collision_boxes(parts) if collision is None else tuple(collision),
         mass=mass,
         symmetry=SymmetryGroup.turns("z", turns) if turns > 1 else SymmetryGroup.trivial(),
+        luminous_face=luminous_face,
     )
 
 

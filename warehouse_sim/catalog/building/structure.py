@@ -1,4 +1,4 @@
-"""What carries the roof, and the lamps under it. Origin at the centre of the bounding box, z up."""
+"""What carries the roof, and the luminaires under it. Origin at the centre of the bounding box, z up."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from warehouse_sim.catalog.building.shell import WALL_SIZE, profile, profile_poi
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.geometry.solids import lathe, prism
-from warehouse_sim.schema import ObjectModel
+from warehouse_sim.schema import LuminousFace, ObjectModel
 
-LUMINAIRE_SIZE = (1.2, 0.32, 0.09)
+_LUMINAIRE_SIZE = (1.2, 0.32, 0.09)
 """Edges of a linear high-bay luminaire (m)."""
 TRUSS_SIZE = (48.0, 0.2, 1.8)
 """Edges of a roof truss (m), x along it; depth about a 27th of the span."""
@@ -104,13 +104,15 @@ def roof_truss(name: str = "roof_truss") -> ObjectModel:
 
 def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
     """Build a linear LED luminaire that shines down."""
-    length, width, height = LUMINAIRE_SIZE
+    length, width, height = _LUMINAIRE_SIZE
     glow = 0.01
     parts = (
         box_part((length, width, height - glow), (0.0, 0.0, glow / 2), "galvanised"),
         box_part((length - 0.04, width - 0.04, glow), (0.0, 0.0, (glow - height) / 2), "led_panel"),
     )
-    return fixture(name, "luminaire", 203, LUMINAIRE_SIZE, parts, turns=2)
+    up = np.array([0.0, 0.0, 1.0])
+    face = LuminousFace("electric", "led_panel", "led_panel", up, height / 2, length * width)
+    return fixture(name, "luminaire", 203, _LUMINAIRE_SIZE, parts, turns=2, luminous_face=face)
 
 
 def round_luminaire(name: str = "luminaire_round") -> ObjectModel:

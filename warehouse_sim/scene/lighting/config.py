@@ -1,4 +1,4 @@
-"""Settings of a recipe's light: where lamps hang, what burns, how bright, and how the camera is exposed."""
+"""Settings of a recipe's light: where luminaires hang, which are on, how bright, and how the camera is exposed."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
@@ -12,7 +12,7 @@ from warehouse_sim.scene.lighting.presets import PRESETS, Preset, PresetName
 @dataclass(frozen=True)
 @ranged
 class LightingConfig:
-    """Lamps, daylight and exposure. What is null is up to the preset."""
+    """Luminaires, daylight and exposure. What is null is up to the preset."""
 
     preset: PresetName = "nominal"
     """Kind of light: nominal, dim, harsh, backlit, night, mixed_colour or failing."""
@@ -25,13 +25,13 @@ class LightingConfig:
     lux: Annotated[Distribution, Range(0.001, 200_000, "lx")] | None = None
     """Wanted mean illuminance of the aisle's free floor (lx), 0.001-200,000; all light is scaled to reach it."""
     flux: Annotated[Distribution, Range(1, 10_000_000, "lm")] | None = None
-    """Luminous flux of a luminaire that burns fully (lm), 1-10,000,000, instead of ``lux``, which then follows."""
+    """Luminous flux of a luminaire that is fully on (lm), 1-10,000,000, instead of ``lux``, which then follows."""
     beam_deg: Annotated[float, Range(10, 150, "deg")] | None = None
     """Full angle in which a luminaire has at least half of its intensity (deg), 10-150."""
     temperature: Annotated[Distribution, Range(1700, 20_000, "K")] | None = None
-    """Correlated colour temperature of the lamps (K), 1,700-20,000, the same for all of a scene."""
+    """Correlated colour temperature of the luminaires (K), 1,700-20,000, the same for all of a scene."""
     ambient_share: Annotated[float, Range(0, 10)] | None = None
-    """Illuminance of the even light from above over the mean of the lamps' on the floor, 0-10."""
+    """Illuminance of the even light from above over the mean of the luminaires' on the floor, 0-10."""
     headlights: bool | None = None
     """Whether the vehicle drives with its work lights on."""
     white_balance: Annotated[float, Range(1700, 20_000, "K")] | None = None

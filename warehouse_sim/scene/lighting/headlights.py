@@ -1,7 +1,7 @@
 """The work lights of a vehicle: two floodlights on its overhead guard.
 
-Two lamps of 1,500 lm and 6000 K at 2.1 m, 0.9 m apart, with a beam of 50 degrees, pitched 10 degrees down: usual values
-of LED work lights for trucks, estimated and not from a standard.
+Two lights of 1,500 lm and 6000 K at 2.1 m, 0.9 m apart, with a beam of 50 degrees, pitched 10 degrees down: usual
+values of LED work lights for trucks, estimated and not from a standard.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_cande
 from warehouse_sim.schema import Light, Viewpoint
 
 FLUX = 1500.0
-"""Luminous flux of one lamp (lm)."""
+"""Luminous flux of one light (lm)."""
 HEIGHT = 2.1
-"""Of the lamps above the floor (m)."""
+"""Of the lights above the floor (m)."""
 _APART = 0.9
 _BEAM_DEG = 50.0
 _PITCH = np.deg2rad(-10.0)
@@ -23,7 +23,7 @@ _RADIUS = 0.04
 
 
 def work_lights(viewpoint: Viewpoint, white_balance: float) -> tuple[Light, ...]:
-    """Return the two lamps of the vehicle of a viewpoint, in the world.
+    """Return the two lights of the vehicle of a viewpoint, in the world.
 
     A camera that nothing carries is lit from above itself, as if it were carried.
 

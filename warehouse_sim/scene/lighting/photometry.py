@@ -13,7 +13,7 @@ from warehouse_sim.schema import Light
 
 _WIDEST = np.deg2rad(85.0)
 _OUTER = 1.6
-"""Outer half angle of a lamp's cone over its half-power angle."""
+"""Outer half angle of a spot's cone over its half-power angle."""
 
 
 def cone_of_beam(beam_deg: float) -> tuple[float, float]:
@@ -36,7 +36,7 @@ def flux_per_candela(cone_inner: float, cone_outer: float) -> float:
 
 
 def luminous_flux(light: Light) -> float:
-    """Return the flux (lm) of a lamp."""
+    """Return the flux (lm) of a light."""
     if light.kind == "point":
         return 4.0 * np.pi * light.intensity
     return light.intensity * flux_per_candela(light.cone_inner, light.cone_outer)
@@ -50,27 +50,27 @@ def relative_intensity(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[n
     return np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
 
 
-def lamp_illuminance(
+def light_illuminance(
     light: Light, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], nearest: float = 0.01
 ) -> Float[np.ndarray, " n"]:
-    """Return the illuminance (lx) that a lamp gives without obstacles: I cos(incidence) / r^2.
+    """Return the illuminance (lx) that a light gives without obstacles: I cos(incidence) / r^2.
 
     Args:
-        light: The lamp.
+        light: The light.
         points: Places in the world (m).
         normals: Unit normals of the surfaces there.
         nearest: Distance (m) that what is nearer counts as having.
     """
-    to_lamp = np.asarray(light.position, float) - points
-    distance = np.maximum(np.linalg.norm(to_lamp, axis=1), 1e-6)
-    towards = to_lamp / distance[:, None]
+    to_light = np.asarray(light.position, float) - points
+    distance = np.maximum(np.linalg.norm(to_light, axis=1), 1e-6)
+    towards = to_light / distance[:, None]
     incidence = np.maximum((towards * normals).sum(axis=1), 0.0)
     share = relative_intensity(light, -towards @ np.asarray(light.direction, float))
     return light.intensity * share * incidence / np.maximum(distance, nearest) ** 2
 
 
-def unshaded_illuminance(
+def unshadowed_illuminance(
     lights: Sequence[Light], points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, " n"]:
-    """Return the illuminance (lx) that all lamps give together, ignoring shadows."""
-    return sum((lamp_illuminance(light, points, normals) for light in lights), np.zeros(len(points)))
+    """Return the illuminance (lx) that all lights give together, ignoring shadows."""
+    return sum((light_illuminance(light, points, normals) for light in lights), np.zeros(len(points)))

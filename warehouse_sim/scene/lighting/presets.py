@@ -1,4 +1,4 @@
-"""Named kinds of light: which lamps burn, how, and how the camera is exposed for it."""
+"""Named kinds of light: which luminaires are on, how, and how the camera is exposed for it."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -16,19 +16,19 @@ class Preset:
     lux: Distribution
     """Mean illuminance of the aisle's free floor (lx)."""
     temperatures: tuple[Distribution, ...] = (Distribution.uniform(4000.0, 5200.0),)
-    """Colour temperature of the lamps (K), drawn once a scene: of one row after the other, or in parts of one row."""
+    """Colour temperature of luminaires (K), drawn once a scene: of one row after the other, or in parts of one row."""
     beam_deg: float = 110.0
     """Full angle of half intensity (deg)."""
     tilt_deg: float = 0.0
-    """Angle of the lamps' axes from straight down, to the one end of the aisle and the other in turn (deg)."""
+    """Angle of the luminaires' axes from straight down, to the one end of the aisle and the other in turn (deg)."""
     pattern: tuple[float, ...] = (1.0,)
     """Flux of one luminaire after the other, as share of the full one; repeated along each row."""
     failed_share: float = 0.0
     """Share of the luminaires that are dark, others in each scene, 0-1; one more gives a quarter of its flux."""
     source_radius: float = 0.15
-    """Radius of what glows in a luminaire (m)."""
+    """Radius of the source of light in a luminaire (m)."""
     ambient_share: float = 0.12
-    """Illuminance of the even light from above over the mean of the lamps' on the floor."""
+    """Illuminance of the even light from above over the mean of the luminaires' on the floor."""
     sky_luminance: float = 0.0
     """Of what is seen through the open doors (cd/m^2), before all light is scaled to the wanted lux; 0 = shut."""
     headlights: bool = False

@@ -1,4 +1,4 @@
-"""Which fixtures of a scene burn, and how bright: one draw of a recipe's light."""
+"""Which luminaires of a scene are on, and how bright: one draw of a recipe's light."""
 
 from collections.abc import Sequence
 
@@ -7,10 +7,10 @@ from jaxtyping import Float
 
 from warehouse_sim.color import balanced_rgb
 from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.fixtures import Fixture
-from warehouse_sim.scene.lighting.installation import Installation
-from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshaded_illuminance
+from warehouse_sim.scene.lighting.luminaires import Luminaire
+from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
+from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
 from warehouse_sim.schema import Light
 
 _FLUX = 15000.0
@@ -23,47 +23,49 @@ _SKY_RADIUS = 2.0
 """Radius of the disk that stands for an open door as a source of light (m)."""
 
 
-def install(
-    config: LightingConfig, fixtures: Sequence[Fixture], floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
-) -> Installation:
-    """Draw which fixtures burn and how, at the recipe's flux or at one that is yet to be scaled to the wanted lux.
+def draw_lighting(
+    config: LightingConfig, luminaires: Sequence[Luminaire], floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
+) -> SceneLighting:
+    """Draw which luminaires are on, and how bright: at the recipe's flux, or at one yet to be scaled to the wanted lux.
 
     Args:
         config: The recipe's light.
-        fixtures: Those of the scene.
+        luminaires: Those of the scene, doors included.
         floor: Points on the aisle's floor (m), where the share of ambient light is counted, without shadows.
         rng: Source of all draws.
     """
     preset = config.resolved()
     lux = None if config.flux is not None else preset.lux.draw(rng)
     flux = _FLUX if config.flux is None else config.flux.draw(rng)
-    lights = _lamps([item for item in fixtures if item.kind == "luminaire"], preset, flux, rng)
+    lights = _electric([item for item in luminaires if item.face.source == "electric"], preset, flux, rng)
     if preset.sky_luminance > 0.0:
-        lights |= {item.material: _open_door(item, preset) for item in fixtures if item.kind == "door"}
+        lights |= {item: _daylight(item, preset) for item in luminaires if item.face.source == "daylight"}
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
-    ambient = preset.ambient_share * float(unshaded_illuminance(list(lights.values()), floor, up).mean())
-    return Installation(
+    ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
+    return SceneLighting(
         name=config.preset,
         preset=preset,
-        fixtures=tuple(fixtures),
-        lights=tuple(lights.get(item.material) for item in fixtures),
+        luminaires=tuple(luminaires),
+        lights=tuple(lights.get(item) for item in luminaires),
         ambient=ambient,
         lux=lux,
     )
 
 
-def _lamps(luminaires: Sequence[Fixture], preset: Preset, flux: float, rng: np.random.Generator) -> dict[str, Light]:
-    """Return the lamps that burn by the material of their luminaire."""
+def _electric(
+    luminaires: Sequence[Luminaire], preset: Preset, flux: float, rng: np.random.Generator
+) -> dict[Luminaire, Light]:
+    """Return the lights of the luminaires that are on."""
     kelvins = [temperature.draw(rng) for temperature in preset.temperatures]
     rows, columns = _ranks([item.position[1] for item in luminaires]), _ranks([item.position[0] for item in luminaires])
     shares = _failing([preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_share, rng)
-    lamps: dict[str, Light] = {}
+    lights: dict[Luminaire, Light] = {}
     for item, row, column, share in zip(luminaires, rows, columns, shares, strict=True):
         if share > 0.0:
             tone = row if max(rows) > 0 else column * len(kelvins) // (max(columns) + 1)
-            tilt = preset.tilt_deg * (-1.0) ** len(lamps)
-            lamps[item.material] = _lamp(item, flux * share, kelvins[tone % len(kelvins)], tilt, preset)
-    return lamps
+            tilt = preset.tilt_deg * (-1.0) ** len(lights)
+            lights[item] = _spot(item, flux * share, kelvins[tone % len(kelvins)], tilt, preset)
+    return lights
 
 
 def _ranks(values: Sequence[float]) -> list[int]:
@@ -82,7 +84,7 @@ def _failing(shares: list[float], failed_share: float, rng: np.random.Generator)
     return (rng.permutation(state) * shares).tolist()
 
 
-def _lamp(item: Fixture, flux: float, kelvin: float, tilt_deg: float, preset: Preset) -> Light:
+def _spot(item: Luminaire, flux: float, kelvin: float, tilt_deg: float, preset: Preset) -> Light:
     inner, outer = cone_of_beam(preset.beam_deg)
     along, tilt = np.array([1.0, 0.0, 0.0]), np.deg2rad(tilt_deg)
     return Light(
@@ -97,16 +99,16 @@ def _lamp(item: Fixture, flux: float, kelvin: float, tilt_deg: float, preset: Pr
     )
 
 
-def _open_door(item: Fixture, preset: Preset) -> Light:
+def _daylight(item: Luminaire, preset: Preset) -> Light:
     """Return the light that falls in through a door: that of the sky's luminance over its area, fading to the sides.
 
-    A Lambertian face fades with the cosine, the widest cone of a lamp with its square; on the axis they are equal.
+    A Lambertian face fades with the cosine, the widest cone of a spot with its square; on the axis they are equal.
     """
     return Light(
         kind="spot",
         position=item.position,
         direction=item.direction,
-        intensity=preset.sky_luminance * item.area,
+        intensity=preset.sky_luminance * item.face.area,
         color=balanced_rgb(_SKY, preset.white_balance),
         cone_inner=0.0,
         cone_outer=np.pi / 2.0,

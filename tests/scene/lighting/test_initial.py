@@ -5,7 +5,7 @@ import pytest
 
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig, floor_points
-from warehouse_sim.scene.lighting.photometry import unshaded_illuminance
+from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -14,7 +14,7 @@ def test_a_scene_that_is_just_drawn_has_the_wanted_lux_where_nothing_throws_a_sh
     scene = sample_scene(SceneRecipe(lights=config), 0, 1)
     floor = floor_points(scene)
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
-    assert unshaded_illuminance(scene.lights, floor, up).mean() + scene.ambient == pytest.approx(123.0)
+    assert unshadowed_illuminance(scene.lights, floor, up).mean() + scene.ambient == pytest.approx(123.0)
     assert scene.lighting == preset
     assert scene.exposure > 0.0
 

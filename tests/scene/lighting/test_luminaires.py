@@ -1,14 +1,17 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
-from warehouse_sim.scene.lighting.fixtures import add_doors, fixtures_of, hang_luminaires
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires, luminaires_of
+from warehouse_sim.schema import LuminousFace, SceneSpec
 
 AISLE, HALL = Area(-4.0, 4.0, -8.0, 0.0), Area(-23.8, 23.8, -23.8, 1.5)
 
@@ -22,20 +25,33 @@ def test_luminaires_hang_in_rows_over_the_aisle_each_with_a_face_of_its_own() ->
     hang_luminaires(draft, 2, 2, 6.0, AISLE)
     places = [item.T_world_object[:3, 3] for item in draft.instances]
     np.testing.assert_allclose(places, [[-2, -2, 6], [2, -2, 6], [-2, -6, 6], [2, -6, 6]])
-    fixtures = fixtures_of(drawn(draft))
-    assert len({item.material for item in fixtures}) == 4
-    for item, place, instance in zip(fixtures, places, draft.instances, strict=True):
-        assert item.kind == "luminaire"
-        assert item.material in {part.material for part in draft.models[instance.model].parts}
+    luminaires = luminaires_of(drawn(draft))
+    assert len({item.face.material for item in luminaires}) == 4
+    for item, place, instance in zip(luminaires, places, draft.instances, strict=True):
+        assert item.face.source == "electric"
+        assert item.face.material in {part.material for part in draft.models[instance.model].parts}
         np.testing.assert_allclose(item.position[:2], place[:2])
         assert item.position[2] < place[2] - draft.models[instance.model].size[2] / 2
         np.testing.assert_allclose(item.direction, [0, 0, -1])
 
 
+def test_light_comes_out_of_whatever_has_a_luminous_face() -> None:
+    """Of an object whose name says nothing, turned and moved; and of nothing else."""
+    draft = SceneDraft()
+    face = LuminousFace("electric", "opal", "opal", np.array([0.0, 1.0, 0.0]), 0.1, 0.5)
+    model = replace(catalog_object("epal1"), name="somebody's", luminous_face=face)
+    draft.add(model, make_transform(rotation_z(np.pi / 2), np.array([1.0, 2.0, 3.0])))
+    draft.add("luminaire_round", np.eye(4))
+    (found,) = luminaires_of(drawn(draft))
+    assert found.face is face
+    np.testing.assert_allclose(found.direction, [1.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.position, [1.12, 2.0, 3.0])
+
+
 def test_one_door_ends_the_aisle_and_one_is_beside_what_stands_along_the_front() -> None:
     draft = SceneDraft()
     add_doors(draft, AISLE, HALL)
-    end, front = fixtures_of(drawn(draft))
+    end, front = luminaires_of(drawn(draft))
     np.testing.assert_allclose(end.direction, [-1, 0, 0], atol=1e-12)
     np.testing.assert_allclose(front.direction, [0, -1, 0], atol=1e-12)
     assert end.position[1] == -4.0

@@ -1,24 +1,23 @@
-"""The things that light comes out of: luminaires over the aisle, and two big doors at one end of the hall.
+"""The bodies that light comes out of: luminaires over the aisle, and two big doors at the ends of the hall.
 
-They are there whatever the light is. Each has a material of its own for the face that glows, so that a lamp that is
+They are there whatever the light is. Each has a luminous face of a material of its own, so that a luminaire that is
 switched on, or a door that is opened, changes nothing but that material.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import GATE_SIZE, LEAF_MATERIAL, LEAF_SIZE, LUMINAIRE_SIZE
+from warehouse_sim.catalog.building import GATE_SIZE
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.schema import ObjectModel, SceneSpec
+from warehouse_sim.scene.layouts.site import Site
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.schema import LuminousFace, ObjectModel, SceneSpec
 
-_GLOWS = {"highbay_luminaire": "led_panel", "drive_in_door": LEAF_MATERIAL}
-"""Catalog name of a fixture -> material of its face that can glow."""
 _BESIDE = 0.8
 """Free wall between what stands along the front and the door beside it (m)."""
 _TRUSS_CLEARANCE = 0.9
@@ -26,26 +25,25 @@ _TRUSS_CLEARANCE = 0.9
 _STEP = 0.2
 _LOW = 0.011
 """Paint and dock plates up to this height (m) are no obstacle."""
+_BEFORE = 0.02
+"""How far before its face a luminaire's light is put (m)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Fixture:
-    """A face that can glow, as it is found in a scene."""
+class Luminaire:
+    """What light can come out of, as it stands in a scene; an open door is one that the sky shines through."""
 
-    kind: Literal["luminaire", "door"]
-    material: str
-    """Name of the glowing face's own material."""
+    face: LuminousFace
     position: Float[np.ndarray, " 3"]
     """Just before the middle of the face, in the world (m)."""
     direction: Float[np.ndarray, " 3"]
-    """Unit normal of the face."""
-    area: float
-    """Of the face (m^2)."""
+    """Unit normal of the face, out of it."""
 
-    @property
-    def catalog_material(self) -> str:
-        """Name of the catalog's material that its own is made from."""
-        return self.material.rpartition(" ")[0]
+
+def add_luminaires(draft: SceneDraft, config: LightingConfig, site: Site) -> None:
+    """Hang the luminaires and add the doors."""
+    hang_luminaires(draft, config.rows, config.luminaires, config.mounting_height, site.aisle)
+    add_doors(draft, site.aisle, site.hall)
 
 
 def hang_luminaires(draft: SceneDraft, rows: int, count: int, height: float, aisle: Area) -> None:
@@ -58,7 +56,7 @@ def hang_luminaires(draft: SceneDraft, rows: int, count: int, height: float, ais
         for truss in trusses[np.abs(trusses - x) < _TRUSS_CLEARANCE]:
             x = truss + np.copysign(_TRUSS_CLEARANCE, x - truss)
         place = np.array([x, aisle.y_max - (row + 0.5) * spacing, height])
-        draft.add(_own_glow("highbay_luminaire", number + 1), make_transform(translation=place))
+        draft.add(_with_own_face("highbay_luminaire", number + 1), make_transform(translation=place))
 
 
 def add_doors(draft: SceneDraft, aisle: Area, hall: Area) -> None:
@@ -69,46 +67,40 @@ def add_doors(draft: SceneDraft, aisle: Area, hall: Area) -> None:
     middle = GATE_SIZE[2] / 2
     y = (aisle.y_min + aisle.y_max) / 2
     end = make_transform(rotation_z(-np.pi / 2), np.array([hall.x_max - GATE_SIZE[1] / 2, y, middle]))
-    draft.add(_own_glow("drive_in_door", 1), end)
+    draft.add(_with_own_face("drive_in_door", 1), end)
     blocked = [(box.corners()[:, 0].min(), box.corners()[:, 0].max()) for box in _along_wall(draft, hall)]
     for x in np.arange(aisle.x_max + _BESIDE + GATE_SIZE[0] / 2, hall.x_max - GATE_SIZE[0] / 2 - _BESIDE, _STEP):
         if all(right < x - GATE_SIZE[0] / 2 or left > x + GATE_SIZE[0] / 2 for left, right in blocked):
             place = make_transform(translation=np.array([x, hall.y_max - GATE_SIZE[1] / 2, middle]))
-            draft.add(_own_glow("drive_in_door", 2), place)
+            draft.add(_with_own_face("drive_in_door", 2), place)
             return
 
 
-def fixtures_of(scene: SceneSpec) -> list[Fixture]:
-    """Return the fixtures of a scene, in order of instance id."""
+def luminaires_of(scene: SceneSpec) -> list[Luminaire]:
+    """Return all that light can come out of, in order of instance id."""
     found = []
     for instance in sorted(scene.instances, key=lambda item: item.instance_id):
-        kind, _, number = instance.model.rpartition(" ")
-        if kind not in _GLOWS or not number.isdigit():
-            continue
-        T, material = instance.T_world_object, _glow_name(kind, int(number))
-        if kind == "highbay_luminaire":
-            face, area = LUMINAIRE_SIZE[2] / 2, LUMINAIRE_SIZE[0] * LUMINAIRE_SIZE[1]
-            found.append(Fixture("luminaire", material, _before(T, -T[:3, 2], face), -T[:3, 2], area))
-        else:
-            face, area = GATE_SIZE[1] / 2, LEAF_SIZE[0] * LEAF_SIZE[1]
-            found.append(Fixture("door", material, _before(T, -T[:3, 1], face), -T[:3, 1], area))
+        face = scene.model_of(instance).luminous_face
+        if face is not None:
+            found.append(_placed(face, instance.T_world_object))
     return found
 
 
-def _before(T: Transform, normal: Float[np.ndarray, " 3"], face: float) -> Float[np.ndarray, " 3"]:
-    """Return the point (m) just before a face that lies ``face`` from the origin along ``normal``."""
-    return T[:3, 3] + (face + 0.02) * normal
+def _placed(face: LuminousFace, T_world_object: Transform) -> Luminaire:
+    normal = -(T_world_object[:3, :3] @ face.inward)
+    return Luminaire(face, T_world_object[:3, 3] + (face.distance + _BEFORE) * normal, normal)
 
 
-def _own_glow(name: str, number: int) -> ObjectModel:
-    """Return the catalog's fixture with a glowing face of its own material."""
-    model, glow = catalog_object(name), _glow_name(name, number)
-    parts = tuple(replace(part, material=glow) if part.material == _GLOWS[name] else part for part in model.parts)
-    return replace(model, name=f"{name} {number}", parts=parts)
-
-
-def _glow_name(name: str, number: int) -> str:
-    return f"{_GLOWS[name]} {number}"
+def _with_own_face(name: str, number: int) -> ObjectModel:
+    """Return a model of the catalog whose luminous face has a material of its own."""
+    model = catalog_object(name)
+    assert model.luminous_face is not None
+    face = replace(model.luminous_face, material=f"{model.luminous_face.catalog_material} {number}")
+    parts = tuple(
+        replace(part, material=face.material) if part.material == model.luminous_face.material else part
+        for part in model.parts
+    )
+    return replace(model, name=f"{name} {number}", parts=parts, luminous_face=face)
 
 
 def _along_wall(draft: SceneDraft, hall: Area) -> list[OrientedBox]:
