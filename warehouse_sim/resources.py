@@ -1,6 +1,7 @@
 """Where the data folders (scenes, assets, models, benchmarks) live: in the wheel or beside the package."""
 
 import os
+from importlib.util import find_spec
 from pathlib import Path
 
 from warehouse_sim.errors import UnknownNameError, WarehouseSimError
@@ -18,6 +19,21 @@ def data_folder(name: str) -> Path:
         if candidate.is_dir():
             return candidate
     raise WarehouseSimError(f"the data folder {name!r} is missing from this installation; reinstall warehouse-sim")
+
+
+def texture_folder(name: str) -> Path:
+    """Return the folder of a texture set: a shipped one by its name, or "package:folder" in an installed package.
+
+    Raises:
+        WarehouseSimError: The package is not installed.
+    """
+    package, is_foreign, folder = name.partition(":")
+    if not is_foreign:
+        return data_folder("assets") / "textures" / name
+    spec = find_spec(package.split(".")[0]) and find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise WarehouseSimError(f"texture {name!r}: there is no package {package!r}; install what brings it")
+    return Path(spec.submodule_search_locations[0]) / folder
 
 
 def recipe_names() -> list[str]:

@@ -5,25 +5,32 @@ from pathlib import Path
 
 from warehouse_sim.catalog.building import BUILDING, floor_slab, highbay_luminaire, wall
 from warehouse_sim.catalog.loads import LOADS, carton
-from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.materials import materials, materials_of
 from warehouse_sim.catalog.pallets import PALLETS, epal1
+from warehouse_sim.catalog.plug_in import require_fitting
 from warehouse_sim.catalog.racks import RACKS, rack_beam, rack_frame
 from warehouse_sim.catalog.traffic import TRAFFIC
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
 
+SHIPPED = {**dict.fromkeys(PALLETS, "warehouse_sim.catalog.pallets:pallet"), **LOADS, **RACKS, **BUILDING, **TRAFFIC}
+"""Name -> builder of the package's own objects. What is drawn by class is drawn from these, whatever is installed."""
 CATALOG = Registry("catalog object")
 """Name -> builder: a function that takes the name and returns the ``ObjectModel``."""
 
-for _name in PALLETS:
-    CATALOG.add(_name, "warehouse_sim.catalog.pallets:pallet")
-for _name, _builder in (LOADS | RACKS | BUILDING | TRAFFIC).items():
+for _name, _builder in SHIPPED.items():
     CATALOG.add(_name, _builder)
 
 
 def catalog_names() -> list[str]:
-    """Return the names of all catalog objects, sorted."""
+    """Return the names of all catalog objects, those of installed plug-ins too, sorted."""
     return CATALOG.names()
+
+
+@cache
+def shipped_classes() -> frozenset[str]:
+    """Return the classes of the package's own objects."""
+    return frozenset(catalog_object(name).class_name for name in SHIPPED)
 
 
 @cache
@@ -35,18 +42,22 @@ def catalog_object(name: str) -> ObjectModel:
 
     Raises:
         UnknownNameError: The name is not registered.
-        ConfigError: The file does not describe an object.
+        ConfigError: The file does not describe an object, or a plug-in's object does not fit the catalog.
     """
     if name.endswith(".yaml"):
         # Imported on use: it checks names against this catalog.
         from warehouse_sim.catalog.custom import load_custom_object
 
         return load_custom_object(Path(name))
-    return CATALOG.get(name)(name)
+    model: ObjectModel = CATALOG.get(name)(name)
+    if name not in SHIPPED:
+        require_fitting(name, model)
+    return model
 
 
 __all__ = [
     "CATALOG",
+    "SHIPPED",
     "carton",
     "catalog_names",
     "catalog_object",
@@ -54,7 +65,9 @@ __all__ = [
     "floor_slab",
     "highbay_luminaire",
     "materials",
+    "materials_of",
     "rack_beam",
     "rack_frame",
+    "shipped_classes",
     "wall",
 ]

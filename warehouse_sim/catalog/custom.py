@@ -1,12 +1,12 @@
 """Objects that users bring: a small YAML file beside a mesh file becomes an ``ObjectModel``."""
 
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_names
+from warehouse_sim.catalog import SHIPPED
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import read_parts
@@ -16,7 +16,7 @@ from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import Material, ObjectModel, Part
 
 _SMALLEST, _LARGEST = 0.005, 60.0
 """Limits of the longest edge (m), beyond which the unit is probably wrong."""
@@ -30,15 +30,19 @@ _SYMMETRY_TOLERANCE = 0.01
 """How much of its longest edge the box of an object may change under a declared symmetry."""
 
 
-def load_custom_object(path: Path) -> ObjectModel:
+def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectModel:
     """Read the object that the YAML file at ``path`` describes; its origin is the centre of its bounding box, z up.
+
+    Args:
+        path: The file.
+        brought: Materials that the file may name beside those of the catalog.
 
     Raises:
         ConfigError: The file, a key of it or the mesh file cannot be used; the message names file and key.
         MissingPackageError: The package that reads this kind of mesh file is not installed.
     """
     config = load_yaml(CustomObjectConfig, path)
-    if config.name in catalog_names():
+    if config.name in SHIPPED:
         raise ConfigError(f"{path}: name: {config.name!r} is an object of the catalog; choose another")
     try:
         meshes = read_parts(_inside(path, config.file), config.up, config.scale)
@@ -53,18 +57,20 @@ def load_custom_object(path: Path) -> ObjectModel:
         raise ConfigError(f"{path}: file: the object is {_edges(size)} m; each edge must be at least {_THINNEST} m")
     _refuse_slivers(meshes.values(), f"{path}: file: {config.file}")
     centred = {name: _solid(mesh, (low + high) / 2) for name, mesh in meshes.items()}
+    known = materials() | {material.name: material for material in brought}
+    chosen = _materials(config, list(meshes), known, path)
     return ObjectModel(
         name=config.name,
         class_name=config.class_name,
         obj_id=config.obj_id,
         size=size,
         parts=tuple(
-            Part(mesh, np.ones(3), np.eye(4), material)
-            for mesh, material in zip(centred.values(), _materials(config, list(meshes), path), strict=True)
+            Part(mesh, np.ones(3), np.eye(4), material) for mesh, material in zip(centred.values(), chosen, strict=True)
         ),
         collision=_collision(config, centred, size, path),
         mass=config.mass,
         symmetry=_symmetry(config, size, path),
+        materials=tuple(material for material in brought if material.name in chosen),
     )
 
 
@@ -102,8 +108,8 @@ def _solid(mesh: TriangleMesh, centre: np.ndarray) -> TriangleMesh:
     return TriangleMesh(moved, np.ascontiguousarray(mesh.faces[:, ::-1]) if inside_out else mesh.faces)
 
 
-def _materials(config: CustomObjectConfig, parts: list[str], path: Path) -> list[str]:
-    """Return the material of each part."""
+def _materials(config: CustomObjectConfig, parts: list[str], known: Collection[str], path: Path) -> list[str]:
+    """Return the name of each part's material, one of ``known``."""
     for part in config.materials:
         if part not in parts:
             raise ConfigError(f"{path}: materials: the file has no part {part!r}; it has {', '.join(parts)}")
@@ -113,8 +119,8 @@ def _materials(config: CustomObjectConfig, parts: list[str], path: Path) -> list
         name = config.materials.get(part, config.material)
         if name is None:
             raise ConfigError(f"{path}: material: part {part!r} has none; name it in 'materials' or set 'material'")
-        if name not in materials():
-            raise ConfigError(f"{path}: {key}: unknown material {name!r}; known: {', '.join(sorted(materials()))}")
+        if name not in known:
+            raise ConfigError(f"{path}: {key}: unknown material {name!r}; known: {', '.join(sorted(known))}")
         chosen.append(name)
     return chosen
 

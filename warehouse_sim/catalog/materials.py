@@ -14,7 +14,10 @@ Uprights and beams have the linear values of sRGB #004F7C (RAL 5010) and #E75B12
 orange-red 0.40); the bands on it are retroreflective, far over 10 in the table, and stand at the top of the scale.
 """
 
-from warehouse_sim.schema import Material
+from collections.abc import Iterable
+
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.schema import Material, ObjectModel
 
 _ALL = (
     Material("pallet_wood", (0.42, 0.29, 0.165), 0.85, texture="wood", texture_size=0.5, remission=0.40),
@@ -106,3 +109,22 @@ _ALL = (
 def materials() -> dict[str, Material]:
     """Return every material of the catalog by name."""
     return {material.name: material for material in _ALL}
+
+
+def materials_of(models: Iterable[ObjectModel]) -> dict[str, Material]:
+    """Return the materials that ``models`` are painted with: the catalog's in its order, then those that they bring.
+
+    Raises:
+        ConfigError: Two models bring different materials of one name.
+    """
+    models = list(models)
+    used = {part.material for model in models for part in model.parts}
+    found = {name: material for name, material in materials().items() if name in used}
+    for model in models:
+        for material in model.materials:
+            if found.setdefault(material.name, material) != material:
+                raise ConfigError(
+                    f"object {model.name!r} brings another material {material.name!r} than an object beside it; "
+                    "begin the names of its materials with its own"
+                )
+    return found

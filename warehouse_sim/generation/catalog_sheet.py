@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog import catalog_names, catalog_object, materials
+from warehouse_sim.catalog import catalog_names, catalog_object, materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image
@@ -97,12 +97,11 @@ def _stage(model: ObjectModel, T_world_camera: Transform) -> SceneSpec:
     slab = box_part(floor_size, (0.0, 0.0, 0.0), "concrete")
     floor = ObjectModel("stage floor", "floor", 1, np.array(floor_size), (slab,), ())
     T_world_floor = make_transform(translation=np.array([0.0, 0.0, low - 0.051]))
-    used = {part.material for item in (model, floor) for part in item.parts}
     return SceneSpec(
         scene_index=0,
         seed=0,
         models={item.name: item for item in (model, floor)},
-        materials={name: item for name, item in materials().items() if name in used},
+        materials=materials_of((model, floor)),
         instances=(ObjectInstance(1, floor.name, T_world_floor), ObjectInstance(2, model.name, np.eye(4))),
         lights=tuple(_lamp(place, share, reach) for place, share in (((0.9, -0.9, 1.9), 1.0), ((1.6, 1.2, 1.0), 0.35))),
         viewpoints=(Viewpoint(T_world_camera),),

@@ -12,7 +12,7 @@ from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.resources import data_folder
+from warehouse_sim.resources import texture_folder
 from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
 
 NO_CHANGE = 128
@@ -66,7 +66,7 @@ def albedo_factor(name: str) -> UInt8[np.ndarray, "h w"]:
     Raises:
         RenderError: The texture is not shipped, or is no image.
     """
-    path = data_folder("assets") / "textures" / name / "albedo.png"
+    path = texture_folder(name) / "albedo.png"
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
     if image is None:
         raise RenderError(f"texture {name!r}: {path} is missing or no image; bake the assets again")

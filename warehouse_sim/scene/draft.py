@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import ObjectInstance, ObjectModel
@@ -39,7 +40,8 @@ class SceneDraft:
     def add(self, model: str | ObjectModel, T_world_object: Transform, group: int = 0) -> ObjectInstance:
         """Add an object by its catalog name or by itself; what belongs to a unit load can move, the rest is fixed."""
         found = catalog_object(model) if isinstance(model, str) else model
-        self.models.setdefault(found.name, found)
+        if self.models.setdefault(found.name, found).obj_id != found.obj_id:
+            raise ConfigError(f"two objects of the recipe are called {found.name!r}; give your own another name")
         instance = ObjectInstance(len(self.instances) + 1, found.name, T_world_object, dynamic=group > 0, group=group)
         self.instances.append(instance)
         return instance

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog import catalog_object, shipped_classes
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
@@ -61,7 +61,7 @@ class SceneRecipe:
                 f"targets must list classes among {', '.join(sorted(known))}, found {shown(list(self.targets))}"
             )
         for name in sorted(own.intersection(self.targets) - {"pallet", "carton"}):
-            if name in {catalog_object(item).class_name for item in catalog_names()}:
+            if name in shipped_classes():
                 raise ValueError(
                     f"targets: {name} is also a class of the catalog, whose objects get no labels; give your own "
                     "objects another class_name"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog import materials_of
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
@@ -52,12 +52,11 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         )
     except PlacementError as problem:
         raise PlacementError(f"scene {scene_index} of seed {seed}, attempt {attempt}: {problem}") from problem
-    used = {part.material for model in draft.models.values() for part in model.parts}
     scene = SceneSpec(
         scene_index=scene_index,
         seed=seed,
         models=draft.models,
-        materials={name: material for name, material in materials().items() if name in used},
+        materials=materials_of(draft.models.values()),
         instances=tuple(draft.instances),
         lights=(),
         viewpoints=viewpoints,

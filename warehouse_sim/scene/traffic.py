@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Annotated
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.traffic import STANDING
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
@@ -54,7 +54,7 @@ class TrafficConfig:
     own: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
     """Things of the user's own, drawn from ``objects``, 0-20."""
     objects: tuple[str, ...] = ()
-    """Files that describe them (.yaml, see docs/custom_objects.md), relative to the working directory."""
+    """Their files (.yaml, relative to the working directory) or catalog names, see docs/custom_objects.md."""
     clearance: Annotated[float, Range(0.05, 2, "m")] = 0.3
     """Least distance between any two of these and to everything else (m), 0.05-2."""
 
@@ -87,7 +87,7 @@ def add_traffic(
     placed: list[OrientedBox] = []
     for setting, class_name in _KINDS:
         count = getattr(config, setting).draw_count(rng)
-        names = {"carton": cartons, "own": config.objects}.get(class_name) or _names_of(class_name)
+        names = {"carton": cartons, "own": config.objects, **STANDING}[class_name]
         for number in range(count):
             name = str(rng.choice(list(names)))
             T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), config.clearance, area, rng)
@@ -98,12 +98,6 @@ def add_traffic(
                 )
             draft.add(catalog_object(name), T_world_object, draft.new_group() if class_name == "carton" else 0)
             placed.append(_envelope(name, T_world_object))
-
-
-@cache
-def _names_of(class_name: str) -> tuple[str, ...]:
-    """Return the catalog objects of a class, sorted by name."""
-    return tuple(name for name in catalog_names() if catalog_object(name).class_name == class_name)
 
 
 def _find_place(

@@ -24,7 +24,7 @@ class Material:
     metallic: float = 0.0
     """0 for dielectrics, 1 for metals."""
     texture: str | None = None
-    """Name of a baked detail texture that modulates the albedo, or None."""
+    """Detail texture that modulates the albedo: name of a shipped one, "package:folder" in another package, or None."""
     texture_size: float = 1.0
     """Edge length of one texture tile (m)."""
     remission: float = 0.5
@@ -100,6 +100,8 @@ class ObjectModel:
     pockets: tuple[Pocket, ...] = ()
     luminous_face: LuminousFace | None = None
     """Where light comes out of it; None for what is no luminaire."""
+    materials: tuple[Material, ...] = ()
+    """Materials of its parts that the catalog does not hold: what comes from elsewhere brings its own."""
 
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""

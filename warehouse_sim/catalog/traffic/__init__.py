@@ -17,4 +17,13 @@ TRAFFIC = {
 }
 """Catalog name -> where its builder is."""
 
-__all__ = ["CONES", "PEOPLE", "TRAFFIC", "WRAPS"]
+STANDING = {
+    "bollard": ("bollard",),
+    "cone": tuple(sorted(CONES)),
+    "forklift": ("forklift", "reach_truck"),
+    "pallet_jack": ("pallet_jack",),
+    "person": tuple(sorted(PEOPLE)),
+}
+"""Class -> the catalog names of it that are drawn, each as often, where a recipe asks for the class."""
+
+__all__ = ["CONES", "PEOPLE", "STANDING", "TRAFFIC", "WRAPS"]

@@ -7,8 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.strength import stacking_strength
+from warehouse_sim.catalog.traffic import STANDING
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.occlusion.occluder import Occluder, at_rest
 from warehouse_sim.geometry.pose import make_transform, rotation_z
@@ -17,8 +18,6 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
-_TRAFFIC = ("person", "forklift", "pallet_jack", "cone", "bollard")
-"""Classes that stand on the floor by themselves, and the names of which are drawn evenly."""
 _ROOM = 1.5
 """Height that one unit load may take (m)."""
 _SKEW = Distribution.normal(0.0, 1.2, -3.5, 3.5)
@@ -134,19 +133,15 @@ class OccluderStock:
         return Occluder(kind, draft.models, tuple(draft.instances))
 
     def _traffic(self, height: float) -> Occluder | None:
-        tall = [name for name in _traffic_names() if catalog_object(name).size[2] >= height]
-        if not tall:
+        tall = {kind: [name for name in names if _height(name) >= height] for kind, names in STANDING.items()}
+        kinds = [kind for kind, names in tall.items() if names]
+        if not kinds:
             return None
-        by_class: dict[str, list[str]] = defaultdict(list)
-        for name in tall:
-            by_class[catalog_object(name).class_name].append(name)
-        names = by_class[str(self._rng.choice(list(by_class)))]
-        return _standing(str(self._rng.choice(names)))
+        return _standing(str(self._rng.choice(tall[str(self._rng.choice(kinds))])))
 
 
-@cache
-def _traffic_names() -> tuple[str, ...]:
-    return tuple(name for name in catalog_names() if catalog_object(name).class_name in _TRAFFIC)
+def _height(name: str) -> float:
+    return float(catalog_object(name).size[2])
 
 
 @cache

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog import materials_of
 from warehouse_sim.generation.occlusion.floor import FreeFloor
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
@@ -116,7 +116,7 @@ def _touches_high(floor: FreeFloor, box: OrientedBox) -> bool:
 def _let_go(floor: FreeFloor, model: ObjectModel, T_world_pallet: Transform) -> Transform | None:
     """Return where the pallet comes to rest among what is around it; None if it slips or falls."""
     item = ObjectInstance(1, model.name, T_world_pallet, dynamic=True)
-    scene = SceneSpec(0, 0, {model.name: model}, materials(), (item,), (), ())
+    scene = SceneSpec(0, 0, {model.name: model}, materials_of([model]), (item,), (), ())
     solids = [_FLOOR, *floor.around(OrientedBox(T_world_pallet, model.size), 0.1)]
     rest = bring_to_rest(scene, [item], solids, _LIMITS)
     T = rest.poses[1]

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog import materials_of
 from warehouse_sim.catalog.building import FLOOR_SIZE
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
@@ -30,7 +30,7 @@ class Occluder:
     @cached_property
     def caster(self) -> RayCaster:
         """Casts rays at it in its own frame."""
-        return caster_of(self.models, self.instances, materials())
+        return caster_of(self.models, self.instances, materials_of(self.models.values()))
 
     @cached_property
     def boxes(self) -> tuple[OrientedBox, ...]:
@@ -79,7 +79,7 @@ class Occluder:
 def at_rest(kind: str, draft: SceneDraft) -> Occluder | None:
     """Return what was drafted over the plane z = 0 as an occluder, after it has settled there; None if it falls."""
     draft.add("floor_slab", make_transform(translation=np.array([0.0, 0.0, -FLOOR_SIZE[2] / 2])))
-    scene = SceneSpec(0, 0, draft.models, materials(), tuple(draft.instances), (), ())
+    scene = SceneSpec(0, 0, draft.models, materials_of(draft.models.values()), tuple(draft.instances), (), ())
     settled, report = settle_scene(scene, SettleConfig())
     if report.problems:
         return None

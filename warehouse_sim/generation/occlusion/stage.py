@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from warehouse_sim.annotate.occluders import KINDS as OCCLUDERS
 from warehouse_sim.annotate.occluders import kinds_by_id
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog import materials_of
 from warehouse_sim.generation.occlusion.floor import FreeFloor
 from warehouse_sim.generation.occlusion.occluder import Occluder, caster_of
 from warehouse_sim.generation.occlusion.sight import Sight, cast_in_frame, look_at
@@ -75,9 +75,8 @@ class Stage:
         groups = max((item.group for item in self.scene.instances), default=0)
         new = tuple(occluder.placed(T_world_occluder, max(self.instance_of, default=0) + 1, groups))
         models = self.scene.models | dict(occluder.models)
-        used = {part.material for model in occluder.models.values() for part in model.parts}
-        known = materials()
-        painted = {name: known[name] for name in sorted(used - self.scene.materials.keys())}
+        paints = materials_of(occluder.models.values())
+        painted = {name: paints[name] for name in sorted(paints.keys() - self.scene.materials.keys())}
         self.scene = replace(
             self.scene,
             models=models,

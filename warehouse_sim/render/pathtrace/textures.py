@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.errors import RenderError
-from warehouse_sim.resources import data_folder
+from warehouse_sim.resources import texture_folder
 
 _NO_CHANGE = 128
 
@@ -26,12 +26,12 @@ class TextureSet:
 
 
 def load_texture_set(name: str) -> TextureSet:
-    """Read ``assets/textures/NAME``: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
+    """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
 
     Raises:
         RenderError: The albedo is missing, or a file is no image.
     """
-    folder = data_folder("assets") / "textures" / name
+    folder = texture_folder(name)
     if not (folder / "albedo.png").is_file():
         known = ", ".join(sorted(item.name for item in folder.parent.glob("*") if item.is_dir())) or "(none)"
         raise RenderError(f"texture {name!r}: {folder / 'albedo.png'} does not exist; textures there: {known}")

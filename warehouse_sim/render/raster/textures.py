@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from warehouse_sim.errors import RenderError
-from warehouse_sim.resources import data_folder
+from warehouse_sim.resources import texture_folder
 
 TEXTURE_EDGE_PX = 512
 """Edge of every texture on the device; files of another size are resampled to it."""
@@ -57,7 +57,7 @@ class TextureLibrary:
 
 
 def load_texture_set(name: str) -> UInt8[np.ndarray, "512 512 4"]:
-    """Read ``assets/textures/NAME``: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
+    """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
 
     Raises:
         RenderError: The albedo is missing, or a file is no image.
@@ -76,11 +76,6 @@ def load_texture_set(name: str) -> UInt8[np.ndarray, "512 512 4"]:
     if (folder / "roughness.png").is_file():
         texels[..., 3] = _read(name, folder / "roughness.png", cv2.IMREAD_GRAYSCALE)
     return texels
-
-
-def texture_folder(name: str) -> Path:
-    """Return where the texture set called ``name`` is shipped."""
-    return data_folder("assets") / "textures" / name
 
 
 def _read(name: str, path: Path, mode: int) -> np.ndarray:
