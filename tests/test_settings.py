@@ -24,14 +24,13 @@ from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.learning.settings import TrainConfig
 from warehouse_sim.ranges import Range, range_of, ranges_of
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.layouts.kinds import LAYOUTS
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.open_numbers import OpenSetting
 from warehouse_sim.sensors.depth.model import DepthModel
 from warehouse_sim.sensors.depth.models import MODELS
 
 ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, RunConfig, Calibration, ForkConfig)
-KINDS = {Layout: tuple(LAYOUTS.values()), DepthModel: tuple(MODELS.values())}
+KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
 """Abstract settings and all that a file can name in their place."""
 NUMBERS = (int, float, Distribution)
 # A file cannot give open settings: they are what a recipe's distributions become, checked where those stand.

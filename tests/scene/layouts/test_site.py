@@ -6,16 +6,15 @@ import pytest
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks
-from warehouse_sim.scene.layouts.kinds import LAYOUTS
 from warehouse_sim.scene.layouts.mixed import MixedConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout, aisle_area, build_site
 
 
-@pytest.mark.parametrize("kind", LAYOUTS)
+@pytest.mark.parametrize("kind", Layout.kinds)
 def test_every_kind_reads_back_and_builds_places_outside_the_aisle(kind: str) -> None:
     layout = Layout.from_plain({"kind": kind}, "here")
-    assert type(layout) is LAYOUTS[kind]
+    assert type(layout) is Layout.kinds[kind]
     assert Layout.from_plain(layout.to_plain(), "here") == layout
     draft = SceneDraft()
     site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
@@ -35,7 +34,7 @@ def test_without_a_kind_it_is_a_rack_aisle() -> None:
 @pytest.mark.parametrize(
     ("plain", "message"),
     [
-        ({"kind": "attic"}, "here: kind must be one of 'rack_aisle', .*found 'attic'"),
+        ({"kind": "attic"}, "here: kind must be one of 'block_storage', .*found 'attic'"),
         ({"kind": "block_storage", "bays": 2}, "bays is not a setting"),
         ({"kind": "mixed", "front": {"kind": "mixed"}}, "must be single layouts"),
         ({"kind": "mixed", "back": {"kind": "dock_staging"}}, "make dock_staging the front"),

@@ -78,8 +78,14 @@ class Layout(ABC):
     """
 
     kind: ClassVar[str]
+    kinds: ClassVar[dict[str, "type[Layout]"]] = {}
+    """Value of ``layout.kind`` in a recipe -> its settings: every layout that is defined."""
+
     aisle_width: Annotated[float, Range(3, 15, "m")] = 9.5
     """Free floor in front (m), 3-15; an observation needs its distance and about 1 m more."""
+
+    def __init_subclass__(cls) -> None:
+        cls.kinds[cls.kind] = cls
 
     @property
     @abstractmethod
@@ -124,12 +130,12 @@ class Layout(ABC):
         Raises:
             ConfigError: No layout has this kind.
         """
-        from warehouse_sim.scene.layouts.kinds import LAYOUTS
-
         kind = data.get("kind", "rack_aisle") if isinstance(data, dict) else "rack_aisle"
-        if not isinstance(kind, str) or kind not in LAYOUTS:
-            raise ConfigError(f"{where}: kind must be one of {', '.join(map(repr, LAYOUTS))}, found {shown(kind)}")
-        return LAYOUTS[kind]
+        if not isinstance(kind, str) or kind not in Layout.kinds:
+            raise ConfigError(
+                f"{where}: kind must be one of {', '.join(map(repr, sorted(Layout.kinds)))}, found {shown(kind)}"
+            )
+        return Layout.kinds[kind]
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> Self:
