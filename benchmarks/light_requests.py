@@ -19,9 +19,9 @@ import tyro
 
 from benchmarks.floor_walks import floor_lux_by_walks
 from benchmarks.speed.machine import machine, rounded
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.lighting import light_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
@@ -53,7 +53,7 @@ class Row:
 def requests_of(name: str, index: int, seed: int) -> list[Row]:
     """Light one scene by every preset."""
     recipe = load_recipe(name)
-    settled, _ = settled_scene(recipe, seed, index)
+    settled = draw_scene(recipe, seed, index).scene
     empty = replace(settled, viewpoints=())
     caster, camera = RayCaster(settled), recipe.sensors.make_camera()
     caster.cast(np.zeros((1, 3)), np.ones((1, 3)))

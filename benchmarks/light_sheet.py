@@ -12,10 +12,10 @@ import tyro
 from jaxtyping import UInt8
 
 from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light_meter import LightMeter
 from warehouse_sim.generation.lighting import light_scene, measure_conditions
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
@@ -33,7 +33,7 @@ COLUMNS = 2
 
 def tiles() -> list[UInt8[np.ndarray, "h w 3"]]:
     """Return one picture a preset, and a last one with its numbers."""
-    settled, _ = settled_scene(load_recipe(RECIPE), SEED, INDEX)
+    settled = draw_scene(load_recipe(RECIPE), SEED, INDEX).scene
     settled = replace(settled, viewpoints=(VIEW,))
     caster, pictures, lines = RayCaster(settled), [], []
     with open_renderer("raster") as renderer:

@@ -22,8 +22,8 @@ from jaxtyping import UInt8
 from benchmarks.color_difference import ciede2000, lab_from_srgb
 from benchmarks.speed.machine import machine, rounded
 from warehouse_sim.errors import WarehouseSimError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.display import to_display
@@ -109,7 +109,7 @@ def main(samples: int = 128, out: Path = ROOT, cache: Path = Path("out/looks"), 
 def load(view: View) -> Subject:
     """Sample and settle the scene of ``view``, under the light of its viewpoint."""
     recipe = load_recipe(view.recipe)
-    scene, _ = settled_scene(recipe, seed=view.seed, scene_index=view.scene_index)
+    scene = draw_scene(recipe, seed=view.seed, scene_index=view.scene_index).scene
     viewpoint = scene.viewpoints[view.viewpoint]
     return Subject(view, scene.seen_from(viewpoint), viewpoint, recipe.sensors.make_camera())
 

@@ -20,13 +20,12 @@ import tyro
 
 from benchmarks.speed.machine import machine, rounded
 from warehouse_sim.annotate import annotate
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, VisibleFractions, request_views
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.optional import require
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import ObjectAnnotation, SceneSpec
 
 ROOT = Path(__file__).parents[1]
@@ -55,14 +54,14 @@ class Row:
 
 def requests_of(recipe: Recipe, index: int, seed: int, renderer: Renderer) -> Iterator[Row]:
     """Yield the requests of one scene with what was drawn for them."""
-    settled, _ = settled_scene(recipe, seed, index)
-    drawn = recipe.scene.drawn(lambda stage: scene_rng(seed, index, stage, settled.attempt))
+    drawn = draw_scene(recipe, seed, index)
+    settled = drawn.scene
     caster, camera = RayCaster(settled), recipe.sensors.make_camera()
     caster.cast(np.zeros((1, 3)), np.ones((1, 3)))  # the first ray finishes its structure, which others use too
-    config, rng = OcclusionConfig(VisibleFractions.tenths()), scene_rng(seed, index, "occlusion", settled.attempt)
+    config, rng = OcclusionConfig(VisibleFractions.tenths()), drawn.stream("occlusion")
     with timed_rays() as rays:
         start = time.process_time()
-        scene, report = request_views(settled, drawn, camera, config, caster, rng)
+        scene, report = request_views(settled, drawn.settings, camera, config, caster, rng)
         cpu = (time.process_time() - start) / len(report.requests)
     renderer.load(replace(scene, lights=()))  # ids and silhouettes are the same in the dark
     for outcome in report.requests:

@@ -13,11 +13,11 @@ import tyro
 from jaxtyping import UInt8
 
 from warehouse_sim.annotate import annotate
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.lighting import light_scene
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
 from warehouse_sim.generation.occlusion.config import Kind
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.streams import scene_rng
@@ -35,7 +35,7 @@ CROP = 460
 
 def sheet(recipe: Recipe, index: int, seed: int, renderer: Renderer) -> UInt8[np.ndarray, "h w 3"]:
     """Return one row for each kind, one column for each fraction, the target framed."""
-    settled, _ = settled_scene(recipe, seed, index)
+    settled = draw_scene(recipe, seed, index).scene
     scene = replace(settled, viewpoints=(clear_view(settled, recipe, seed),))
     rows = [np.hstack(list(cells(scene, kind, recipe, renderer))) for kind in KINDS]
     return np.vstack(rows)

@@ -12,9 +12,9 @@ import tyro
 from jaxtyping import Float, UInt8
 
 from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.clouds import cloud_to_depth
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render import open_renderer
@@ -36,7 +36,7 @@ def main(out: Path = OUT, recipe: str = "demo", view: int = 4) -> None:
         view: Number of its viewpoint.
     """
     rig = RigConfig.from_plain({"rig": "kitti"}, "rig_sheet")
-    scene, _ = settled_scene(load_recipe(recipe), 0, 0)
+    scene = draw_scene(load_recipe(recipe), 0, 0).scene
     with open_renderer() as renderer:
         seen = next(observe_scene(replace(scene, viewpoints=scene.viewpoints[view : view + 1]), rig, renderer))
     assert seen.stereo is not None

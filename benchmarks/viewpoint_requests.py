@@ -20,8 +20,8 @@ import numpy as np
 import tyro
 
 from warehouse_sim.errors import SettleError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
@@ -89,7 +89,7 @@ def tally(recipe: Recipe, config: ViewpointsConfig, count: int, seed: int) -> Ta
     while found.views < count:
         start = time.process_time()
         try:
-            scene, report = settled_scene(recipe, seed, index)
+            drawn = draw_scene(recipe, seed, index)
         except SettleError:
             found.failed += 1
             continue
@@ -97,7 +97,7 @@ def tally(recipe: Recipe, config: ViewpointsConfig, count: int, seed: int) -> Ta
             index += 1
             found.seconds += time.process_time() - start
         found.scenes += 1
-        check(scene, config, report.fallen, quarter, found)
+        check(drawn.scene, config, drawn.report.fallen, quarter, found)
     return found
 
 

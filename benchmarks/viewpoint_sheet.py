@@ -15,9 +15,9 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.lighting import light_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render import Renderer, open_renderer
@@ -135,7 +135,7 @@ def main(recipe: str = "industrial", seed: int = 0, out: Path = PICTURE) -> None
     """
     mpl.use("Agg")
     loaded = load_recipe(recipe)
-    scene, _ = settled_scene(loaded, seed, SCENE)
+    scene = draw_scene(loaded, seed, SCENE).scene
     space = FreeSpace.of_scene(scene)
     figure = plt.figure(figsize=(15, 7.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(3, 6, height_ratios=(1.8, 1, 1))

@@ -6,9 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.lighting import light_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
@@ -25,7 +25,7 @@ NOTICEABLE = {"brightness": 0.35, "contrast": 0.5, "warmth": 0.2, "variety": 0.3
 
 @pytest.fixture(scope="module")
 def statistics() -> dict[str, dict[str, float]]:
-    scene = replace(settled_scene(load_recipe("demo"), 0, 0)[0], viewpoints=(VIEW,))
+    scene = replace(draw_scene(load_recipe("demo"), 0, 0).scene, viewpoints=(VIEW,))
     caster, found = RayCaster(scene), {}
     with open_renderer("raster") as renderer:
         for preset in PRESETS:

@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light_meter import LightMeter
 from warehouse_sim.generation.lighting import light_scene, measure_conditions, target_illuminance
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
@@ -23,7 +23,7 @@ RECIPES = ("demo", "conveyor_pickup", "dock_staging")
 
 @cache
 def settled(recipe: str) -> tuple[SceneSpec, RayCaster]:
-    scene = settled_scene(load_recipe(recipe), 0, 0)[0]
+    scene = draw_scene(load_recipe(recipe), 0, 0).scene
     return scene, RayCaster(scene)
 
 

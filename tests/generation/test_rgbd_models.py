@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.config import from_mapping
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.generation.twins import base_variant
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.gl
 def observed() -> Callable[[dict[str, Any]], Observation]:
     """Return what gives the first observation of the smoke recipe, read with other settings of the RGB-D camera."""
     recipe = load_recipe("smoke")
-    scene, _ = settled_scene(recipe, 0, 0)
+    scene = draw_scene(recipe, 0, 0).scene
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
 
     def observe(plain: dict[str, Any]) -> Observation:

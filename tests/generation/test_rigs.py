@@ -11,10 +11,10 @@ from tests.sensors.rig.reprojection import residuals
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.dataset.writers.kitti_calib import calib_text, parse_calib
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.generation.twins import base_variant
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import open_renderer
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.gl
 def scene_of(kind: str) -> SceneSpec:
     recipe = load_recipe("smoke")
     views = replace(recipe.scene.viewpoints, kind=kind, height=None)
-    scene, _ = settled_scene(replace(recipe, scene=replace(recipe.scene, viewpoints=views)), 0, 0)
+    scene = draw_scene(replace(recipe, scene=replace(recipe.scene, viewpoints=views)), 0, 0).scene
     return scene
 
 

@@ -40,7 +40,7 @@ def test_a_recipe_draws_each_open_setting_anew_and_reads_back() -> None:
     recipe = SceneRecipe.from_plain(PLAIN, "here")
     assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
     assert recipe.to_plain()["layout"]["bays"] == {"min": 2.0, "max": 4.0}
-    drawn = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(300)]
+    drawn = [recipe.closed(partial(scene_rng, 0, index)) for index in range(300)]
     assert {item.layout.to_plain()["bays"] for item in drawn} == {2, 3, 4}
     levels = np.array([item.layout.to_plain()["beam_levels"] for item in drawn])
     assert levels[:, 0].min() >= 1.4
@@ -54,12 +54,12 @@ def test_a_recipe_draws_each_open_setting_anew_and_reads_back() -> None:
 
 def test_a_closed_recipe_draws_itself() -> None:
     recipe = SceneRecipe(layout=BlockStorageConfig())
-    assert recipe.drawn(partial(scene_rng, 0, 0)) is recipe
+    assert recipe.closed(partial(scene_rng, 0, 0)) is recipe
 
 
 def test_a_setting_that_is_opened_changes_no_other() -> None:
     more = PLAIN | {"staging": {"clearance": {"min": 0.3, "max": 0.5}}}
-    few, many = (SceneRecipe.from_plain(plain, "here").drawn(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
+    few, many = (SceneRecipe.from_plain(plain, "here").closed(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
     assert (few.layout, few.loads, few.shelving) == (many.layout, many.loads, many.shelving)
     assert few.staging != many.staging
 
@@ -84,7 +84,7 @@ def test_values_that_do_not_go_together_are_an_error_of_the_draw() -> None:
     plain = {"layout": {"beam_levels": [{"min": 1.0, "max": 3.0}, {"min": 2.0, "max": 4.0}]}}
     recipe = SceneRecipe.from_plain(plain, "here")
     with pytest.raises(ConfigError, match="a draw of the recipe: layout: beam_levels must rise"):
-        _ = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(100)]
+        _ = [recipe.closed(partial(scene_rng, 0, index)) for index in range(100)]
 
 
 def test_closing_leaves_the_original_alone() -> None:

@@ -23,8 +23,8 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
     """
     require_extra("generate", "to make scenes")
     from warehouse_sim.errors import PlacementError
+    from warehouse_sim.generation.drawn import ATTEMPTS
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.generation.scene import ATTEMPTS
     from warehouse_sim.physics import settle_scene
     from warehouse_sim.scene import sample_scene
 

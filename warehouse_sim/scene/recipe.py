@@ -90,7 +90,7 @@ class SceneRecipe:
         del plain["open_settings"]
         return close(plain, [(setting.path, setting.source.to_plain()) for setting in self.open_settings])
 
-    def drawn(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
+    def closed(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
         """Return the recipe of one scene: every open setting has one value.
 
         Args:

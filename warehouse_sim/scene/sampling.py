@@ -36,7 +36,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     def stream(stage: str) -> np.random.Generator:
         return scene_rng(seed, scene_index, stage, attempt)
 
-    draft, recipe = SceneDraft(), recipe.drawn(stream)
+    draft, recipe = SceneDraft(), recipe.closed(stream)
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle

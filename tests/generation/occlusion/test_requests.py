@@ -8,6 +8,7 @@ import pytest
 from tests.generation.occlusion.scenes import CAMERA, hall, on_floor
 from warehouse_sim.annotate import annotate
 from warehouse_sim.errors import PlacementError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.occlusion import (
     FractionRange,
     OcclusionConfig,
@@ -17,7 +18,6 @@ from warehouse_sim.generation.occlusion import (
 )
 from warehouse_sim.generation.occlusion.views import vehicle_boxes
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.geometry.separation import BoxStack
@@ -42,10 +42,9 @@ def smoke(observations: int = 6) -> Recipe:
 
 
 def requested(recipe: Recipe, config: OcclusionConfig, index: int = 0) -> Requested:
-    scene, _ = settled_scene(recipe, 0, index)
-    rng = scene_rng(0, index, "occlusion")
-    drawn = recipe.scene.drawn(lambda stage: scene_rng(0, index, stage, scene.attempt))
-    return scene, *request_views(scene, drawn, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
+    drawn = draw_scene(recipe, 0, index)
+    scene, rng = drawn.scene, scene_rng(0, index, "occlusion")
+    return scene, *request_views(scene, drawn.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
 
 
 @pytest.fixture(scope="module")

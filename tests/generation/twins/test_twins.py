@@ -8,9 +8,9 @@ import pytest
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.generation.twins import TwinsConfig, make_variants
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation, SceneSpec
@@ -34,7 +34,7 @@ def dimmed(scene: SceneSpec, settings: dict[str, Any]) -> SceneSpec:
 def made() -> tuple[int, dict[str, list[Observation]]]:
     """Return the id of the object that counts as the occluder, and the observations of each variant."""
     recipe = load_recipe("smoke")
-    scene, _ = settled_scene(recipe, 0, 0)
+    scene = draw_scene(recipe, 0, 0).scene
     occluder = next(item.instance_id for item in scene.instances if scene.model_of(item).class_name == "carton")
     variants = make_variants(scene, from_mapping(TwinsConfig, PLAIN, "twins"), recipe.sensors.rgbd, [occluder], dimmed)
     found: dict[str, list[Observation]] = {variant.name: [] for variant in variants}

@@ -9,8 +9,8 @@ import numpy as np
 from tests.render.known_box import OFF_CENTRE
 from tests.render.referee import Truth, cast_image
 from tests.render.scenes import rack_wall
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, level_camera
 from warehouse_sim.render import Renderer
@@ -45,7 +45,7 @@ class View:
 @cache
 def smoke_scene() -> SceneSpec:
     """A settled draw of a recipe: worn pallets, wrapped loads, racks and a hall, as datasets are made of."""
-    return settled_scene(load_recipe("smoke"), seed=0, scene_index=0)[0]
+    return draw_scene(load_recipe("smoke"), seed=0, scene_index=0).scene
 
 
 def _wall(camera: PinholeCamera, viewpoint: int) -> View:
