@@ -25,7 +25,8 @@ def test_recipe_to_report(tmp_path: Path, capsys, estimator) -> None:
     ):
         assert main(command) == 0, command
         assert "output: " in capsys.readouterr().out
-    result = json.loads((tmp_path / "scores" / "scores.json").read_text())
-    assert result
+    overall = json.loads((tmp_path / "scores" / "scores.json").read_text())["overall"]
+    assert 0 < overall["found_count"] <= overall["gt_count"]
+    assert 0.0 <= overall["metrics"]["add_10pct"] <= overall["metrics"]["add_s_10pct"] <= 1.0
     assert "<html" in Path(page).read_text()
     assert "data:image/jpeg;base64" in Path(page).read_text()

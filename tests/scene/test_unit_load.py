@@ -88,11 +88,16 @@ def test_the_same_stream_gives_the_same_load() -> None:
     np.testing.assert_array_equal([T for _, T in one.pieces], [T for _, T in two.pieces])
 
 
-def test_shares_of_zero_use_up_nothing_of_the_stream() -> None:
-    names = ("carton_600x400x400", "carton_400x300x300")
-    plain = build_unit_load(1.3, replace(PLAIN, cartons=names), np.random.default_rng(3))
-    patterns = build_unit_load(1.3, replace(PLAIN, cartons=names, patterns=("column",)), np.random.default_rng(3))
-    assert [T.tolist() for _, T in plain.pieces] == [T.tolist() for _, T in patterns.pieces]
+@pytest.mark.parametrize("share", ["worn_share", "slip_sheet_share", "tote_share", "mixed_share"])
+def test_what_never_happens_uses_up_nothing_of_the_stream(share: str) -> None:
+    """A share that is as good as zero asks the stream, which moves all that is drawn later."""
+
+    def poses(config: UnitLoadConfig) -> list:
+        return [T.tolist() for _, T in build_unit_load(1.3, config, np.random.default_rng(3)).pieces]
+
+    others = replace(PLAIN, totes=PLAIN.totes[:1], drums=PLAIN.drums[:1], sacks=PLAIN.sacks[:1])
+    assert poses(others) == poses(PLAIN)
+    assert poses(replace(PLAIN, **{share: 1e-12})) != poses(PLAIN)
 
 
 def test_an_empty_pallet_is_a_load_of_one_piece() -> None:

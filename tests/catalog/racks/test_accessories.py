@@ -23,9 +23,9 @@ def test_outer_sizes_and_classes(name: str, class_name: str, size: tuple[float, 
     np.testing.assert_allclose(np.ptp(model.mesh().vertices, axis=0), size)
 
 
-@pytest.mark.parametrize("name", RACKS)
-def test_collision_boxes_cover_the_mesh_to_9_mm(name: str) -> None:
-    assert bare_distances(catalog_object(name)).max() < 0.009
+def test_collision_boxes_cover_the_mesh_to_9_mm() -> None:
+    for name in RACKS:
+        assert bare_distances(catalog_object(name)).max() < 0.009, name
 
 
 def test_three_decks_fill_a_bay() -> None:

@@ -1,5 +1,6 @@
+import itertools
+
 import numpy as np
-import pytest
 
 from tests.scene.packing.pallets import DECKS, least_distance, reach
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -21,33 +22,32 @@ def drawn_sizes(rng: np.random.Generator) -> list[np.ndarray]:
     return sorted((np.round(size, 3) for size in sizes), key=lambda size: -size[0] * size[1])
 
 
-@pytest.mark.parametrize("deck", DECKS)
-@pytest.mark.parametrize("seed", range(10))
-def test_whatever_is_drawn_nothing_overlaps_or_leaves_the_surface(deck: tuple[float, float], seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    sizes = drawn_sizes(rng)
-    boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, deck, HEIGHT, ROUGH, rng)]
-    assert len(boxes) >= 4
-    assert least_distance(boxes) >= 0.0005 - 1e-9
-    assert np.all(reach(boxes) <= np.array(deck) / 2)
-    corners = np.concatenate([box.corners() for box in boxes])
-    assert corners[:, 2].min() >= 0.0005 - 1e-9
-    assert corners[:, 2].max() <= HEIGHT + 1e-9
+def test_whatever_is_drawn_nothing_overlaps_or_leaves_the_surface() -> None:
+    for deck, seed in itertools.product(DECKS, range(10)):
+        rng = np.random.default_rng(seed)
+        sizes = drawn_sizes(rng)
+        boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, deck, HEIGHT, ROUGH, rng)]
+        assert len(boxes) >= 4, (deck, seed)
+        assert least_distance(boxes) >= 0.0005 - 1e-9, (deck, seed)
+        assert np.all(reach(boxes) <= np.array(deck) / 2), (deck, seed)
+        corners = np.concatenate([box.corners() for box in boxes])
+        assert corners[:, 2].min() >= 0.0005 - 1e-9, (deck, seed)
+        assert corners[:, 2].max() <= HEIGHT + 1e-9, (deck, seed)
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_every_piece_rests_on_most_of_its_base(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    sizes = drawn_sizes(rng)
-    calm = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
-    boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, calm, rng)]
-    extents = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in boxes])
-    for low, high in extents:
-        if low[2] < 0.001:
-            continue
-        under = extents[np.abs(extents[:, 1, 2] + 0.0005 - low[2]) < 1e-6]
-        shared = np.maximum(np.minimum(high[:2], under[:, 1, :2]) - np.maximum(low[:2], under[:, 0, :2]), 0.0)
-        assert np.prod(shared, axis=1).sum() >= 0.65 * np.prod(high[:2] - low[:2])
+def test_every_piece_rests_on_most_of_its_base() -> None:
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        sizes = drawn_sizes(rng)
+        calm = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
+        boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, calm, rng)]
+        extents = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in boxes])
+        for low, high in extents:
+            if low[2] < 0.001:
+                continue
+            under = extents[np.abs(extents[:, 1, 2] + 0.0005 - low[2]) < 1e-6]
+            shared = np.maximum(np.minimum(high[:2], under[:, 1, :2]) - np.maximum(low[:2], under[:, 0, :2]), 0.0)
+            assert np.prod(shared, axis=1).sum() >= 0.65 * np.prod(high[:2] - low[:2]), seed
 
 
 def test_pieces_are_used_once_and_what_finds_no_place_is_left_out() -> None:

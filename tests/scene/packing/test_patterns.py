@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from warehouse_sim.catalog.loads import SACKS, SKUS, TOTES
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.scene.packing.layer import Layer, carried
-from warehouse_sim.scene.packing.patterns import PATTERNS, Pattern, pattern_layers, possible_patterns
+from warehouse_sim.scene.packing.patterns import PATTERNS, pattern_layers, possible_patterns
 
 EUR = (1.2, 0.8)
 
@@ -26,28 +28,26 @@ def sizes(seed: int) -> list[np.ndarray]:
     return [np.array([*np.sort(size[:2])[::-1], size[2]]) for size in free]
 
 
-@pytest.mark.parametrize("deck", DECKS)
-@pytest.mark.parametrize("pattern", PATTERNS)
-def test_no_pattern_overlaps_or_leaves_the_deck_for_any_size(pattern: Pattern, deck: tuple[float, float]) -> None:
-    known = [catalog_object(name).size for name in (*SKUS, *TOTES, *SACKS)]
-    for size in [*known, *(size for seed in range(2) for size in sizes(seed))]:
-        for gap in (0.0, 0.004):
-            for layer in pattern_layers(pattern, size, deck, gap):
-                low, high = layer.rectangles(size)
-                assert least_distance(boxes(layer, size)) >= gap - 1e-9
-                growth = gap * (np.array(deck) // min(size[:2]))
-                assert np.all(high.max(axis=0) <= np.array(deck) / 2 + growth + 1e-9)
-                assert np.all(low.min(axis=0) >= -np.array(deck) / 2 - growth - 1e-9)
+def test_no_pattern_overlaps_or_leaves_the_deck_for_any_size() -> None:
+    for deck, pattern in itertools.product(DECKS, PATTERNS):
+        known = [catalog_object(name).size for name in (*SKUS, *TOTES, *SACKS)]
+        for size in [*known, *(size for seed in range(2) for size in sizes(seed))]:
+            for gap in (0.0, 0.004):
+                for layer in pattern_layers(pattern, size, deck, gap):
+                    low, high = layer.rectangles(size)
+                    assert least_distance(boxes(layer, size)) >= gap - 1e-9, (deck, pattern)
+                    growth = gap * (np.array(deck) // min(size[:2]))
+                    assert np.all(high.max(axis=0) <= np.array(deck) / 2 + growth + 1e-9), (deck, pattern)
+                    assert np.all(low.min(axis=0) >= -np.array(deck) / 2 - growth - 1e-9), (deck, pattern)
 
 
-@pytest.mark.parametrize("deck", DECKS)
-@pytest.mark.parametrize("name", SKUS)
-def test_every_piece_is_carried_by_the_layer_below(name: str, deck: tuple[float, float]) -> None:
-    size = catalog_object(name).size
-    for pattern in possible_patterns(size, deck, 0.003):
-        cycle = pattern_layers(pattern, size, deck, 0.003)
-        for upper, lower in zip((*cycle[1:], cycle[0]), cycle, strict=True):
-            assert carried(*upper.rectangles(size), *lower.rectangles(size)).min() >= 0.5
+def test_every_piece_is_carried_by_the_layer_below() -> None:
+    for deck, name in itertools.product(DECKS, SKUS):
+        size = catalog_object(name).size
+        for pattern in possible_patterns(size, deck, 0.003):
+            cycle = pattern_layers(pattern, size, deck, 0.003)
+            for upper, lower in zip((*cycle[1:], cycle[0]), cycle, strict=True):
+                assert carried(*upper.rectangles(size), *lower.rectangles(size)).min() >= 0.5, (deck, name)
 
 
 @pytest.mark.parametrize(("sku", "count"), [("600x400x400", 4), ("400x300x200", 8), ("300x200x200", 16)])
