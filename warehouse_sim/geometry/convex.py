@@ -2,20 +2,14 @@
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import ConvexHull
 
 
 def convex_hull(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
-    """Return the corners of the smallest convex outline around ``points``, counter-clockwise (Andrew 1979)."""
+    """Return the corners of the smallest convex outline around ``points``, counter-clockwise from the least x, then y."""
     ordered = np.unique(np.round(points, 9), axis=0)
-    chains = []
-    for walk in (ordered, ordered[::-1]):
-        chain: list[np.ndarray] = []
-        for point in walk:
-            while len(chain) > 1 and _cross(chain[-1] - chain[-2], point - chain[-1]) <= 1e-12:
-                chain.pop()
-            chain.append(point)
-        chains.append(chain[:-1])
-    return np.array(chains[0] + chains[1])
+    corners = ConvexHull(ordered).vertices
+    return ordered[np.roll(corners, -int(corners.argmin()))]
 
 
 def grown(outline: Float[np.ndarray, "n 2"], distance: float) -> Float[np.ndarray, "n 2"]:
@@ -32,7 +26,3 @@ def area(outline: Float[np.ndarray, "n 2"]) -> float:
     """Return the area (m^2) of a counter-clockwise outline."""
     x, y = outline.T
     return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])

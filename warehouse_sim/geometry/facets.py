@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -65,16 +67,10 @@ def parallelograms(mesh: TriangleMesh, found: Facets) -> tuple[Int[np.ndarray, "
 
 def plane_regions(found: Facets) -> Int[np.ndarray, " m"]:
     """Return for each triangle the number of the connected flat region that it belongs to."""
-    label = np.arange(len(found.faces))
-    a = np.flatnonzero((found.partner >= 0).ravel())
-    a, b = a // 3, found.partner.ravel()[a] // 3
-    while True:
-        lowest = label.copy()
-        np.minimum.at(lowest, a, label[b])
-        lowest = lowest[lowest]
-        if (lowest == label).all():
-            return np.unique(label, return_inverse=True)[1]
-        label = lowest
+    count, (here, edge) = len(found.faces), np.nonzero(found.partner >= 0)
+    there = found.partner[here, edge] // 3
+    neighbours = coo_array((np.ones(len(here), bool), (here, there)), shape=(count, count))
+    return connected_components(neighbours, directed=False)[1]
 
 
 def _twins(key: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
