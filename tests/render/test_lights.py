@@ -5,29 +5,35 @@ import pytest
 
 from tests.render.scenes import spot
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records, order_lights
-from warehouse_sim.schema import Viewpoint
+from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, choose_lights, light_records
+from warehouse_sim.render.raster.shadows import MAX_SHADOWS
 
-VIEW = Viewpoint(level_camera(np.array([0.0, 0.0, 1.5]), 0.0))
+T_WORLD_CAMERA = level_camera(np.array([0.0, 0.0, 1.5]), 0.0)
 
 
-def test_lamps_near_what_is_seen_come_first_and_shadows_before_all() -> None:
+def test_lamps_with_a_map_come_first_and_all_keep_their_order() -> None:
     far, near, behind = spot((30, 0, 6)), spot((4, 1, 6)), spot((-9, 0, 6))
     plain = replace(near, casts_shadow=False)
     point = replace(near, kind="point")
-    assert order_lights([plain, far, point, behind, near], [VIEW]) == [near, behind, far, plain, point]
-    strong = spot((30, 0, 6), 8000.0)
-    assert order_lights([near, strong], []) == [strong, near]
+    assert choose_lights([plain, far, point, behind, near], T_WORLD_CAMERA) == ([far, behind, near], [plain, point])
 
 
-def test_only_so_many_lamps_are_kept() -> None:
-    lamps = [spot((4, 0, 6), 1000.0 + k) for k in range(20)]
-    assert order_lights(lamps, [VIEW]) == lamps[:3:-1][:MAX_LIGHTS]
+def test_of_too_many_lamps_those_are_kept_that_light_what_is_before_the_camera() -> None:
+    lamps = [spot((4, 0, 6), 1000.0 + 100.0 * (7 * k % 20)) for k in range(20)]
+    with_map, without = choose_lights(lamps, T_WORLD_CAMERA)
+    ranked = sorted(lamps, key=lambda light: -light.intensity)
+    assert with_map == [light for light in lamps if light in ranked[:MAX_SHADOWS]]
+    assert without == [light for light in lamps if light in ranked[MAX_SHADOWS:MAX_LIGHTS]]
+    row = [spot((x, 0, 6)) for x in np.arange(-40.0, 41.0, 4.0)]
+    behind = choose_lights(row, level_camera(np.array([0.0, 0.0, 1.5]), np.pi))[0]
+    assert max(light.position[0] for light in behind) < max(
+        light.position[0] for light in choose_lights(row, T_WORLD_CAMERA)[0]
+    )
 
 
 def test_records_hold_the_lamp_in_the_camera_frame() -> None:
     lamp = replace(spot((4.0, 1.0, 6.0), 500.0), color=(1.0, 0.5, 0.25), cone_inner=0.5, cone_outer=1.0)
-    records = light_records([ShadedLight(lamp, None)], VIEW.T_world_camera)
+    records = light_records([ShadedLight(lamp, None)], T_WORLD_CAMERA)
     assert records.dtype == LIGHT
     assert len(records) == MAX_LIGHTS
     np.testing.assert_allclose(records[0]["position"], [-1.0, -4.5, 4.0], atol=1e-6)

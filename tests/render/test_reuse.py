@@ -10,7 +10,7 @@ from tests.render.test_backend import CAMERA, digest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.lamps import lamp_geometry
-from warehouse_sim.render.raster import scene_geometry
+from warehouse_sim.render.raster import loaded_scene
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.schema import SceneSpec
@@ -32,7 +32,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
 
         monkeypatch.setattr(owner, name, call)
 
-    counted(scene_geometry, "build_part_table", "tables")
+    counted(loaded_scene, "build_part_table", "tables")
     counted(MeshBatch, "__init__", "meshes")
     counted(ShadowAtlas, "draw", "shadows")
     return found

@@ -43,27 +43,28 @@ class IrradianceField:
 
 
 class LightGatherer:
-    """Computes fields; geometry that stands still is not cast again, nor light that has not changed."""
+    """Computes fields of one scene's geometry under any lamps; a lamp that has not moved is not cast again.
 
-    def __init__(self) -> None:
-        self._scene: SceneSpec | None = None
-        self._grid: LightGrid | None = None
+    Args:
+        scene: What stands in it and how it is painted count, its lights do not.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+
+    def __init__(self, scene: SceneSpec) -> None:
+        self._grid = lay_grid(scene)
         self._reaches: dict[bytes, LampReach] = {}
-        self._field: IrradianceField | None = None
 
-    def field_of(self, scene: SceneSpec) -> IrradianceField:
-        """Return the field of ``scene``; equal scenes have equal bytes.
-
-        Raises:
-            MissingPackageError: Embree is not installed.
-        """
-        before, self._scene = self._scene, scene
-        if before is None or self._grid is None or not _same_geometry(before, scene):
-            self._grid, self._reaches = lay_grid(scene), {}
-        elif self._field is not None and before.ambient == scene.ambient and _same_lamps(before, scene):
-            return self._field
-        self._field = gather_irradiance(self._grid, scene.lights, scene.ambient, self._reaches)
-        return self._field
+    def field(self, lights: Sequence[Light], ambient: float) -> IrradianceField:
+        """Return the field under ``lights`` and an even sky that gives an upward surface ``ambient`` lx."""
+        grid = self._grid
+        sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
+        luminance = np.where(grid.escaped, sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
+        direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
+        cubes = _smoothed(_all_bounces(grid, luminance, direct).reshape(*grid.shape, 6, 3), grid)
+        weight = np.where(grid.trusted, 1.0, _NO_TRUST).astype(np.float32)
+        return IrradianceField(grid.origin, grid.spacing, cubes, weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,24 +75,6 @@ class LampReach:
     """Numbers of the points that it lights."""
     share: Float32[np.ndarray, " k"]
     """Their irradiance (lx) for each candela of the lamp."""
-
-
-def gather_irradiance(
-    grid: LightGrid, lights: Sequence[Light], ambient: float, reaches: dict[bytes, LampReach] | None = None
-) -> IrradianceField:
-    """Compute the field on ``grid`` under lamps and an even sky that gives an upward surface ``ambient`` lx.
-
-    Args:
-        grid: Points and rays.
-        lights: The lamps.
-        ambient: Illuminance of the sky (lx).
-        reaches: What lamps light on this grid, by ``lamp_geometry``; those that are new are added.
-    """
-    sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
-    luminance = np.where(grid.escaped, sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
-    direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, reaches)
-    cubes = _smoothed(_all_bounces(grid, luminance, direct).reshape(*grid.shape, 6, 3), grid)
-    return IrradianceField(grid.origin, grid.spacing, cubes, np.where(grid.trusted, 1.0, _NO_TRUST).astype(np.float32))
 
 
 def direct_irradiance(
@@ -194,15 +177,3 @@ def _filled(cubes: Float32[np.ndarray, "p 6 3"], trusted: Bool[np.ndarray, "nx n
         values[middle] = np.where(gained, near_values / np.maximum(near_weight, 1.0), values[middle])
         weight[middle] = np.where(gained, 1.0, weight[middle])
     return values[middle].reshape(cubes.shape)
-
-
-def _same_geometry(a: SceneSpec, b: SceneSpec) -> bool:
-    """Return whether rays from the same grid would meet the same surfaces; what these emit does not count."""
-    if a.instances is not b.instances or a.models is not b.models or not a.painted_like(b):
-        return False
-    pairs = zip(a.viewpoints, b.viewpoints, strict=False)
-    return len(a.viewpoints) == len(b.viewpoints) and all(x.T_world_camera is y.T_world_camera for x, y in pairs)
-
-
-def _same_lamps(a: SceneSpec, b: SceneSpec) -> bool:
-    return len(a.lights) == len(b.lights) and all(x is y for x, y in zip(a.lights, b.lights, strict=True))

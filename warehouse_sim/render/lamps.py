@@ -1,16 +1,17 @@
-"""Which lamps matter, and how bright they make what a scene's viewpoints look at."""
-
-from collections.abc import Sequence
+"""Which lamps matter, and how bright they make the places that a scene is looked at for."""
 
 import numpy as np
 from jaxtyping import Float64
 
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.lighting.photometry import relative_intensity
-from warehouse_sim.schema import Light, SceneSpec, Viewpoint
+from warehouse_sim.schema import Light, SceneSpec
 
 GROUND = 0.3
 """How bright the lower half of the even environment is, as a share of the upper half."""
 _AHEAD = 4.0  # metres before a camera where its picture is taken to be
+_PITCH = 2.0  # metres between the places that stand for an aisle, about
+_HEIGHTS = (0.7, 2.0, 3.3)  # metres above the floor
 
 
 def even_illuminance(scene: SceneSpec) -> float:
@@ -24,10 +25,9 @@ def lamp_geometry(light: Light) -> bytes:
     return light.kind.encode() + np.array(numbers, float).tobytes()
 
 
-def points_before(viewpoints: Sequence[Viewpoint]) -> Float64[np.ndarray, "n 3"]:
-    """Return a point (m, world) some metres before each viewpoint: where its picture is taken to be."""
-    poses = [viewpoint.T_world_camera for viewpoint in viewpoints]
-    return np.array([T[:3, 3] + _AHEAD * T[:3, 2] for T in poses]).reshape(-1, 3)
+def point_before(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:
+    """Return the point (m, world) some metres before a camera where its picture is taken to be."""
+    return (T_world_camera[:3, 3] + _AHEAD * T_world_camera[:3, 2])[None]
 
 
 def importance(light: Light, points: Float64[np.ndarray, "n 3"]) -> float:
@@ -37,10 +37,28 @@ def importance(light: Light, points: Float64[np.ndarray, "n 3"]) -> float:
 
 
 def looked_at(scene: SceneSpec) -> Float64[np.ndarray, "n 3"]:
-    """Return points (m, world) some metres before the viewpoints, or before the lamps of a scene that has none."""
-    if scene.viewpoints:
-        return points_before(scene.viewpoints)
-    return np.array([light.position + _AHEAD * light.direction for light in scene.lights], float).reshape(-1, 3)
+    """Return places (m, world) that a scene is looked at for: in its aisle, else at its targets, else before its lamps.
+
+    Viewpoints do not count: what is seen from one of them must not depend on the others.
+    """
+    if scene.aisle is not None:
+        return aisle_places(scene.aisle)
+    targets = [item.T_world_object[:3, 3] for item in scene.target_instances()]
+    lit = [light.position + _AHEAD * light.direction for light in scene.lights]
+    return np.array(targets or lit, float).reshape(-1, 3)
+
+
+def aisle_places(aisle: tuple[float, float, float, float]) -> Float64[np.ndarray, "n 3"]:
+    """Return places (m) all over an aisle, at the heights that cameras and goods have.
+
+    Args:
+        aisle: As ``SceneSpec.aisle``.
+    """
+    across = []
+    for low, high in (aisle[:2], aisle[2:]):
+        count = max(round((high - low) / _PITCH), 1)
+        across.append(low + (np.arange(count) + 0.5) / count * (high - low))
+    return np.stack(np.meshgrid(*across, _HEIGHTS, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:

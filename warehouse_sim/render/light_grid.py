@@ -6,14 +6,17 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.render.coarse_scene import CoarseScene
+from warehouse_sim.render.lamps import aisle_places
 from warehouse_sim.schema import SceneSpec
 
 RAYS = 80
 """Rays from each point."""
 _POINTS = 2200  # of the grid, about
 _SPACING = 0.6  # least distance between two (m)
-_FARTHEST = 7.0  # metres from the viewpoints that the grid reaches
-_LOOKS = 200  # directions from each that tell what can be seen
+_FARTHEST = 7.0  # metres from where cameras may stand that the grid reaches
+_LOOKS = 200  # directions from each such place that tell what can be seen
+_AROUND, _ABOVE = 3.0, 1.0  # metres beside and over a target from where it may be looked at
+_SIDES = 8  # of a target
 _BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
 _LIFT = 2e-3  # metres by which points on surfaces are lifted off them
 _SOLID = 0.25  # share of rays that meet the inner side of a face from which on a point lies in something
@@ -35,7 +38,7 @@ class LightGrid:
     ways: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Along each axis, one shorter there: whether neighbours see each other."""
     trusted: Bool[np.ndarray, "nx ny nz"]
-    """Which points lie in the open, and in sight of a viewpoint, of a point that does, and so on."""
+    """Which points lie in the open, and in sight of a place to look from, of a point that does, and so on."""
     escaped: Bool[np.ndarray, "p j"]
     """Which rays leave the scene."""
     hit: Int[np.ndarray, " n"]
@@ -49,13 +52,14 @@ class LightGrid:
 
 
 def lay_grid(scene: SceneSpec) -> LightGrid:
-    """Cast the rays of ``scene``.
+    """Cast the rays of ``scene``; where its viewpoints are does not matter.
 
     Raises:
         MissingPackageError: Embree is not installed.
     """
     solid = CoarseScene(scene)
-    origin, spacing, shape = _extent(scene, solid)
+    eyes = _places_to_look_from(scene, solid)
+    origin, spacing, shape = _extent(eyes, solid)
     points = origin + np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3) * spacing
     points = points.astype(np.float32)
     rays = sphere_directions(RAYS) @ _turns(len(points))
@@ -64,8 +68,9 @@ def lay_grid(scene: SceneSpec) -> LightGrid:
     inner = np.einsum("ijk,ijk->ij", hits.normals.reshape(-1, RAYS, 3), rays) > 0.0
     trusted = (inner.mean(axis=1) < _SOLID).reshape(shape)
     ways = _open_ways(solid, points.reshape(*shape, 3))
-    if scene.viewpoints:
-        trusted &= _reached(ways, _near_viewpoints(scene, origin, spacing, shape))
+    in_sight = _nearest(eyes, origin, spacing, shape) & trusted
+    if in_sight.any():
+        trusted &= _reached(ways, in_sight)
     hit = np.flatnonzero(np.isfinite(distance) & ~inner)
     normals = hits.normals[hit]
     places = points[hit // RAYS] + rays.reshape(-1, 3)[hit] * hits.distance[hit, None] + normals * np.float32(_LIFT)
@@ -98,12 +103,26 @@ def _turns(count: int) -> Float32[np.ndarray, "n 3 3"]:
     return turns
 
 
-def _extent(scene: SceneSpec, solid: CoarseScene) -> tuple[np.ndarray, np.ndarray, tuple[int, int, int]]:
-    """Return first point, spacing (m) and numbers of points along the axes of a grid around what will be seen."""
+def _places_to_look_from(scene: SceneSpec, solid: CoarseScene) -> Float[np.ndarray, "n 3"]:
+    """Return places (m) where cameras may stand: in the aisle, or around targets in a scene that knows no aisle."""
+    if scene.aisle is not None:
+        return aisle_places(scene.aisle)
+    targets = scene.target_instances()
+    turn = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    ring = np.stack([_AROUND * np.cos(turn), _AROUND * np.sin(turn), np.full(_SIDES, _ABOVE)], axis=1)
+    to_eye = np.tile(ring, (len(targets), 1))
+    target = np.array([item.T_world_object[:3, 3] for item in targets]).reshape(-1, 3).repeat(_SIDES, axis=0)
+    size = np.array([np.linalg.norm(scene.model_of(item).size) for item in targets]).repeat(_SIDES)
+    # Nothing may stand between: not behind a wall, and not in what stands next to the target.
+    way = solid.cast(target + to_eye, -to_eye).distance
+    return (target + to_eye)[(1.0 - way) * np.linalg.norm(ring[0]) < size / 2]
+
+
+def _extent(eyes: Float[np.ndarray, "n 3"], solid: CoarseScene) -> tuple[np.ndarray, np.ndarray, tuple[int, int, int]]:
+    """Return first point, spacing (m) and numbers of points along the axes of a grid around what is seen from eyes."""
     # Down to what is lowest and no further: nothing that is seen from below may shine through the floor.
     low, high = solid.low - _BESIDE * [1, 1, 0], solid.high + _BESIDE
-    if scene.viewpoints:
-        eyes = np.array([view.T_world_camera[:3, 3] for view in scene.viewpoints])
+    if len(eyes):
         look = sphere_directions(_LOOKS)
         distance = solid.cast(np.repeat(eyes, _LOOKS, axis=0), np.tile(look, (len(eyes), 1))).distance
         way = np.minimum(distance.reshape(-1, _LOOKS), _FARTHEST)[..., None] * look
@@ -117,14 +136,13 @@ def _extent(scene: SceneSpec, solid: CoarseScene) -> tuple[np.ndarray, np.ndarra
     return low + spacing / 2, spacing, (int(cells[0]), int(cells[1]), int(cells[2]))
 
 
-def _near_viewpoints(
-    scene: SceneSpec, origin: np.ndarray, spacing: np.ndarray, shape: tuple[int, int, int]
+def _nearest(
+    places: Float[np.ndarray, "n 3"], origin: np.ndarray, spacing: np.ndarray, shape: tuple[int, int, int]
 ) -> Bool[np.ndarray, "nx ny nz"]:
-    """Return the points nearest to the viewpoints."""
+    """Return the points nearest to ``places``."""
     found = np.zeros(shape, bool)
-    for viewpoint in scene.viewpoints:
-        cell = np.rint((viewpoint.T_world_camera[:3, 3] - origin) / spacing).astype(int)
-        found[tuple(np.clip(cell, 0, np.array(shape) - 1))] = True
+    cells = np.rint((places - origin) / spacing).astype(int)
+    found[tuple(np.clip(cells, 0, np.array(shape) - 1).T)] = True
     return found
 
 

@@ -19,6 +19,8 @@ class SceneChange:
     """What their materials emit."""
     lights: bool
     """Lights and even light; not the exposure, which is a camera's."""
+    area: bool
+    """What it is looked at for: its aisle and its targets."""
 
     @classmethod
     def between(cls, before: SceneSpec | None, after: SceneSpec) -> "SceneChange":
@@ -31,7 +33,7 @@ class SceneChange:
             after: The scene that follows.
         """
         if before is None:
-            return cls(True, True, True, True)
+            return cls(True, True, True, True, True)
         theirs, mine = before.materials, after.materials
         surfaces = list(theirs) != list(mine) or any(
             replace(theirs[name], emission=item.emission) != item for name, item in mine.items()
@@ -41,12 +43,13 @@ class SceneChange:
             surfaces=surfaces,
             emission=surfaces or any(theirs[name].emission != item.emission for name, item in mine.items()),
             lights=before.ambient != after.ambient or not _same_lights(before.lights, after.lights),
+            area=(before.aisle, before.targets) != (after.aisle, after.targets),
         )
 
     @property
     def nothing(self) -> bool:
         """Whether all that was made for the scene before serves the one after."""
-        return not (self.objects or self.surfaces or self.emission or self.lights)
+        return not (self.objects or self.surfaces or self.emission or self.lights or self.area)
 
 
 def _same_objects(before: SceneSpec, after: SceneSpec) -> bool:

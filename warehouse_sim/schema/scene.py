@@ -106,15 +106,6 @@ class SceneSpec:
             return self
         return replace(self, lights=(*self.lights, *viewpoint.lights), exposure=exposure)
 
-    def painted_like(self, other: "SceneSpec") -> bool:
-        """Return whether its materials, in name and order, differ from those of ``other`` in what they emit at most."""
-        if self.materials is other.materials:
-            return True
-        return list(self.materials) == list(other.materials) and all(
-            replace(mine, emission=theirs.emission) == theirs
-            for mine, theirs in zip(self.materials.values(), other.materials.values(), strict=True)
-        )
-
     def model_of(self, instance: ObjectInstance) -> ObjectModel:
         """Return the geometry of ``instance``."""
         return self.models[instance.model]

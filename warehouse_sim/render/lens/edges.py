@@ -31,11 +31,6 @@ class EdgeCaster:
         self._scene, self._all = scene, RayCaster(scene)
         self._alone: dict[int, RayCaster] = {}
 
-    def has_surfaces_of(self, scene: SceneSpec) -> bool:
-        """Return whether rays meet the same surfaces in ``scene``."""
-        mine = self._scene
-        return scene is mine or (scene.instances is mine.instances and scene.models is mine.models)
-
     def refine(
         self, shown: RenderBuffers, rough: Bool[np.ndarray, "h w"], lens: LensMap, T_world_camera: Transform
     ) -> None:

@@ -15,7 +15,7 @@ from warehouse_sim.render.lens.resample import through_lens
 from warehouse_sim.render.lens.silhouette import silhouette_through_lens
 from warehouse_sim.render.lens.source import lens_map
 from warehouse_sim.render.renderer import Capabilities, Renderer, Silhouette
-from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 
 class LensRenderer:
@@ -44,9 +44,10 @@ class LensRenderer:
     def load(self, scene: SceneSpec) -> None:
         """Make ``scene`` the one that is drawn."""
         self._renderer.load(scene)
-        if self._edges is not None and not self._edges.has_surfaces_of(scene):
-            self._edges = None
-        self._scene, self._seen = scene, None
+        change = SceneChange.between(self._scene, scene)
+        if change.objects or change.surfaces:
+            self._edges = self._seen = None
+        self._scene = scene
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""
@@ -61,10 +62,7 @@ class LensRenderer:
     def silhouettes(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
-        """Return the unoccluded silhouette of each of ``instances``.
-
-        Straight after ``render`` of the same view, each holds all pixels that show the object.
-        """
+        """Return the unoccluded silhouette of each of ``instances``; it holds all pixels that show the object."""
         if camera.distortion is None:
             return self._renderer.silhouettes(camera, T_world_camera, instances)
         lens = lens_map(camera)
@@ -77,7 +75,7 @@ class LensRenderer:
                 self._edge_caster(),
                 T_world_camera,
                 item,
-                None if ids is None else ids == item.instance_id,
+                ids == item.instance_id,
             )
             for silhouette, item in zip(drawn, instances, strict=True)
         ]
@@ -103,8 +101,8 @@ class LensRenderer:
             self._edges = EdgeCaster(self._scene)
         return self._edges
 
-    def _ids_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"] | None:
-        """Return the ids of the last picture if it was of this view."""
+    def _ids_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"]:
+        """Return the ids that a view shows; it is drawn unless it was the last one that was."""
         if self._seen is None or self._seen[:2] != (camera, T_world_camera.tobytes()):
-            return None
+            return self.render(camera, T_world_camera).instance_ids
         return self._seen[2]

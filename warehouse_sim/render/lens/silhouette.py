@@ -21,7 +21,7 @@ def silhouette_through_lens(
     edges: EdgeCaster,
     T_world_camera: Transform,
     item: ObjectInstance,
-    visible: Bool[np.ndarray, "h w"] | None,
+    visible: Bool[np.ndarray, "h w"],
 ) -> Silhouette:
     """Return the silhouette that the camera shows, on the canvas of 3 x 3 images.
 
@@ -33,17 +33,17 @@ def silhouette_through_lens(
         edges: Rays in the scene that was drawn.
         T_world_camera: Pose of the camera.
         item: The object.
-        visible: Pixels of the image that show it, if known; the silhouette holds them all, whatever a sliver of the
-            object does between the pixels of the pinhole.
+        visible: Pixels of the image that show it; the silhouette holds them all, whatever a sliver of the object does
+            between the pixels of the pinhole.
     """
-    box = None if visible is None else mask_box_xyxy(visible)
+    box = mask_box_xyxy(visible)
     window = _window(drawn, lens, box)
     if window is None:
         return _EMPTY
     left, top, right, bottom = window
     mask = _looked_up(drawn, _source_pixels(lens, left, top, right, bottom))
     edges.outline(mask, (left, top), lens, T_world_camera, item)
-    if visible is not None and box is not None:
+    if box is not None:
         first_column, first_row, last_column, last_row = box
         inside = mask[first_row - top : last_row + 1 - top, first_column - left : last_column + 1 - left]
         inside |= visible[first_row : last_row + 1, first_column : last_column + 1]

@@ -9,7 +9,6 @@ import moderngl
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.raster.context import describe, open_context
 from warehouse_sim.render.raster.film_pass import FilmPass
 from warehouse_sim.render.raster.geometry_pass import GeometryPass
@@ -50,7 +49,6 @@ class RasterRenderer:
             self._meshes = MeshLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
             self._silhouettes = SilhouetteAtlas(self._context)
-        self._gatherer = LightGatherer()
         self._scene: LoadedScene | None = None
         self._targets: ImageTargets | None = None
 
@@ -60,27 +58,25 @@ class RasterRenderer:
         return Capabilities(max_lights=MAX_LIGHTS)
 
     def load(self, scene: SceneSpec) -> None:
-        """Upload ``scene`` and draw its shadow maps; what the scene before had in common with it is not done again."""
+        """Upload ``scene`` and gather its indirect light, but for what did not change since the scene before."""
         with self._open_context() as context:
             before = self._scene
-            self._scene = LoadedScene(
-                context, scene, self._shadows, self._textures, self._gatherer, self._meshes, before
-            )
+            self._scene = LoadedScene(context, scene, self._shadows, self._textures, self._meshes, before)
             if before is not None:
                 before.release(self._scene)
-            self._meshes.keep(self._scene.geometry.table.meshes)
+            self._meshes.keep(self._scene.table.meshes)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""
         require_view(camera, T_world_camera)
         with self._open_context() as context:
             scene, targets = self._loaded_scene(), self._targets_for(context, camera)
-            in_view = scene.geometry.objects.in_view(camera, T_world_camera)
-            table, batches = scene.geometry.table.subset(in_view), scene.geometry.batches
+            lighting, batches = scene.lighting(T_world_camera), scene.batches
+            table = scene.table.subset(scene.objects.in_view(camera, T_world_camera))
             records = placed_records(table, T_world_camera)
-            self._geometry.draw(targets.geometry, camera, table, records, batches, scene.geometry.materials)
-            self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, scene.lighting)
-            self._film.draw(targets.film, camera, T_world_camera, table, records, batches, scene.lighting)
+            self._geometry.draw(targets.geometry, camera, table, records, batches, scene.materials)
+            self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, lighting)
+            self._film.draw(targets.film, camera, T_world_camera, table, records, batches, lighting)
             if normals:
                 self._shading.draw_normals(targets.normals, targets.geometry)
             buffers = targets.read(normals)
@@ -97,12 +93,12 @@ class RasterRenderer:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
         with self._open_context():
-            geometry = self._loaded_scene().geometry
-            rows, owner = geometry.objects.rows_of([instance.instance_id for instance in instances])
-            solid = ~geometry.table.film[rows]
-            table, owner = geometry.table.subset(rows[solid]), owner[solid]
+            scene = self._loaded_scene()
+            rows, owner = scene.objects.rows_of([instance.instance_id for instance in instances])
+            solid = ~scene.table.film[rows]
+            table, owner = scene.table.subset(rows[solid]), owner[solid]
             records = placed_records(table, T_world_camera)
-            return self._silhouettes.draw(camera, table, records, geometry.batches, owner, len(instances))
+            return self._silhouettes.draw(camera, table, records, scene.batches, owner, len(instances))
 
     def close(self) -> None:
         """Give back the context and all device memory."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.render.lamps import importance, points_before
-from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
-from warehouse_sim.schema import Light, Viewpoint
+from warehouse_sim.render.lamps import importance, point_before
+from warehouse_sim.render.raster.shadows import ATLAS_PX, MAX_SHADOWS, SHADOW_NEAR, ShadowTile
+from warehouse_sim.schema import Light
 
 MAX_LIGHTS = 16
-"""Lamps that are shaded; of more, those that matter most."""
+"""Lamps that are shaded; of more, those that matter most to the view."""
 
 # std140 layout of one element of the array ``lights`` in lamps.glsl.
 LIGHT = np.dtype(
@@ -41,18 +41,17 @@ class ShadedLight:
     tile: ShadowTile | None
 
 
-def order_lights(lights: Sequence[Light], viewpoints: Sequence[Viewpoint]) -> list[Light]:
-    """Return the ``MAX_LIGHTS`` lamps that matter most, those that can have a shadow map first; ties keep their order.
+def choose_lights(lights: Sequence[Light], T_world_camera: Transform) -> tuple[list[Light], list[Light]]:
+    """Return the lamps of a view that have a shadow map, and those that have none, each in the order of the scene.
 
-    What matters is the illuminance that a lamp could give a few metres before the viewpoints, on average.
+    Of more than ``MAX_LIGHTS`` lamps, and of more than ``MAX_SHADOWS`` spots that cast shadows, those are taken that
+    could give the most illuminance a few metres before the camera.
     """
-    before = points_before(viewpoints)
-
-    def weight(light: Light) -> float:
-        return importance(light, before) if len(before) else light.intensity
-
-    chosen = sorted(lights, key=lambda light: -weight(light))[:MAX_LIGHTS]
-    return sorted(chosen, key=lambda light: not (light.casts_shadow and light.kind == "spot"))
+    place = point_before(T_world_camera)
+    ranked = sorted(range(len(lights)), key=lambda number: -importance(lights[number], place))[:MAX_LIGHTS]
+    casting = [number for number in ranked if lights[number].casts_shadow and lights[number].kind == "spot"]
+    with_map = sorted(casting[:MAX_SHADOWS])
+    return [lights[number] for number in with_map], [lights[number] for number in sorted({*ranked} - {*with_map})]
 
 
 def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> np.ndarray:

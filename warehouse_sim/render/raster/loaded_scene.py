@@ -1,35 +1,36 @@
 """A scene on the graphics device."""
 
-from collections.abc import Sequence
-
 import moderngl
 
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.lamps import lamp_geometry
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
-from warehouse_sim.render.raster.lights import ShadedLight, order_lights
+from warehouse_sim.render.raster.lights import ShadedLight, choose_lights
+from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshLibrary
-from warehouse_sim.render.raster.scene_geometry import SceneGeometry
-from warehouse_sim.render.raster.shadows import ShadowAtlas
+from warehouse_sim.render.raster.object_index import ObjectIndex
+from warehouse_sim.render.raster.parts import build_part_table
+from warehouse_sim.render.raster.shadows import ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.textures import TextureLibrary
-from warehouse_sim.schema import Light, SceneSpec
+from warehouse_sim.schema import SceneChange, SceneSpec
 
 
 class LoadedScene:
-    """The geometry and the lights of one scene, ready to draw from any view.
+    """One scene, ready to draw from any view; what did not change since the scene before is taken over from it.
 
     Args:
         context: Where to upload to.
         spec: The scene.
         shadows: Is drawn for this scene, and serves it until another scene is drawn there.
         textures: Gains the textures that the scene names.
-        gatherer: Supplies the light from the surroundings.
         meshes: Gains the meshes of the scene.
-        before: The scene that was loaded before; what stands in both, and shadows that did not move, are taken from it.
+        before: The scene that was loaded before.
 
     Raises:
         RenderError: The scene names something that it does not hold, or a texture that is not shipped.
+        MissingPackageError: Embree is not installed.
     """
 
     def __init__(
@@ -38,33 +39,46 @@ class LoadedScene:
         spec: SceneSpec,
         shadows: ShadowAtlas,
         textures: TextureLibrary,
-        gatherer: LightGatherer,
         meshes: MeshLibrary,
         before: "LoadedScene | None" = None,
     ) -> None:
-        kept = before if before is not None and before.geometry.is_of(spec) else None
-        self.geometry: SceneGeometry = (
-            kept.geometry if kept is not None else SceneGeometry(context, spec, textures, meshes)
-        )
-        self.geometry.glow_as(spec)
-        self._field = FieldTexture(context, gatherer.field_of(spec))
-        lights = order_lights(spec.lights, spec.viewpoints)
-        if kept is not None and _stand_as_before(lights, [item.light for item in kept.lighting.lights]):
-            tiles = [item.tile for item in kept.lighting.lights]
+        self._spec, self._shadows = spec, shadows
+        change = SceneChange.between(None if before is None else before._spec, spec)
+        if before is None or change.emission:
+            self.materials = MaterialTable(context, spec.materials, textures)
         else:
-            tiles = shadows.draw(lights, self.geometry.table, self.geometry.batches)
-        shaded = [ShadedLight(light, tile) for light, tile in zip(lights, tiles, strict=True)]
-        self.lighting: Lighting = Lighting(
-            shaded, shadows, self.geometry.materials, self._field, spec.ambient, spec.exposure
-        )
+            self.materials = before.materials
+        if before is None or change.objects or change.surfaces:
+            self.table = build_part_table(spec, self.materials.row)
+            self.objects = ObjectIndex.of(self.table)
+            self.batches = meshes.require(self.table.meshes)
+            self._drawn: tuple[bytes, ...] | None = None
+            self._tiles: list[ShadowTile] = []
+        else:
+            self.table, self.objects, self.batches = before.table, before.objects, before.batches
+            self._drawn, self._tiles = before._drawn, before._tiles
+        if before is None or change.objects or change.surfaces or change.area:
+            self._gatherer = LightGatherer(spec)
+        else:
+            self._gatherer = before._gatherer
+        if before is None or change.lights or self._gatherer is not before._gatherer:
+            self._field = FieldTexture(context, self._gatherer.field(spec.lights, spec.ambient))
+        else:
+            self._field = before._field
+
+    def lighting(self, T_world_camera: Transform) -> Lighting:
+        """Return what decides how bright surfaces are in a view; shadow maps are drawn where it needs other ones."""
+        with_map, without = choose_lights(self._spec.lights, T_world_camera)
+        lamps = tuple(map(lamp_geometry, with_map))
+        if self._drawn != lamps:
+            self._drawn, self._tiles = lamps, self._shadows.draw(with_map, self.table, self.batches)
+        lights = [ShadedLight(light, tile) for light, tile in zip(with_map, self._tiles, strict=True)]
+        lights += [ShadedLight(light, None) for light in without]
+        return Lighting(lights, self._shadows, self.materials, self._field, self._spec.ambient, self._spec.exposure)
 
     def release(self, after: "LoadedScene | None" = None) -> None:
-        """Free the device memory, but for what ``after`` goes on using."""
-        self._field.release()
-        if after is None or after.geometry is not self.geometry:
-            self.geometry.release()
-
-
-def _stand_as_before(lights: Sequence[Light], before: Sequence[Light]) -> bool:
-    """Return whether lamps cast the same shadows as before, however bright they are."""
-    return [lamp_geometry(light) for light in lights] == [lamp_geometry(light) for light in before]
+        """Free the device memory, but for what ``after`` goes on using; meshes stay in their library."""
+        if after is None or after.materials is not self.materials:
+            self.materials.release()
+        if after is None or after._field is not self._field:
+            self._field.release()

@@ -1,4 +1,4 @@
-"""Shadow maps of the most important spot lights, drawn once a scene into one depth atlas."""
+"""Shadow maps of the most important spot lights, drawn into one depth atlas that serves views as long as it can."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from warehouse_sim.render.raster.shadow_cores import thinned_sheets
 from warehouse_sim.schema import Light
 
 MAX_SHADOWS = 8
-"""Spots that cast shadows; of more, the first in their order of importance. Point lights cast none."""
+"""Spots that cast shadows; of more, those that matter most to the view. Point lights cast none."""
 ATLAS_PX = 4096
 """Edge of the atlas that holds all maps: 2 x 2 of them, or 3 x 3 where there are more than four."""
 BLOCK_TEXELS = 8
@@ -73,11 +73,8 @@ class ShadowAtlas:
         self._blocker_target = context.framebuffer([self.blockers])
         self._find_blockers = FullScreen(context, "blockers.frag", ATLAS_PX=float(ATLAS_PX), BLOCK_TEXELS=BLOCK_TEXELS)
 
-    def draw(self, lights: Sequence[Light], table: PartTable, batches: Sequence[MeshBatch]) -> list[ShadowTile | None]:
-        """Draw the maps of the first ``MAX_SHADOWS`` spots of ``lights`` that cast shadows; return a tile for each.
-
-        A light without a map (a point light, or one too many) has None.
-        """
+    def draw(self, lights: Sequence[Light], table: PartTable, batches: Sequence[MeshBatch]) -> list[ShadowTile]:
+        """Draw the maps of at most ``MAX_SHADOWS`` spots; return where each of them lies."""
         self._target.use()
         clear_to_zero(None, "f")
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
@@ -85,12 +82,8 @@ class ShadowAtlas:
         self._context.front_face = "cw"
         self._context.cull_face = "front"
         casters = table.casts & (table.tops() > _FLOOR)
-        spots = [light for light in lights if light.kind == "spot" and light.casts_shadow][:MAX_SHADOWS]
-        side = 2 if len(spots) <= 4 else 3
-        tiles = [
-            self._draw_tile(light, spots.index(light), side, table, casters, batches) if light in spots else None
-            for light in lights
-        ]
+        side = 2 if len(lights) <= 4 else 3
+        tiles = [self._draw_tile(light, number, side, table, casters, batches) for number, light in enumerate(lights)]
         self._target.viewport = (0, 0, *self._target.size)
         self.depth.use(0)
         self._find_blockers.assign(shadow_atlas=0)
