@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.writers.kitti import beam_bytes, point_bytes
+from warehouse_sim.dataset.formats.kitti.writer import beam_bytes, point_bytes
 from warehouse_sim.generation.workers import prepare_worker
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster

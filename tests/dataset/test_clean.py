@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observe
+from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observe, with_recipe
+from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.image_io import decode_depth, encode_clean_depth
-from warehouse_sim.dataset.layout import KITTI_KINDS, kitti_kinds, stores_clean
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
@@ -33,7 +34,7 @@ def as_read(observation: Observation) -> Observation:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("clean") / "data"
-    manifest = replace(make_manifest(), recipe=WITH_CLEAN)
+    manifest = with_recipe(make_manifest(), WITH_CLEAN)
     store = DatasetStore(root, manifest)
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
@@ -44,10 +45,11 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_off_by_default() -> None:
-    assert not stores_clean({})
-    assert not stores_clean({"sensors": {"camera": {}}})
-    assert kitti_kinds({"sensors": {}}) == KITTI_KINDS
-    assert set(kitti_kinds({"sensors": {"clean": True}})) - set(KITTI_KINDS) == {"image_clean_2", "depth_clean_2"}
+    assert not recipe_contents({}).clean
+    assert not recipe_contents({"sensors": {"camera": {}}}).clean
+    assert kitti_kinds(recipe_contents({"sensors": {}})) == KITTI_KINDS
+    clean = kitti_kinds(recipe_contents({"sensors": {"clean": True}}))
+    assert set(clean) - set(KITTI_KINDS) == {"image_clean_2", "depth_clean_2"}
 
 
 def test_clean_images_are_read_back_beside_the_readings(made: Path) -> None:

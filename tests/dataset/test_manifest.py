@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.toy import make_manifest
+from tests.dataset.toy import make_manifest, with_recipe
 from warehouse_sim.dataset.manifest import load_manifest, package_versions, read_manifest, write_manifest
 from warehouse_sim.errors import DatasetError
 
 
 def test_round_trip(tmp_path: Path) -> None:
-    manifest = replace(make_manifest(7), recipe={"scene": {"bays": [1, 2.5]}}, renderers=("llvmpipe 1.2",))
+    manifest = replace(with_recipe(make_manifest(7), {"scene": {"bays": [1, 2.5]}}), renderers=("llvmpipe 1.2",))
     write_manifest(tmp_path / "manifest.json", manifest)
     assert read_manifest(tmp_path) == manifest
 
@@ -30,6 +30,7 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "twins",
         "split_table",
         "format_version",
+        "contents",
     }
 
 

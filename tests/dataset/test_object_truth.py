@@ -1,6 +1,7 @@
 """Numbers of an object against its surface, where the truth is known in closed form."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,12 @@ import pytest
 
 from tests.dataset.toy import CARTON, PALLET
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop.models import write_models
+from warehouse_sim.dataset.formats.bop.reader import read_model
 from warehouse_sim.dataset.object_truth import hull_corners, untruths
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects, write_objects
 from warehouse_sim.dataset.ply import read_ply, write_ply
-from warehouse_sim.dataset.writers.bop_models import write_models
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
@@ -26,7 +29,7 @@ def infos(tmp_path: Path) -> dict[int, ObjectInfo]:
     write_models(tmp_path / "bop", MODELS)
     for kind in ("models", "models_eval"):
         (tmp_path / "bop" / kind / "SHA256SUMS").unlink()
-    return read_objects(tmp_path)
+    return read_objects(tmp_path, partial(read_model, bop_layout(tmp_path)))
 
 
 def test_true_numbers_are_believed(infos: dict[int, ObjectInfo]) -> None:

@@ -1,11 +1,14 @@
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.dataset.toy import CARTON, PALLET
+from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop.reader import read_model
 from warehouse_sim.dataset.objects import read_objects, write_objects
 from warehouse_sim.errors import DatasetError
 
@@ -28,7 +31,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
 
 def test_meshes_are_in_metres(toy_root: Path) -> None:
-    info = read_objects(toy_root)[1]
+    info = read_objects(toy_root, partial(read_model, bop_layout(toy_root)))[1]
     mesh, metric = info.mesh(), info.metric_mesh()
     assert np.abs(mesh.vertices - PALLET.mesh().vertices).max() < 1e-7
     assert np.array_equal(mesh.faces, PALLET.mesh().faces)
@@ -38,7 +41,7 @@ def test_meshes_are_in_metres(toy_root: Path) -> None:
 
 def test_missing_mesh_says_what_to_do(tmp_path: Path) -> None:
     write_objects(tmp_path, [PALLET])
-    with pytest.raises(DatasetError, match="no mesh of toy-pallet; generate the dataset with the format bop"):
+    with pytest.raises(DatasetError, match="no mesh of toy-pallet; generate it in a format that holds meshes"):
         read_objects(tmp_path)[1].mesh()
 
 

@@ -36,6 +36,7 @@ CHECKS = [
     "objects",
     "scene records",
     "bop files",
+    "bop models",
     "bop tables",
     "bop cameras",
     "bop coco",

@@ -1,11 +1,13 @@
 """A small warehouse drawn by exact ray casting against boxes in numpy: no renderer, every pixel known."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
@@ -182,7 +184,13 @@ def sweep(scene: SceneSpec, T_world_lidar: np.ndarray) -> LidarScan:
 def make_manifest(scenes: int = 3, formats: tuple[str, ...] = ("kitti", "bop")) -> Manifest:
     """Return the manifest of a toy dataset of two observations a scene."""
     splits = split_scenes(scenes, SplitConfig())
-    return Manifest(SEED, scenes, 2, dict(splits), formats, ("pallet",), {"description": "toy"}, {"numpy": "any"})
+    manifest = Manifest(SEED, scenes, 2, dict(splits), formats, ("pallet",), packages={"numpy": "any"})
+    return with_recipe(manifest, {"description": "toy"})
+
+
+def with_recipe(manifest: Manifest, recipe: dict) -> Manifest:
+    """Return the manifest of a dataset that was made from another recipe."""
+    return replace(manifest, recipe=recipe, contents=recipe_contents(recipe))
 
 
 def make_dataset(root: Path, manifest: Manifest | None = None, order: list[int] | None = None) -> Path:

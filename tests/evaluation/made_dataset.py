@@ -1,5 +1,6 @@
 """A small dataset in real files: pallets drawn as flat silhouettes, stored by the dataset writers."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,7 @@ from warehouse_sim.catalog.loads import SKUS
 from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.geometry.boxes import box_corners, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -38,6 +40,7 @@ def make_dataset(root: Path, scenes: int = 4, seed: int = 0) -> Path:
     splits = {"train": tuple(range(half)), "val": (), "test": tuple(range(half, scenes))}
     recipe = {"name": "made", "description": "pallets as flat silhouettes"}
     manifest = Manifest(seed, scenes, 2, splits, ("bop",), ("pallet", "carton"), recipe, {"numpy": np.__version__})
+    manifest = replace(manifest, contents=recipe_contents(recipe))
     store = DatasetStore(root, manifest)
     store.begin(MODELS, CAMERA)
     for index in range(scenes):

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.dataset.writers.kitti_calib import calib_camera, parse_calib
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe

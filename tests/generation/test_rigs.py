@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.sensors.rig.reprojection import residuals
+from warehouse_sim.dataset.formats.kitti.calib import calib_text
+from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.dataset.writers.kitti_calib import calib_text, parse_calib
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from warehouse_sim.catalog import CATALOG
-from warehouse_sim.dataset.writers import WRITERS
+from warehouse_sim.dataset.formats import FORMATS
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.optional import missing
 from warehouse_sim.render import BACKENDS
@@ -23,7 +23,7 @@ def list_names() -> None:
         "sensors": SENSORS.names(),
         "rigs": rig_names(),
         "backends": BACKENDS.names(),
-        "formats": WRITERS.names(),
+        "formats": FORMATS.names(),
         "suites": suite_names(),
         "estimators": ESTIMATORS.names(),
     }

@@ -1,14 +1,16 @@
 """manifest.json: what a dataset is and how to make it again; written last, so that it also says "complete"."""
 
 import platform
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import ConfigError, DatasetError
 
@@ -69,6 +71,8 @@ class Manifest:
     the end."""
     format_version: int = FORMAT_VERSION
     """Version of the folder's layout."""
+    contents: Contents = field(default_factory=Contents)
+    """The sensors, and what else of the recipe formats, readers and checks need to know."""
 
     def __post_init__(self) -> None:
         if self.format_version != FORMAT_VERSION:
@@ -138,12 +142,16 @@ def read_manifest(root: Path) -> Manifest:
 
 
 def load_manifest(path: Path) -> Manifest:
-    """Read one manifest file strictly.
+    """Read one manifest file strictly; contents that it does not have yet are those of its recipe.
 
     Raises:
         DatasetError: The file is missing, or holds a key or value that does not belong there.
     """
+    data = read_json(path)
     try:
-        return from_mapping(Manifest, read_json(path), str(path))
+        manifest = from_mapping(Manifest, data, str(path))
     except ConfigError as problem:
         raise DatasetError(str(problem)) from problem
+    if "contents" in data:
+        return manifest
+    return replace(manifest, contents=recipe_contents(manifest.recipe, f"{path}: recipe"))

@@ -1,7 +1,7 @@
 """objects.json: what estimators and scores need to know of each CAD geometry, in metres."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checksums import require_checksum
 from warehouse_sim.dataset.json_file import read_table, write_json
-from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.plain import LENGTHS, plain, read_transform, shown, take, take_name, take_numbers
-from warehouse_sim.dataset.ply import read_ply
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -26,6 +24,8 @@ FACES: dict[str, tuple[float, float, float]] = {
     "+y": (0.0, 1.0, 0.0),
 }
 """Sides that a pocket can open on, with their outward normals."""
+MeshReader = Callable[[int, bool], TriangleMesh]
+"""Reads the surface (m, object frame) of an obj_id; on True the same with evenly spread vertices."""
 _MOST_SYMMETRIES = 1000
 _SAME_LENGTH = 1e-3
 """How far (m) vertices may leave the nominal box."""
@@ -46,19 +46,21 @@ class ObjectInfo:
     """Poses that look the same, print included."""
     pockets: tuple[Pocket, ...]
     root: Path
-    """Folder of the dataset, where the mesh lies."""
+    """Folder of the dataset."""
+    read_mesh: MeshReader | None = None
+    """Where its surface comes from; None in a dataset without meshes."""
 
     def mesh(self) -> TriangleMesh:
-        """Read the CAD surface (m, object frame) from the BOP models.
+        """Read the CAD surface (m, object frame).
 
         Raises:
-            DatasetError: The dataset was made without the format "bop", or the mesh cannot be read.
+            DatasetError: The dataset was made without a format that holds meshes, or the mesh cannot be read.
         """
-        return self._read("models")
+        return self._read(even=False)
 
     def metric_mesh(self) -> TriangleMesh:
         """Read the evenly meshed surface (m, object frame), whose vertices are the points that pose errors use."""
-        return self._read("models_eval")
+        return self._read(even=True)
 
     @cached_property
     def shape_symmetry(self) -> SymmetryGroup:
@@ -72,13 +74,10 @@ class ObjectInfo:
 
         return shape_symmetry(self.mesh(), self.symmetry)
 
-    def _read(self, kind: str) -> TriangleMesh:
-        path = BopLayout(DatasetLayout(self.root).format_folder("bop")).model(kind, self.obj_id)
-        if not path.is_file():
-            raise DatasetError(f"{path}: no mesh of {self.name}; generate the dataset with the format bop")
-        require_checksum(path)
-        mesh = read_ply(path)
-        return TriangleMesh(mesh.vertices / 1000.0, mesh.faces)
+    def _read(self, even: bool) -> TriangleMesh:
+        if self.read_mesh is None:
+            raise DatasetError(f"{self.root}: no mesh of {self.name}; generate it in a format that holds meshes")
+        return self.read_mesh(self.obj_id, even)
 
 
 def object_info(model: ObjectModel, root: Path) -> ObjectInfo:
@@ -113,8 +112,12 @@ def write_objects(root: Path, models: Sequence[ObjectModel]) -> None:
     write_json(DatasetLayout(root).objects, entries, depth=2)
 
 
-def read_objects(root: Path) -> dict[int, ObjectInfo]:
+def read_objects(root: Path, read_mesh: MeshReader | None = None) -> dict[int, ObjectInfo]:
     """Read objects.json.
+
+    Args:
+        root: Folder of the dataset.
+        read_mesh: Reads the meshes of one of its formats.
 
     Raises:
         DatasetError: The file is missing or empty, or an entry is incomplete or malformed.
@@ -123,7 +126,10 @@ def read_objects(root: Path) -> dict[int, ObjectInfo]:
     table = read_table(path)
     if not table or min(table) < 1:
         raise DatasetError(f"{path}: must hold objects, numbered from 1; generate the dataset again")
-    return {obj_id: _from_plain(obj_id, data, f"{path}: {obj_id}", root) for obj_id, data in table.items()}
+    return {
+        obj_id: replace(_from_plain(obj_id, data, f"{path}: {obj_id}", root), read_mesh=read_mesh)
+        for obj_id, data in table.items()
+    }
 
 
 def _to_plain(info: ObjectInfo) -> dict[str, Any]:

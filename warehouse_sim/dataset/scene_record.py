@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
-from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, take, take_name
+from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, take, take_if_given, take_name
 from warehouse_sim.dataset.split import Split
+from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import SceneSpec
 
@@ -52,6 +55,8 @@ class SceneRecord:
     """In order of index."""
     settle: dict[str, Any] = field(default_factory=dict)
     """How the scene came to rest."""
+    readings: dict[str, ReadingContents] = field(default_factory=dict)
+    """What sensors that no format holds gave in it."""
 
     @property
     def T_world_camera(self) -> tuple[Transform, ...]:
@@ -78,7 +83,7 @@ def write_scene_record(
         scene: The scene as it was drawn.
         split: The split it belongs to.
         observations: Row of each observation that was written, in order; see ``observation_row``.
-        told: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``.
+        told: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``.
         twins: Name and scene of each variant beside the scene itself.
     """
     objects = [
@@ -142,7 +147,15 @@ def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
             read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
         ),
         settle=take(data, "settle", dict, where),
+        readings=_read_readings(take_if_given(data, "readings", dict, where) or {}, f"{where}: readings"),
     )
+
+
+def _read_readings(data: dict[str, Any], where: str) -> dict[str, ReadingContents]:
+    try:
+        return {name: from_mapping(ReadingContents, item, f"{where}: {name}") for name, item in data.items()}
+    except ConfigError as problem:
+        raise DatasetError(str(problem)) from problem
 
 
 def _read_object(data: Any, where: str) -> RecordedObject:

@@ -6,17 +6,19 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.contents import ReadingContents
+from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.observation_record import observation_row
-from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
+from warehouse_sim.dataset.readings import Described, describe, encode_reading, merged, other_readings
+from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
 from warehouse_sim.dataset.split_table import split_table
-from warehouse_sim.dataset.writers import WRITERS, DatasetWriter
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.output import make_folder, remove_temporaries, writing
+from warehouse_sim.output import make_folder, remove_temporaries, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
 
@@ -35,7 +37,10 @@ class DatasetStore:
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self.root, self.manifest = root, manifest
         self._layout = DatasetLayout(root)
-        self._writers: list[DatasetWriter] = [WRITERS.get(name)(root, manifest) for name in manifest.formats]
+        formats = [dataset_format(name) for name in manifest.formats]
+        for item in formats:
+            item.refuse(manifest)
+        self._writers: list[DatasetWriter] = [item.writer(root, manifest) for item in formats]
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera, resume: bool = False) -> None:
         """Open the folder and store what all scenes share; once, before any scene.
@@ -83,13 +88,15 @@ class DatasetStore:
         """
         index = scene.scene_index
         split = self.manifest.split_of(index)
-        scene_writers = [writer.scene(index) for writer in self._writers]
+        scene_writers = [writer.scene(scene) for writer in self._writers]
         rows: list[dict[str, Any]] = []
+        described: dict[str, list[Described]] = {}
         for observation in observations:
             self._require_next(observation, index, len(rows))
             files = ObservationFiles(observation)
             for scene_writer in scene_writers:
                 scene_writer.write(files)
+            self._store_readings(observation, described)
             rows.append(observation_row(observation))
         if len(rows) != self.manifest.observations_per_scene:
             raise DatasetError(
@@ -99,6 +106,9 @@ class DatasetStore:
         for scene_writer in scene_writers:
             scene_writer.finish()
         told = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
+        if described:
+            sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
+            told["readings"] = to_mapping(sensors)
         write_scene_record(self._layout.scene_record(index), scene, split, rows, told, twins)
 
     def finish(self) -> Manifest:
@@ -117,11 +127,42 @@ class DatasetStore:
             {name: [records[index].observations for index in found] for name, found in self.manifest.splits.items()}
         )
         renderers = {record.renderer for record in records}
-        manifest = replace(self.manifest, renderers=tuple(sorted(renderers)), split_table=table)
+        manifest = replace(
+            self.manifest,
+            renderers=tuple(sorted(renderers)),
+            split_table=table,
+            contents=replace(self.manifest.contents, readings=self._readings(records)),
+        )
         write_manifest(self._layout.manifest, manifest)
         with writing(self._layout.unfinished):
             self._layout.unfinished.unlink()
         return manifest
+
+    def _kind(self, sensor: str) -> str:
+        return self.manifest.contents.sensors.get(sensor, sensor)
+
+    def _store_readings(self, observation: Observation, described: dict[str, list[Described]]) -> None:
+        """Store the readings that no format holds, and add what they are to ``described`` by sensor."""
+        for name, item in other_readings(observation).items():
+            described.setdefault(name, []).append(describe(name, item.reading))
+            path = self._layout.reading(name, observation.scene_index, observation.observation_index)
+            make_folder(path.parent)
+            write_bytes(path, encode_reading(item))
+
+    def _readings(self, records: Sequence[SceneRecord]) -> dict[str, ReadingContents]:
+        """Return what the sensors that no format holds give in all scenes.
+
+        Raises:
+            DatasetError: A sensor gives other arrays in one scene than in another, or none.
+        """
+        names = sorted({name for record in records for name in record.readings})
+        for name, record in ((name, record) for name in names for record in records):
+            if name not in record.readings:
+                raise DatasetError(f"{self.root}: scene {record.scene_index} has no readings of the sensor {name}")
+        return {
+            name: merged(name, self._kind(name), [record.readings[name].channels for record in records])
+            for name in names
+        }
 
     def _require_next(self, observation: Observation, scene_index: int, expected: int) -> None:
         found = observation.scene_index, observation.observation_index
@@ -140,7 +181,9 @@ class DatasetStore:
             raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)
-            self._require_same(replace(stored, renderers=(), split_table={}), self._layout.manifest)
+            contents = replace(stored.contents, readings={})
+            draft = replace(stored, renderers=(), split_table={}, contents=contents)
+            self._require_same(draft, self._layout.manifest)
             # Opened again, it is not complete until it is finished again.
             with writing(self._layout.unfinished):
                 self._layout.manifest.rename(self._layout.unfinished)

@@ -4,20 +4,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.dataset.checks import (
-    agreement,
-    bop_images,
-    bop_tables,
-    cameras,
-    kitti,
-    kitti_labels,
-    kitti_points,
-    manifest,
-    poses,
-    structure,
-    sweeps,
-)
-from warehouse_sim.dataset.checks.subject import Check, Findings, Subject
+from warehouse_sim.dataset.checks import manifest, readings, structure
+from warehouse_sim.dataset.checks.findings import Check, NamedCheck
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats import FORMATS, dataset_format
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.errors import WarehouseSimError
 
@@ -25,29 +15,12 @@ __all__ = ["Check", "validate"]
 
 ProgressCallback = Callable[[float, str], None]
 """Called with the share of the work that is done (0-1) and the name of the check that runs."""
-_CHECKS: tuple[tuple[str, frozenset[str], Callable[[Subject], Findings]], ...] = (
-    ("manifest", frozenset(), manifest.contents),
-    ("objects", frozenset(), structure.objects),
-    ("scene records", frozenset(), structure.scenes),
-    ("bop files", frozenset({"bop"}), bop_tables.files),
-    ("bop tables", frozenset({"bop"}), bop_tables.tables),
-    ("bop cameras", frozenset({"bop"}), cameras.bop),
-    ("bop coco", frozenset({"bop"}), bop_tables.coco),
-    ("bop targets", frozenset({"bop"}), bop_tables.targets),
-    ("bop images", frozenset({"bop"}), bop_images.images),
-    ("bop masks", frozenset({"bop"}), bop_images.masks),
-    ("bop poses on images", frozenset({"bop"}), poses.projection),
-    ("kitti files", frozenset({"kitti"}), kitti.files),
-    ("kitti labels", frozenset({"kitti"}), kitti_labels.labels),
-    ("kitti calib", frozenset({"kitti"}), kitti.calib),
-    ("kitti images", frozenset({"kitti"}), kitti.images),
-    ("kitti points in boxes", frozenset({"kitti"}), kitti_points.points),
-    ("kitti sweeps", frozenset({"kitti"}), sweeps.sweeps),
-    ("kitti and bop labels", frozenset({"kitti", "bop"}), agreement.labels),
-    ("kitti and bop cameras", frozenset({"kitti", "bop"}), agreement.cameras),
-    ("kitti and bop images", frozenset({"kitti", "bop"}), agreement.images),
+_CHECKS = (
+    NamedCheck("manifest", manifest.contents),
+    NamedCheck("objects", structure.objects),
+    NamedCheck("scene records", structure.scenes),
 )
-"""Name, formats that a dataset must have for it, and the function."""
+"""What is asked of every dataset, whatever its formats."""
 
 
 def validate(root: Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
@@ -65,15 +38,25 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
         manifest.require_size(subject)
     except WarehouseSimError as problem:
         return [Check("manifest", False, str(problem))]
-    stored = set(subject.manifest.formats)
-    asked = [(name, function) for name, formats, function in _CHECKS if formats <= stored]
-    checks = []
-    for number, (name, function) in enumerate(asked):
-        subject.progress = partial(_tell, progress, name, number, len(asked))
+    asked, checks = _asked(subject), []
+    for number, (check, format_name) in enumerate(asked):
+        subject.progress = partial(_tell, progress, check.name, number, len(asked))
         subject.progress(0.0)
-        checks.append(_run(name, function, subject))
+        checks.append(_run(check, subject if format_name is None else subject.of_format(format_name)))
     progress(1.0, f"{len(checks)} checks")
     return checks
+
+
+def _asked(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
+    """Return the checks of the dataset, each with the format whose files it looks at, if it is one format's."""
+    stored = set(subject.manifest.formats) & set(FORMATS.names())
+    asked: list[tuple[NamedCheck, str | None]] = [(check, None) for check in _CHECKS]
+    if subject.manifest.contents.readings or subject.layout.readings.exists():
+        asked.append((NamedCheck("readings", readings.readings), None))
+    for name in sorted(stored):
+        checks = dataset_format(name).checks
+        asked += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]
+    return asked
 
 
 def _tell(progress: ProgressCallback, name: str, number: int, count: int, share: float) -> None:
@@ -81,14 +64,14 @@ def _tell(progress: ProgressCallback, name: str, number: int, count: int, share:
     progress((number + share) / count, name)
 
 
-def _run(name: str, function: Callable[[Subject], Findings], subject: Subject) -> Check:
+def _run(check: NamedCheck, subject: Subject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
     try:
-        findings = function(subject)
+        findings = check.run(subject)
     except WarehouseSimError as problem:
-        return Check(name, False, str(problem))
+        return Check(check.name, False, str(problem))
     if not findings.problems:
-        return Check(name, True, findings.examined)
+        return Check(check.name, True, findings.examined)
     others = len(findings.problems) - 1 + findings.more
     more = f" (and {others} more)" if others else ""
-    return Check(name, False, findings.problems[0] + more)
+    return Check(check.name, False, findings.problems[0] + more)

@@ -1,6 +1,5 @@
 """From two files to a score: a predictions CSV against one split of a dataset folder."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -61,7 +60,7 @@ def evaluate(
     }
     return Scores(
         method=method or predictions.stem.split("_")[0],
-        dataset=_identity(reader, data, split),
+        dataset=_identity(reader, split),
         settings=to_mapping(config),
         counts=_counts(estimates, images, table),
         overall=summarise("all", table, config.metrics, config.groups),
@@ -79,20 +78,15 @@ def docking_failures(table: ErrorTable) -> dict[str, int]:
     return {axis: int((failed == axis).sum()) for axis in (*FAILURE_AXES, "missed")}
 
 
-def manifest_hash(data: Path) -> str:
-    """Return the SHA-256 of a dataset's manifest, by which a score finds its dataset again."""
-    return hashlib.sha256(DatasetLayout(data).manifest.read_bytes()).hexdigest()
-
-
-def _identity(reader: DatasetReader, data: Path, split: str) -> dict[str, Any]:
+def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
     manifest = reader.manifest
     return {
-        "recipe": manifest.recipe.get("name") or "unnamed",
-        "seed": manifest.seed,
-        "scenes": manifest.scenes,
-        "observations_per_scene": manifest.observations_per_scene,
+        "recipe": reader.name,
+        "seed": None if manifest is None else manifest.seed,
+        "scenes": sum(map(len, reader.splits.values())),
+        "observations_per_scene": None if manifest is None else manifest.observations_per_scene,
         "split": split,
-        "manifest_sha256": manifest_hash(data),
+        "manifest_sha256": reader.digest,
     }
 
 

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
+from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.recipe import Recipe
@@ -53,6 +54,8 @@ def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
 def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     """Return the manifest as far as it is known without making a scene: with splits by index."""
     scenes = recipe.scenes if config.scenes is None else config.scenes
+    # Through JSON, so that a manifest read back equals the one written.
+    plain = json.loads(json.dumps(to_mapping(recipe)))
     return Manifest(
         seed=config.seed,
         scenes=scenes,
@@ -60,10 +63,10 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         splits={name: indices for name, indices in split_scenes(scenes, recipe.split).items()},
         formats=tuple(config.formats),
         targets=recipe.scene.targets,
-        # Through JSON, so that a manifest read back equals the one written.
-        recipe=json.loads(json.dumps(to_mapping(recipe))),
+        recipe=plain,
         packages=package_versions(),
         twins=_twins(recipe),
+        contents=draft_contents(plain, (*config.formats, config.backend)),
     )
 
 

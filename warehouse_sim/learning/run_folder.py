@@ -1,6 +1,5 @@
 """What a training run leaves behind: weights, the resolved settings and what prediction needs of the objects."""
 
-import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,11 +67,6 @@ class RunConfig:
     """How it was trained."""
     started_from: StartingWeights | None = None
     """Trained weights that it began with; none for fresh ones."""
-
-
-def dataset_digest(root: Path) -> str:
-    """Return the SHA-256 of the dataset's manifest, which names its seed, recipe and versions."""
-    return hashlib.sha256((root / "manifest.json").read_bytes()).hexdigest()
 
 
 def write_config(run: Path, config: RunConfig) -> None:

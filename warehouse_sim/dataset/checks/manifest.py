@@ -1,10 +1,17 @@
 """Checks of the manifest against what the package knows and what the folder holds."""
 
-from warehouse_sim.dataset.checks.subject import Findings, Subject
-from warehouse_sim.dataset.plain import shown, take, take_if_given
+from dataclasses import fields
+
+from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats import FORMATS
+from warehouse_sim.dataset.plain import shown, take
+from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS
-from warehouse_sim.dataset.writers import WRITERS
 from warehouse_sim.errors import DatasetError
+
+_NOT_IN_RECIPE = ("plugins", "readings")
+"""Contents that are known later than the recipe."""
 
 
 def contents(subject: Subject) -> Findings:
@@ -19,8 +26,7 @@ def contents(subject: Subject) -> Findings:
     _known_formats(findings, subject)
     _own_targets(findings, subject)
     findings.require(bool(manifest.recipe), f"{subject.layout.manifest}: recipe is empty; nobody can make this again")
-    # Reading it is the check.
-    assert subject.rig is not None
+    _of_recipe(findings, subject)
     if manifest.split_table:
         _split_table(findings, subject)
     return findings
@@ -48,7 +54,7 @@ def require_size(subject: Subject) -> None:
 
 
 def _known_formats(findings: Findings, subject: Subject) -> None:
-    formats, known = subject.manifest.formats, WRITERS.names()
+    formats, known = subject.manifest.formats, FORMATS.names()
     where = f"{subject.layout.manifest}: formats"
     findings.require(bool(formats) and len(set(formats)) == len(formats), f"{where}: must name formats, each once")
     for name in formats:
@@ -64,12 +70,20 @@ def _own_targets(findings: Findings, subject: Subject) -> None:
     targets, classes = set(subject.manifest.targets), {info.class_name for info in subject.objects.values()}
     for name in sorted(classes - targets):
         findings.require(False, f"{where}: lack the class {name} of an object in {subject.layout.objects}")
-    scene = take_if_given(subject.manifest.recipe, "scene", dict, f"{subject.layout.manifest}: recipe") or {}
     # A recipe can ask for a class of which it then places nothing.
-    asked = take_if_given(scene, "targets", list, f"{subject.layout.manifest}: recipe: scene")
+    asked = subject.manifest.contents.targets
     allowed = classes if asked is None else asked
     for name in sorted(targets):
         findings.require(name in allowed, f"{where}: {shown(name)} is no class of the recipe or of the objects")
+
+
+def _of_recipe(findings: Findings, subject: Subject) -> None:
+    """Require that the contents are those that the recipe describes."""
+    manifest, where = subject.manifest, subject.layout.manifest
+    described, found = recipe_contents(manifest.recipe, f"{where}: recipe"), manifest.contents
+    for key in (item.name for item in fields(found) if item.name not in _NOT_IN_RECIPE):
+        same = getattr(described, key) == getattr(found, key)
+        findings.require(same, f"{where}: contents: {key} is {shown(getattr(found, key))}, which is not the recipe's")
 
 
 def _split_table(findings: Findings, subject: Subject) -> None:

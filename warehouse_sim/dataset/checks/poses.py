@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.raster import mesh_depth
-from warehouse_sim.dataset.checks.subject import Findings, Subject
-from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -118,9 +119,9 @@ def _compare(
     drawn = mesh_depth(mesh, target.T_camera_object, image.camera)
     if drawn is None:
         return None
-    silhouette, mask = np.isfinite(drawn), subject.reader.mask(image, target.gt_index)
+    silhouette, mask = np.isfinite(drawn), subject.readable.mask(image, target.gt_index)
     shift_px, mismatch = silhouette_shift(mask, silhouette)
-    seen = silhouette & subject.reader.mask_visible(image, target.gt_index) & (depth > 0)
+    seen = silhouette & subject.readable.mask_visible(image, target.gt_index) & (depth > 0)
     residuals = depth[seen] - drawn[seen]
     if len(residuals) < _FEWEST_PIXELS:
         return _Comparison(shift_px, mismatch, 0.0, np.inf)

@@ -1,9 +1,9 @@
-"""The dataset under test and what a check has found."""
+"""The dataset under test, and what the checks share of it."""
 
+import copy
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -11,64 +11,24 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.dataset.layout import BopLayout, DatasetLayout, KittiLayout
+from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.recorded_rig import RecordedRig, recorded_rig
+from warehouse_sim.dataset.reader import open_format
+from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform
 
-_KEPT = 100
-"""Problems that a check keeps: a folder can hold more wrong files than memory."""
 _KEPT_IMAGES = 64
 T = TypeVar("T")
 R = TypeVar("R")
 
 
-@dataclass(frozen=True)
-class Check:
-    """The outcome of one check."""
-
-    name: str
-    ok: bool
-    detail: str
-    """What was examined, or the first thing that is wrong."""
-
-
-@dataclass
-class Findings:
-    """Collects what is wrong while a check runs."""
-
-    examined: str = ""
-    """What was looked at, with its number."""
-    problems: list[str] = field(default_factory=list)
-    """The first ones that are wrong."""
-    more: int = 0
-    """How many were found beyond them."""
-    count: int = 0
-    """Number of what was looked at, where parts of a check are put together."""
-
-    def require(self, holds: bool, problem: str) -> bool:
-        """Note ``problem`` unless ``holds``; return ``holds``."""
-        if not holds and len(self.problems) < _KEPT:
-            self.problems.append(problem)
-        elif not holds:
-            self.more += 1
-        return holds
-
-    def add(self, part: "Findings") -> None:
-        """Take over what a part of the check has found."""
-        for problem in part.problems:
-            self.require(False, problem)
-        self.more += part.more
-        self.count += part.count
-
-
 class Subject:
-    """A dataset with a readable manifest, and what the checks share of it.
+    """A dataset with a readable manifest, seen through one of its formats.
 
     Args:
         root: Folder of the dataset.
@@ -80,29 +40,46 @@ class Subject:
         self.progress: Callable[[float], None] = lambda share: None
         """Told the share (0-1) of a check's work that is done."""
         self.layout = DatasetLayout(root)
-        self.bop = BopLayout(self.layout.format_folder("bop"))
-        self.kitti = KittiLayout(self.layout.format_folder("kitti"))
         self._records: dict[int, SceneRecord] = {}
+        self._format: str | None = None
+        self._of_format: dict[str, Subject] = {}
+
+    def of_format(self, name: str) -> "Subject":
+        """Return the same dataset as the files of one format show it; records are shared."""
+        if name not in self._of_format:
+            other = copy.copy(self)
+            for kept in ("reader", "depth", "objects"):
+                vars(other).pop(kept, None)
+            other._format = name
+            self._of_format[name] = other
+        self._of_format[name].progress = self.progress
+        return self._of_format[name]
 
     @cached_property
-    def reader(self) -> DatasetReader:
-        """The dataset as training and scoring see it."""
-        return DatasetReader(self.root)
+    def reader(self) -> FormatReader | None:
+        """What training and scoring see of the format's files, or of the first format that they can read, if any."""
+        return open_format(self.root, self.manifest.formats if self._format is None else (self._format,))
 
-    @cached_property
-    def rig(self) -> RecordedRig:
-        """What the recipe says of the sensors."""
-        return recorded_rig(self.manifest.recipe, f"{self.layout.manifest}: recipe")
+    @property
+    def readable(self) -> FormatReader:
+        """The reader, which the format must have.
+
+        Raises:
+            DatasetError: It has none.
+        """
+        if self.reader is None:
+            raise DatasetError(f"{self.root}: the format {self._format} has no reader")
+        return self.reader
 
     @cached_property
     def depth(self) -> Callable[[ImageRecord], Float32[np.ndarray, "h w"]]:
         """Read an image's depth (m), 0 = no reading; the images of a small dataset are decoded once for all checks."""
-        return lru_cache(_KEPT_IMAGES)(self.reader.depth)
+        return lru_cache(_KEPT_IMAGES)(self.readable.depth)
 
     @cached_property
-    def objects(self) -> dict[int, ObjectInfo]:
-        """The objects of objects.json by obj_id."""
-        return read_objects(self.root)
+    def objects(self) -> Mapping[int, ObjectInfo]:
+        """The objects of objects.json by obj_id, with their meshes if a format has them."""
+        return read_objects(self.root) if self.reader is None else self.reader.objects
 
     def record(self, scene_index: int) -> SceneRecord:
         """Return a scene's record, read once."""
@@ -147,22 +124,13 @@ class Subject:
             for index in self.manifest.splits[split]:
                 yield split, index
 
-    def frames(self) -> Iterator[tuple[Split, int, int, int]]:
-        """Yield split, scene, observation and KITTI frame number of every observation."""
-        count = self.manifest.observations_per_scene
+    def observations(self) -> Iterator[tuple[Split, int, int]]:
+        """Yield split, scene and observation of every observation."""
         for split, scene in self.scenes():
-            for observation in range(count):
-                yield split, scene, observation, scene * count + observation
+            for observation in range(self.manifest.observations_per_scene):
+                yield split, scene, observation
 
     def images(self) -> Iterator[ImageRecord]:
-        """Yield every image of the BOP files."""
+        """Yield every image that the format's reader has."""
         for split in SPLITS:
-            yield from self.reader.images(split)
-
-
-def compare_names(findings: Findings, folder: Path, expected: set[str], kind: str = "file") -> None:
-    """Note which ``expected`` names are missing in ``folder`` and which are there beyond them."""
-    found = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
-    for words, names in (("is missing", expected - found), ("does not belong to the dataset", found - expected)):
-        for name in sorted(names):
-            findings.require(False, f"{folder / name}: this {kind} {words}")
+            yield from self.readable.images(split)

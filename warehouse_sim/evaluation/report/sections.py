@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.numbers import counted
 from warehouse_sim.evaluation.report.pictures import depth_frame, frame_with_boxes, jpeg_uri
@@ -17,8 +17,7 @@ _GALLERY_FRAMES, _GALLERY_WIDTH = 7, 900
 
 def dataset_section(data: DatasetReader) -> dict[str, Any]:
     """Describe a dataset and show frames from all over it, with true boxes and one depth image."""
-    manifest = data.manifest
-    images = [image for split in SPLITS for image in data.images(split)]
+    images = [image for split in data.splits for image in data.images(split)]
     shown = _spread([image for image in images if image.targets] or images, _GALLERY_FRAMES)
     frames = [
         {"uri": jpeg_uri(frame_with_boxes(data, image, _GALLERY_WIDTH)), "caption": _frame_caption(image)}
@@ -27,26 +26,32 @@ def dataset_section(data: DatasetReader) -> dict[str, Any]:
     if shown:
         depth = jpeg_uri(depth_frame(data, shown[0], _GALLERY_WIDTH))
         frames.insert(1, {"uri": depth, "caption": "Depth of the first: near is warm, no reading is black"})
-    targets = [target for image in images for target in image.targets]
+    manifest, targets = data.manifest, [target for image in images for target in image.targets]
     per_split = {
         split: f"{counted(len(data.splits[split]), 'scene')}, {counted(len(data.images(split)), 'image')}"
-        for split in SPLITS
+        for split in data.splits
     }
     facts = {
-        "Recipe": manifest.recipe.get("name") or "unnamed",
-        "Seed": manifest.seed,
+        **({} if manifest is None else {"Recipe": data.name, "Seed": manifest.seed}),
         **{split.capitalize(): text for split, text in per_split.items()},
         "Labelled objects": f"{len(targets):,}",
-        "Formats": ", ".join(manifest.formats),
-        "Renderer": "; ".join(manifest.renderers),
-        "Packages": ", ".join(f"{name} {version}" for name, version in manifest.packages.items()),
+        **({} if manifest is None else _origin(manifest)),
     }
     return {
         "name": data.root.resolve().name,
-        "description": manifest.recipe.get("description", ""),
+        "description": "" if manifest is None else manifest.contents.description,
         "facts": facts,
         "frames": frames,
-        "recipe": json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
+        "recipe": "" if manifest is None else json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
+    }
+
+
+def _origin(manifest: Manifest) -> dict[str, str]:
+    """Say how a dataset of this package was made."""
+    return {
+        "Formats": ", ".join(manifest.formats),
+        "Renderer": "; ".join(manifest.renderers),
+        "Packages": ", ".join(f"{name} {version}" for name, version in manifest.packages.items()),
     }
 
 

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.reader import DatasetReader, is_dataset
 from warehouse_sim.errors import ConfigError, EvaluationError
 from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
-from warehouse_sim.evaluation.scoring import manifest_hash
 from warehouse_sim.yaml_file import read_yaml
 
 _RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.json"
@@ -59,8 +57,9 @@ def read_sources(folders: Sequence[Path]) -> Sources:
     found = list(dict.fromkeys(path for folder in folders for path in _recognised(folder.resolve())))
     sources = Sources()
     for path in found:
-        if DatasetLayout(path).manifest.is_file():
-            sources.datasets[manifest_hash(path)] = DatasetReader(path)
+        if is_dataset(path):
+            reader = DatasetReader(path)
+            sources.datasets[reader.digest] = reader
         if (path / _RUN_CURVES).is_file():
             sources.runs.append(_read_run(path))
     for path in found:
@@ -85,8 +84,7 @@ def _recognised(folder: Path) -> list[Path]:
 
 
 def _is_known(path: Path) -> bool:
-    files = (DatasetLayout(path).manifest, path / _RUN_CURVES, path / SCORES_FILE)
-    return any(file.is_file() for file in files)
+    return is_dataset(path) or any(file.is_file() for file in (path / _RUN_CURVES, path / SCORES_FILE))
 
 
 def _read_evaluation(path: Path, datasets: dict[str, DatasetReader]) -> EvaluationSource:

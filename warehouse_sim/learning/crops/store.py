@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.layout import BopLayout, DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.crops.array_file import GrowingArray, map_array
@@ -88,13 +87,10 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     That is the manifest, the way of cutting, the labels, and names and sizes of the images: a dataset that other code
     made anew may have the same manifest, but not images of the same sizes.
     """
-    digest = hashlib.sha256((reader.root / "manifest.json").read_bytes())
-    layout = BopLayout(DatasetLayout(reader.root).format_folder("bop"))
-    digest.update(json.dumps([_FORMAT, _SEED, split, asdict(config)]).encode())
-    for root in sorted({layout.scene(image.split, image.scene_id).root for image in reader.images(split)}):
-        for path in sorted(root.rglob("*")):
-            labels = path.read_bytes() if path.suffix == ".json" else b""
-            digest.update(json.dumps([str(path.relative_to(root)), path.stat().st_size]).encode() + labels)
+    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, _SEED, split, asdict(config)]).encode())
+    for path in reader.files(split):
+        labels = path.read_bytes() if path.suffix == ".json" else b""
+        digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)
     return digest.hexdigest()[:24]
 
 

@@ -18,7 +18,7 @@ from warehouse_sim.learning.crops.store import Arrays, load_crops
 from warehouse_sim.learning.methods import Method
 from warehouse_sim.learning.objects import ObjectShape, measure_shape
 from warehouse_sim.learning.progress import Progress
-from warehouse_sim.learning.run_folder import DatasetSource, RunConfig, dataset_digest
+from warehouse_sim.learning.run_folder import DatasetSource, RunConfig
 from warehouse_sim.learning.settings import TrainConfig
 
 
@@ -68,7 +68,7 @@ def prepare(
     rng = np.random.default_rng(config.seed)
     surface = config.loss.nearest_points if config.loss.symmetry == "nearest" else 0
     shapes = tuple(measure_shape(objects[obj_id], rng, network.reads_rgb, surface) for obj_id in known)
-    sources = tuple(DatasetSource(folder.resolve().name, dataset_digest(folder)) for folder in data)
+    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
     return Prepared(
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
         classes=tuple(objects[obj_id].class_name for obj_id in known),

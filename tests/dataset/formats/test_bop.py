@@ -1,0 +1,184 @@
+import itertools
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from pycocotools import mask as coco_mask
+
+from tests.dataset.toy import CAMERA, CARTON, PALLET, make_manifest, make_scene, observe
+from warehouse_sim.dataset.formats.bop.labels import run_lengths
+from warehouse_sim.dataset.formats.bop.models import even_mesh, write_models
+from warehouse_sim.dataset.formats.bop.writer import BopWriter
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.image_io import decode_mask
+from warehouse_sim.dataset.objects import write_objects
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import invert
+
+TRAIN = Path("bop/train/000000")
+
+
+def table(root: Path, name: str) -> dict:
+    return json.loads((root / TRAIN / f"scene_{name}.json").read_text())
+
+
+def test_camera_row(toy_root: Path) -> None:
+    truth = observe(make_scene(0))[0]
+    row = table(toy_root, "camera")["0"]
+    assert row["cam_K"] == [110.0, 0.0, 81.3, 0.0, 112.0, 47.6, 0.0, 0.0, 1.0]
+    assert row["depth_scale"] == 1.0
+    T_camera_world = invert(truth.T_world_camera)
+    assert np.array_equal(np.reshape(row["cam_R_w2c"], (3, 3)), T_camera_world[:3, :3])
+    assert np.allclose(row["cam_t_w2c"], T_camera_world[:3, 3] * 1000, rtol=0, atol=1e-9)
+    defaults = json.loads((toy_root / "bop" / "camera.json").read_text())
+    assert defaults == {
+        **{key: getattr(CAMERA, key) for key in ("fx", "fy", "cx", "cy", "width", "height")},
+        "depth_scale": 1.0,
+    }
+
+
+def test_gt_info_follows_the_toolkit_definitions(toy_root: Path) -> None:
+    """Recompute every number from a silhouette pasted into a canvas of 3 x 3 images."""
+    truth, rows = observe(make_scene(0))[0], table(toy_root, "gt_info")["0"]
+    h, w = truth.rgbd.depth.shape
+    truncated = 0
+    for annotation, row in zip(truth.annotations, rows, strict=True):
+        canvas = np.zeros((3 * h, 3 * w), dtype=bool)
+        left, top = annotation.silhouette_offset
+        sh, sw = annotation.silhouette.shape
+        canvas[h + top : h + top + sh, w + left : w + left + sw] = annotation.silhouette
+        inside = canvas[h : 2 * h, w : 2 * w]
+        visible = truth.buffers.instance_ids == annotation.instance_id
+        ys, xs = np.nonzero(canvas)
+        vy, vx = np.nonzero(visible)
+        assert row == {
+            "bbox_obj": [xs.min() - w, ys.min() - h, np.ptp(xs), np.ptp(ys)],
+            "bbox_visib": [vx.min(), vy.min(), np.ptp(vx), np.ptp(vy)],
+            "px_count_all": canvas.sum(),
+            "px_count_valid": (truth.rgbd.depth[inside] > 0).sum(),
+            "px_count_visib": visible.sum(),
+            "visib_fract": visible.sum() / canvas.sum(),
+            "instance_id": annotation.instance_id,
+        }
+        truncated += canvas.sum() > inside.sum()
+    assert rows[0]["visib_fract"] < 0.9, "the carton must hide a part of the first pallet"
+    assert truncated == 1
+
+
+def test_coco_agrees_with_pycocotools(toy_root: Path) -> None:
+    coco, infos = table(toy_root, "gt_coco"), table(toy_root, "gt_info")
+    assert [annotation["id"] for annotation in coco["annotations"]] == [1, 2, 3]
+    assert coco["categories"] == [{"id": 1, "name": "toy-pallet", "supercategory": "pallet"}]
+    for image in coco["images"]:
+        assert (toy_root / TRAIN / image["file_name"]).is_file()
+    for i, annotation in enumerate(coco["annotations"]):
+        size = annotation["segmentation"]["size"]
+        encoded = coco_mask.frPyObjects(annotation["segmentation"], *size)
+        visible = decode_mask(toy_root / TRAIN / "mask_visib" / f"000000_{i:06d}.png")
+        assert np.array_equal(coco_mask.decode(encoded).astype(bool), visible)
+        assert coco_mask.area(encoded) == annotation["area"] == infos["0"][i]["px_count_visib"]
+        x, y, bw, bh = infos["0"][i]["bbox_visib"]
+        assert coco_mask.toBbox(encoded).tolist() == [x, y, bw + 1, bh + 1]
+        x, y, bw, bh = infos["0"][i]["bbox_obj"]
+        assert annotation["bbox"] == [x, y, bw + 1, bh + 1]
+
+
+def masks_that_end_anywhere() -> Iterator[np.ndarray]:
+    """Yield the masks whose runs begin or end where a column, the used part or the image does, and many at random."""
+    yield np.zeros((13, 19), dtype=bool)
+    yield np.ones((13, 19), dtype=bool)
+    for row, column in itertools.product((0, 6, -1), (0, 9, -1)):
+        for rows, columns in itertools.product((row, slice(None)), (column, slice(None))):
+            mask = np.zeros((13, 19), dtype=bool)
+            mask[rows, columns] = True
+            yield mask
+    rng = np.random.default_rng(20)
+    for _ in range(2000):
+        height, width = rng.integers(1, 14, 2)
+        mask = np.zeros((height, width), dtype=bool)
+        (top, bottom), (left, right) = (np.sort(rng.integers(0, size + 1, 2)) for size in (height, width))
+        mask[top:bottom, left:right] = rng.random((bottom - top, right - left)) < rng.choice([0.2, 0.6, 1.0])
+        yield mask
+
+
+def test_run_lengths_equal_pycocotools() -> None:
+    for mask in masks_that_end_anywhere():
+        runs = run_lengths(mask)
+        height, width = mask.shape
+        encoded = coco_mask.frPyObjects(runs, height, width)
+        assert encoded["counts"] == coco_mask.encode(np.asfortranarray(mask, np.uint8))["counts"], mask
+        assert sum(runs["counts"]) == mask.size
+        assert np.array_equal(coco_mask.decode(encoded), mask)
+
+
+@pytest.mark.parametrize("kind", ["models", "models_eval"])
+def test_models_load_elsewhere_and_have_their_stated_size(tmp_path: Path, kind: str) -> None:
+    write_models(tmp_path, [CARTON, PALLET])
+    infos = json.loads((tmp_path / kind / "models_info.json").read_text())
+    assert list(infos) == ["1", "7"]
+    for model in (PALLET, CARTON):
+        mesh = trimesh.load(tmp_path / kind / f"obj_{model.obj_id:06d}.ply", process=False)
+        info = infos[str(model.obj_id)]
+        size_mm = model.size * 1000
+        assert np.allclose(mesh.extents, size_mm, rtol=0, atol=1e-3)
+        assert np.allclose([info[f"size_{axis}"] for axis in "xyz"], size_mm, rtol=0, atol=1e-3)
+        assert np.allclose([info[f"min_{axis}"] for axis in "xyz"], -size_mm / 2, rtol=0, atol=1e-3)
+        assert info["diameter"] == pytest.approx(np.linalg.norm(size_mm), rel=1e-6)
+        expected = model.symmetry.transforms[1:].reshape(-1, 16).tolist()
+        assert info["symmetries_discrete"] == expected
+        assert mesh.area == pytest.approx(model.mesh().face_areas().sum() * 1e6, rel=1e-5)
+        # Parts that touch are still closed boxes of their own.
+        assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).is_watertight
+
+
+def test_header_uses_the_type_names_that_the_toolkit_knows(toy_root: Path) -> None:
+    header = (toy_root / "bop" / "models" / "obj_000001.ply").read_bytes().split(b"end_header")[0].decode()
+    properties = [line.split()[1:] for line in header.splitlines() if line.startswith("property")]
+    assert properties == [["float", "x"], ["float", "y"], ["float", "z"], ["list", "uchar", "int", "vertex_indices"]]
+    assert "format binary_little_endian 1.0" in header
+
+
+@pytest.mark.parametrize("model", [PALLET, CARTON], ids=lambda model: model.name)
+def test_metric_vertices_are_even(model) -> None:
+    """Every patch of the surface has its share of vertices."""
+    mesh = even_mesh(model)
+    assert 2000 <= len(mesh.vertices) <= 4000
+    edges = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]
+    lengths = np.linalg.norm(edges, axis=2)
+    spacing = np.sqrt(mesh.face_areas().sum() / len(mesh.vertices))
+    assert lengths.max() < 2.5 * spacing
+    assert np.median(lengths) > 0.4 * spacing
+
+
+def test_targets_count_what_is_visible_enough(tmp_path: Path) -> None:
+    manifest = make_manifest()
+    write_objects(tmp_path, [PALLET])
+    writer = BopWriter(tmp_path, manifest)
+    writer.begin([PALLET], CAMERA)
+    scene = writer.scene(make_scene(2))
+    for observation in observe(make_scene(2)):
+        first, *others = observation.annotations or [None]
+        if first is not None:
+            hidden = replace(first, pixels_visible=first.pixels_all // 11)
+            observation = replace(observation, annotations=(hidden, *others))
+        scene.write(ObservationFiles(observation))
+    scene.finish()
+    writer.finish()
+    rows = json.loads((tmp_path / "bop" / "test_targets_bop19.json").read_text())
+    assert rows == [{"scene_id": 2, "im_id": 0, "obj_id": 1, "inst_count": 2}]
+    rows = json.loads((tmp_path / "bop" / "test_targets_bop24.json").read_text())
+    assert rows == [{"scene_id": 2, "im_id": 0}, {"scene_id": 2, "im_id": 1}]
+    coco = json.loads((tmp_path / "bop" / "test" / "000002" / "scene_gt_coco.json").read_text())
+    assert [annotation["ignore"] for annotation in coco["annotations"]] == [True, False, False]
+
+
+def test_object_without_model_is_refused(tmp_path: Path) -> None:
+    write_objects(tmp_path, [CARTON])
+    writer = BopWriter(tmp_path, make_manifest())
+    writer.begin([CARTON], CAMERA)
+    with pytest.raises(DatasetError, match=r"obj_id 1 is not among the dataset's objects \[7\]"):
+        writer.scene(make_scene(0)).write(ObservationFiles(observe(make_scene(0))[0]))

@@ -1,0 +1,78 @@
+"""What the KITTI folder holds of a right camera and of further LiDARs."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.dataset.toy import CAMERA, PALLET, RENDERER, T_CAMERA_LIDAR, make_manifest, make_scene, observe, with_recipe
+from warehouse_sim.dataset.formats.kitti.calib import calib_text
+from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
+from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.image_io import encode_disparity
+from warehouse_sim.dataset.recipe_contents import recipe_contents
+from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.validate import validate
+from warehouse_sim.schema import Observation, StereoReading
+
+SENSORS = {"right": {"baseline": 0.25, "matching": None}, "lidars": {"rear": {}}}
+
+
+def with_more(observation: Observation) -> Observation:
+    depth = observation.buffers.depth
+    disparity = np.where(depth > 0, CAMERA.fx * 0.25 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
+    stereo = StereoReading(0.25, observation.rgbd.rgb[:, ::-1].copy(), observation.buffers, disparity, disparity < 5.0)
+    assert observation.lidar is not None
+    return observation.with_reading("right", stereo).with_reading("rear", observation.lidar, T_CAMERA_LIDAR)
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    manifest = with_recipe(make_manifest(formats=("kitti",)), {"sensors": SENSORS})
+    store = DatasetStore(tmp_path / "data", manifest)
+    store.begin([PALLET], CAMERA)
+    for index in range(manifest.scenes):
+        scene = make_scene(index)
+        store.write_scene(scene, map(with_more, observe(scene)), {}, RENDERER)
+    store.finish()
+    return tmp_path / "data"
+
+
+def kinds_of(sensors: dict) -> dict[str, str]:
+    return kitti_kinds(recipe_contents({"sensors": sensors}))
+
+
+def test_kinds_follow_the_recipes_sensors() -> None:
+    assert kinds_of({}) == kinds_of({"camera": {}}) == KITTI_KINDS
+    added = {"image_3", "disp_occ", "disp_noc", "velodyne_rear", "velodyne_rear_ids", "calib_lidars"}
+    assert set(kinds_of(SENSORS)) - set(KITTI_KINDS) == added
+    matched = {"right": {"baseline": 0.25, "matching": {}}}
+    assert set(kinds_of(matched)) - set(KITTI_KINDS) == {"image_3", "disp_occ", "disp_noc", "disp_sgbm"}
+
+
+def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:
+    assert [check for check in validate(root) if not check.ok] == []
+    calib = root / "kitti/training/calib/000000.txt"
+    P3 = parse_calib(calib.read_text(), "calib")["P3"]
+    assert P3[0, 3] == pytest.approx(-110.0 * 0.25)
+    calib.write_text(calib_text(CAMERA, T_CAMERA_LIDAR, 0.3))
+    (broken,) = [check for check in validate(root) if not check.ok]
+    assert "P3 must be P2 moved along x by the recipe's baseline" in broken.detail
+
+
+def test_the_readme_says_what_is_there(root: Path) -> None:
+    text = (root / "kitti/README.md").read_text()
+    assert "P0 and P2 are the left camera" in text
+    assert "further LiDARs (rear)" in text
+
+
+def test_disparities_are_256ths_and_too_large_ones_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "disparity.png"
+    path.write_bytes(encode_disparity(np.array([[0.0, 1.0, 37.123, 255.99, 256.0, 900.0]], np.float32)))
+    assert cv2.imread(str(path), cv2.IMREAD_UNCHANGED).tolist() == [[0, 256, 9503, 65533, 0, 0]]
+
+
+def test_without_a_right_camera_all_four_are_the_same() -> None:
+    matrices = parse_calib(calib_text(CAMERA, T_CAMERA_LIDAR), "calib")
+    assert all(np.array_equal(matrices[f"P{number}"], matrices["P0"]) for number in range(4))

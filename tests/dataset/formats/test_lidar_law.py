@@ -1,0 +1,62 @@
+"""The check's law against the simulated sensor, with which it shares no code."""
+
+import numpy as np
+import pytest
+
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.formats.kitti.checks.lidar_law import SIGMAS, LidarLaw
+from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
+from warehouse_sim.dataset.observation_record import RecordedObservation
+from warehouse_sim.dataset.recipe_contents import recipe_contents
+from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
+from warehouse_sim.sensors.lidar import LIDAR_PRESETS, EgoMotion
+from warehouse_sim.sensors.lidar.receiver import intensity, range_sigma, relative_power
+from warehouse_sim.sensors.lidar.sweep import make_sweep
+
+
+def law_of(name: str, **more) -> LidarLaw:
+    return LidarLaw.of(recipe_contents({"sensors": {"lidar": to_mapping(LIDAR_PRESETS[name]) | more}}).lidar)
+
+
+@pytest.mark.parametrize("name", sorted(LIDAR_PRESETS))
+def test_limits_cover_the_sensors_noise_and_hardly_more(name: str) -> None:
+    config, rng = LIDAR_PRESETS[name], np.random.default_rng(0)
+    distance = rng.uniform(2.0, min(60.0, config.max_range), 5000)
+    reflectance = rng.uniform(0.02, 1.0, 5000)
+    power = relative_power(reflectance, distance, config)
+    sigma = range_sigma(power, config)
+    limit = law_of(name).noise_limit(distance, intensity(reflectance, config).astype(float))
+    assert (limit >= SIGMAS * sigma + config.range_step / 2).all()
+    strong = power > 2.0
+    assert np.median(limit[strong] / (SIGMAS * sigma[strong] + config.range_step / 2)) < 1.1
+
+
+def test_a_recipe_without_a_lidar_allows_nothing() -> None:
+    law = LidarLaw.of(recipe_contents({}).lidar)
+    assert law.noise_limit(np.array([5.0]), np.array([0.0])).tolist() == [0.0]
+    assert law.mixing_reach == law.mixed_share == 0.0
+
+
+@pytest.mark.parametrize("name", sorted(LIDAR_PRESETS))
+def test_the_head_looks_forward_when_the_sweep_says(name: str) -> None:
+    sweep, law = make_sweep(LIDAR_PRESETS[name]), law_of(name, motion="raw")
+    assert law.forward_time == pytest.approx(sweep.forward_time, abs=law.time_doubt + law.cycle_time)
+
+
+@pytest.mark.parametrize("motion", ["ignored", "raw", "deskewed"])
+def test_points_go_back_to_where_they_were_hit(motion: str) -> None:
+    rng = np.random.default_rng(1)
+    T_world_vehicle = make_transform(rotation_z(0.4), np.array([3.0, -2.0, 0.0]))
+    T_world_lidar = T_world_vehicle @ make_transform(rotation_z(0.1), np.array([0.3, 0.0, 1.6]))
+    seen = RecordedObservation(
+        make_transform(), T_world_vehicle=T_world_vehicle, velocity=(1.5, 0.4, 0.0), yaw_rate=0.6
+    )
+    ego = EgoMotion(np.array(seen.velocity), seen.yaw_rate, T_world_vehicle[:3, 3])
+    law = law_of("hdl64e", motion=motion)
+    points, time = rng.uniform(-9.0, 9.0, (200, 3)), rng.uniform(0.0, 0.1, 200)
+    still = transform_points(T_world_lidar, points)
+    hits, starts = in_world(points, time, T_world_lidar, law, seen)
+    since = time - law.forward_time
+    lidar = np.broadcast_to(T_world_lidar[:3, 3], points.shape)
+    assert np.allclose(hits, ego.moved(still, since) if motion == "raw" else still, atol=1e-5)
+    assert np.allclose(starts, lidar if motion == "ignored" else ego.moved(lidar, since), atol=1e-5)

@@ -1,0 +1,67 @@
+"""What a check is and what it has found."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+_KEPT = 100
+"""Problems that a check keeps: a folder can hold more wrong files than memory."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """The outcome of one check."""
+
+    name: str
+    ok: bool
+    detail: str
+    """What was examined, or the first thing that is wrong."""
+
+
+@dataclass
+class Findings:
+    """Collects what is wrong while a check runs."""
+
+    examined: str = ""
+    """What was looked at, with its number."""
+    problems: list[str] = field(default_factory=list)
+    """The first ones that are wrong."""
+    more: int = 0
+    """How many were found beyond them."""
+    count: int = 0
+    """Number of what was looked at, where parts of a check are put together."""
+
+    def require(self, holds: bool, problem: str) -> bool:
+        """Note ``problem`` unless ``holds``; return ``holds``."""
+        if not holds and len(self.problems) < _KEPT:
+            self.problems.append(problem)
+        elif not holds:
+            self.more += 1
+        return holds
+
+    def add(self, part: "Findings") -> None:
+        """Take over what a part of the check has found."""
+        for problem in part.problems:
+            self.require(False, problem)
+        self.more += part.more
+        self.count += part.count
+
+
+@dataclass(frozen=True)
+class NamedCheck:
+    """A check as it is asked for."""
+
+    name: str
+    """As ``validate`` prints it."""
+    run: Callable[..., Findings]
+    """Takes the ``Subject``."""
+    compares_with: str | None = None
+    """Another format that the dataset must hold, too."""
+
+
+def compare_names(findings: Findings, folder: Path, expected: set[str], kind: str = "file") -> None:
+    """Note which ``expected`` names are missing in ``folder`` and which are there beyond them."""
+    found = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    for words, names in (("is missing", expected - found), ("does not belong to the dataset", found - expected)):
+        for name in sorted(names):
+            findings.require(False, f"{folder / name}: this {kind} {words}")

@@ -1,0 +1,147 @@
+"""What a dataset holds, as its manifest says it: what formats, readers and checks know of it without its recipe."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from warehouse_sim.errors import shown
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.ranges import Range, ranged
+
+SENSOR_NAME = re.compile("[a-z][a-z0-9_]{0,60}")
+"""Of what is stored in a folder of its name."""
+_LIDAR_NAME = re.compile("[a-z][a-z0-9]{0,60}")
+Amount = Annotated[float, Range(0, 1_000_000)]
+Angle = Annotated[float, Range(-100_000, 100_000, "deg")]
+Coefficient = Annotated[float, Range(-1_000_000, 1_000_000)]
+
+
+@dataclass(frozen=True)
+@ranged
+class CameraContents:
+    """A camera with its lens."""
+
+    width: Annotated[int, Range(1, 65_535, "px")]
+    height: Annotated[int, Range(1, 65_535, "px")]
+    focal_px: Annotated[float, Range(0.001, 1_000_000, "px")]
+    """Focal length along both axes (px)."""
+    cx: Coefficient
+    """Optical axis (px), as ``cy``."""
+    cy: Coefficient
+    distortion: Annotated[tuple[float, float, float, float, float], Range(-100, 100)] | None = None
+    """k1, k2, p1, p2, k3 of the lens as in OpenCV; null = a pinhole."""
+
+    @property
+    def lens(self) -> Distortion | None:
+        """The lens; None where it does nothing."""
+        return None if self.distortion is None else Distortion(*self.distortion)
+
+    def make(self) -> PinholeCamera:
+        """Return the camera."""
+        return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, self.cx, self.cy, self.lens)
+
+
+@dataclass(frozen=True)
+@ranged
+class LidarContents:
+    """How the main LiDAR stands and errs; all errors are zero where the recipe says nothing of them."""
+
+    pitch_deg: Angle = 0.0
+    """Of its mount, about the y axis (deg)."""
+    roll_deg: Angle = 0.0
+    """Of its mount, about the x axis (deg)."""
+    range_noise: Amount = 0.0
+    """Standard deviation of ranges at full signal (m)."""
+    range_noise_weak: Amount = 0.0
+    """Standard deviation that a signal of the relative power 1 adds (m); the weaker, the more."""
+    range_step: Amount = 0.0
+    """Ranges are multiples of this (m); 0 = not."""
+    dark_range: Amount = 0.0
+    """Distance at which a surface of remission 0.1 has the relative power 1 (m); 0 = power does not matter."""
+    extinction: Annotated[float, Range(0, 10, "1/m")] = 0.0
+    """Of the air (1/m)."""
+    divergence_mrad: Annotated[tuple[float, float], Range(0, 1_000_000, "mrad")] = (0.0, 0.0)
+    """Full angles of the beam (mrad)."""
+    pulse_length: Amount = 0.0
+    """Surfaces nearer together than this are mixed (m)."""
+    intensity_scale: str = "linear"
+    """How remission becomes intensity."""
+    motion: str = "ignored"
+    """What the vehicle's motion does to a sweep: "ignored", "raw" or another word for put right."""
+    turns_per_second: Annotated[float, Range(0.001, 1_000_000, "1/s")] = 10.0
+    azimuth_step_deg: Annotated[float, Range(0.001, 360, "deg")] = 1.0
+    azimuth_range_deg: Annotated[tuple[float, float], Range(-180, 180, "deg")] = (-180.0, 180.0)
+
+
+@dataclass(frozen=True)
+@ranged
+class ChannelContents:
+    """One array of a reading."""
+
+    dtype: str
+    """As numpy writes it, e.g. ``<f4``."""
+    shape: tuple[Annotated[int, Range(0, 2_147_483_647)] | None, ...]
+    """Length along each axis; null where it differs from observation to observation."""
+    unit: str = ""
+    """What the numbers are in, if the sensor says it."""
+
+
+@dataclass(frozen=True)
+class ReadingContents:
+    """What a sensor that no format holds gives at each observation, stored under ``readings/``."""
+
+    kind: str
+    """Kind of the sensor, e.g. ``ultrasonic_ring``."""
+    channels: dict[str, ChannelContents]
+    """Its arrays by name."""
+
+
+@dataclass(frozen=True)
+@ranged
+class Contents:
+    """The sensors of a dataset and what else its files depend on; the default has a camera and a LiDAR."""
+
+    name: str = ""
+    """Name of the recipe."""
+    description: str = ""
+    """What the recipe says of itself."""
+    channels: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """What formats hold of each sensor, by its name in the rig: "camera", "right", "lidar", ..."""
+    camera: CameraContents | None = None
+    """The camera of the labels; null where size and focal length are not known."""
+    baseline: Annotated[float, Range(0.0001, 10_000, "m")] | None = None
+    """From the left to the right camera (m); null = no right camera."""
+    matched: bool = False
+    """Whether the disparity that matching finds is stored."""
+    clean: bool = False
+    """Whether clean depth and colour are stored beside the readings."""
+    lidar: LidarContents | None = field(default_factory=LidarContents)
+    """The main LiDAR; null = none."""
+    lidars: tuple[str, ...] = ()
+    """Names of the LiDARs beside the main one; they are parts of folder names."""
+    sensors: dict[str, str] = field(default_factory=dict)
+    """Kinds of all other sensors by name."""
+    readings: dict[str, ReadingContents] = field(default_factory=dict)
+    """What those give; filled in at the end."""
+    depth_ranges: dict[str, float] = field(default_factory=dict)
+    """Largest depth that is read (m) by the recipe's setting, twins' included."""
+    tilted_viewpoints: tuple[str, ...] = ()
+    """Kinds of viewpoints that may tilt the camera."""
+    targets: tuple[str, ...] | None = None
+    """Class names that the recipe wants labelled; null where it does not say."""
+    plugins: dict[str, str] = field(default_factory=dict)
+    """Versions of the packages of others that took part, by name."""
+
+    def __post_init__(self) -> None:
+        for name in self.lidars:
+            if not _LIDAR_NAME.fullmatch(name):
+                raise ValueError(f"the name of a LiDAR must be small letters and digits, found {shown(name)}")
+        for name in (*self.sensors, *self.readings):
+            if not SENSOR_NAME.fullmatch(name):
+                raise ValueError(f"the name of a sensor must be small letters, digits and _, found {shown(name)}")
+
+    @property
+    def distortion(self) -> Distortion | None:
+        """The camera's lens; None where it does nothing."""
+        return None if self.camera is None else self.camera.lens

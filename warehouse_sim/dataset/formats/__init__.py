@@ -1,0 +1,141 @@
+"""Dataset formats, one folder each: how observations are written, read and checked, and what a format cannot hold."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Bool, Float32, UInt8
+
+from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.registry import Registry
+from warehouse_sim.schema import ObjectModel, SceneSpec
+
+FORMATS = Registry("dataset format")
+FORMATS.add("bop", "warehouse_sim.dataset.formats.bop:FORMAT")
+FORMATS.add("kitti", "warehouse_sim.dataset.formats.kitti:FORMAT")
+
+
+class SceneWriter(Protocol):
+    """Writes the observations of one scene, in order."""
+
+    def write(self, files: ObservationFiles) -> None:
+        """Store one observation.
+
+        Raises:
+            DatasetError: The format cannot hold it.
+        """
+
+    def finish(self) -> None:
+        """Store what covers the whole scene."""
+
+
+class DatasetWriter(Protocol):
+    """Writes one format; built anew in every process, so it holds nothing but where and what to write."""
+
+    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+        """Store what all scenes share; called once, before any scene.
+
+        Args:
+            models: Every geometry that a label can name.
+            camera: The rig's camera.
+        """
+
+    def scene(self, scene: SceneSpec) -> SceneWriter:
+        """Open a settled scene, removing what an interrupted run left of it.
+
+        Scenes are written in any order, by several processes at once: no file belongs to two scenes.
+        """
+
+    def finish(self) -> None:
+        """Store what needs all scenes; called once, after the last scene."""
+
+
+class FormatReader(Protocol):
+    """Reads one format, as training and scoring need it."""
+
+    @property
+    def objects(self) -> Mapping[int, ObjectInfo]:
+        """The CAD geometries of the targets by obj_id."""
+
+    @property
+    def splits(self) -> Mapping[str, tuple[int, ...]]:
+        """Scene numbers of each split."""
+
+    @property
+    def has_clean(self) -> bool:
+        """Whether there are images without errors of a sensor beside those that were read."""
+
+    def images(self, split: str) -> list[ImageRecord]:
+        """Return the images of a split, by scene and image id.
+
+        Raises:
+            DatasetError: No such split, or a file is missing or malformed.
+        """
+
+    def files(self, split: str) -> list[Path]:
+        """Return all files that the images and labels of a split are read from, sorted."""
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image."""
+
+    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Read the depth image: metres along the optical axis, 0 = no reading."""
+
+    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image without errors of a camera; asked for only if ``has_clean``."""
+
+    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Read the depth without errors of a sensor (m); asked for only if ``has_clean``."""
+
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Read the mask of a target's visible pixels."""
+
+    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Read the mask of a target's whole silhouette, as far as it lies in the image."""
+
+
+class Format(Protocol):
+    """A dataset format; its files go into the dataset's folder of its name."""
+
+    @property
+    def name(self) -> str:
+        """As in ``--formats``."""
+
+    @property
+    def checks(self) -> Sequence[NamedCheck]:
+        """What ``validate`` asks of its files, in order."""
+
+    def refuse(self, manifest: Manifest) -> None:
+        """Refuse what the format cannot hold at all, before anything is made.
+
+        Raises:
+            DatasetError: Names the setting of the recipe that asks for it.
+        """
+
+    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
+        """Return a writer into the dataset's folder; nothing is written yet."""
+
+    def reader(self, root: Path) -> FormatReader | None:
+        """Return a reader of the dataset's folder; None from a format that training and scoring cannot read.
+
+        A folder without a manifest, made by others, is handed over only if the format ``recognises`` it.
+        """
+
+    def recognises(self, root: Path) -> bool:
+        """Return whether a folder without a manifest holds files of this format."""
+
+
+def dataset_format(name: str) -> Format:
+    """Return the format of that name.
+
+    Raises:
+        UnknownNameError: It is not registered.
+    """
+    found: Format = FORMATS.get(name)
+    return found

@@ -1,0 +1,51 @@
+"""The BOP format, scenewise: https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
+from warehouse_sim.dataset.formats.bop.layout import NAME
+from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
+from warehouse_sim.dataset.manifest import Manifest
+
+
+class BopFormat:
+    """Images, masks and JSON tables, scene by scene; what training and scoring read.
+
+    Each part is imported on use: to read a dataset needs no check, to write one no reader.
+    """
+
+    name = NAME
+
+    @property
+    def checks(self) -> Sequence[NamedCheck]:
+        """Checks of its files."""
+        from warehouse_sim.dataset.formats.bop.checks import CHECKS
+
+        return CHECKS
+
+    def refuse(self, manifest: Manifest) -> None:
+        """Refuse depth beyond 16 bits."""
+        from warehouse_sim.dataset.formats.bop.writer import STEPS_PER_METRE
+
+        require_depth_fits(manifest.contents, STEPS_PER_METRE, NAME)
+
+    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
+        """Return a writer into ``root/bop``."""
+        from warehouse_sim.dataset.formats.bop.writer import BopWriter
+
+        return BopWriter(root, manifest)
+
+    def reader(self, root: Path) -> FormatReader:
+        """Return a reader of ``root/bop``."""
+        from warehouse_sim.dataset.formats.bop.reader import BopReader
+
+        return BopReader(root)
+
+    def recognises(self, root: Path) -> bool:
+        """Return whether the folder is a BOP dataset of others; not yet."""
+        return False
+
+
+FORMAT = BopFormat()

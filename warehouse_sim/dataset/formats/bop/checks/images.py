@@ -1,0 +1,105 @@
+"""Checks of the BOP images and masks, pixel by pixel."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float32
+
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
+from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
+from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.json_file import read_json, read_table
+from warehouse_sim.dataset.plain import take
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+
+
+def images(subject: Subject) -> Findings:
+    """Colour and depth images can be read and have the camera's size."""
+    findings = Findings()
+    for part in subject.each(list(subject.images()), lambda image: _pictures(subject, image)):
+        findings.add(part)
+    findings.examined = f"{findings.count} images"
+    return findings
+
+
+def masks(subject: Subject) -> Findings:
+    """Visible masks lie in their silhouettes, do not overlap, and give the stored counts, boxes and run lengths."""
+    findings, rows = Findings(), []
+    for split, scene in subject.scenes():
+        layout = bop_layout(subject.root).scene(split, scene)
+        infos, coco = read_table(layout.table("gt_info")), read_json(layout.table("gt_coco"))
+        where = f"{layout.table('gt_coco')}: annotations"
+        annotations = take(coco, "annotations", list, str(layout.table("gt_coco")))
+        runs = [take(annotation, "segmentation", dict, where) for annotation in annotations]
+        for image in (image for image in subject.readable.images(split) if image.scene_id == scene):
+            count = len(infos[image.image_id])
+            rows.append((image, infos[image.image_id], runs[:count]))
+            runs = runs[count:]
+    for part in subject.each(rows, lambda row: _masks_of_image(subject, *row)):
+        findings.add(part)
+    findings.examined = f"{findings.count} pairs of masks"
+    return findings
+
+
+def _pictures(subject: Subject, image: ImageRecord) -> Findings:
+    findings, reader = Findings(), subject.readable
+    layout = bop_layout(subject.root).scene(image.split, image.scene_id)
+    pictures = {"rgb": reader.rgb(image), "depth": subject.depth(image)}
+    if reader.has_clean:
+        pictures |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
+        is_truth = reads(pictures["depth_clean"], pictures["depth"])
+        findings.require(is_truth, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_TRUTH}")
+    for name, pixels in pictures.items():
+        where = f"{layout.root / name}: image {image.image_id}"
+        findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")
+        findings.count += 1
+    return findings
+
+
+def _masks_of_image(
+    subject: Subject, image: ImageRecord, infos: list[dict[str, Any]], runs: list[dict[str, Any]]
+) -> Findings:
+    findings, depth = Findings(), subject.depth(image)
+    layout, taken = bop_layout(subject.root).scene(image.split, image.scene_id), np.zeros(depth.shape, dtype=bool)
+    for index, (info, segmentation) in enumerate(itertools.zip_longest(infos, runs)):
+        where = str(layout.mask(image.image_id, index, visible=True))
+        whole, visible = subject.readable.mask(image, index), subject.readable.mask_visible(image, index)
+        _counts_agree(findings, info, whole, visible, depth, where)
+        box, stored = mask_box_xyxy(visible), image.targets[index].box_visible_xyxy
+        same_box = box is not None and tuple(map(float, box)) == stored
+        findings.require(same_box, f"{where}: bbox_visib is {stored}, not {box}")
+        decoded = decode_runs(segmentation, visible.shape, f"{where}: scene_gt_coco.json")
+        same = np.array_equal(decoded, visible)
+        findings.require(same, f"{where}: differs from the run lengths in scene_gt_coco.json")
+        findings.require(not (taken & visible).any(), f"{where}: overlaps the visible mask of another object")
+        taken |= visible
+        findings.count += 1
+    return findings
+
+
+def _counts_agree(
+    findings: Findings,
+    info: dict[str, Any],
+    whole: Bool[np.ndarray, "h w"],
+    visible: Bool[np.ndarray, "h w"],
+    depth: Float32[np.ndarray, "h w"],
+    where: str,
+) -> None:
+    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole silhouette")
+    counted = np.count_nonzero(visible)
+    findings.require(
+        counted == info["px_count_visib"] > 0,
+        f"{where}: has {counted} pixels, px_count_visib is {info['px_count_visib']}",
+    )
+    valid = np.count_nonzero(depth[whole])
+    findings.require(
+        valid == info["px_count_valid"], f"{where}: {valid} readings, px_count_valid is {info['px_count_valid']}"
+    )
+    inside = np.count_nonzero(whole)
+    findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its silhouette")
+    share = counted / info["px_count_all"] if info["px_count_all"] else -1.0
+    findings.require(abs(share - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {share:.6f}")

@@ -1,0 +1,73 @@
+"""Where everything lies in a BOP folder."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from warehouse_sim.dataset.layout import DatasetLayout
+
+NAME = "bop"
+"""Of the format and of its folder in a dataset."""
+
+
+@dataclass(frozen=True)
+class BopLayout:
+    """Paths of a BOP dataset in the scenewise layout."""
+
+    root: Path
+
+    @property
+    def camera(self) -> Path:
+        """Sensor defaults."""
+        return self.root / "camera.json"
+
+    def models_info(self, kind: str) -> Path:
+        """Return the table of sizes, diameters and symmetries of ``kind``, "models" or "models_eval"."""
+        return self.root / kind / "models_info.json"
+
+    def model(self, kind: str, obj_id: int) -> Path:
+        """Return the file of a mesh in millimetres."""
+        return self.root / kind / f"obj_{obj_id:06d}.ply"
+
+    def targets(self, year: int) -> Path:
+        """Return the list of what to estimate on the test split, in the form of the challenge of 2019 or 2024."""
+        return self.root / f"test_targets_bop{year % 100:02d}.json"
+
+    def scene(self, split: str, scene_id: int) -> "BopSceneLayout":
+        """Return the paths of one scene."""
+        return BopSceneLayout(self.root / split / f"{scene_id:06d}")
+
+
+@dataclass(frozen=True)
+class BopSceneLayout:
+    """Paths of one BOP scene; image ids are observation indices."""
+
+    root: Path
+
+    def table(self, name: str) -> Path:
+        """Return one of the scene's JSON tables: camera, gt, gt_info or gt_coco."""
+        return self.root / f"scene_{name}.json"
+
+    def rgb(self, image_id: int) -> Path:
+        """Return the file of a colour image."""
+        return self.root / "rgb" / f"{image_id:06d}.png"
+
+    def depth(self, image_id: int) -> Path:
+        """Return the file of a depth image."""
+        return self.root / "depth" / f"{image_id:06d}.png"
+
+    def rgb_clean(self, image_id: int) -> Path:
+        """Return the file of a colour image as it was drawn."""
+        return self.root / "rgb_clean" / f"{image_id:06d}.png"
+
+    def depth_clean(self, image_id: int) -> Path:
+        """Return the file of a depth image without errors of a sensor."""
+        return self.root / "depth_clean" / f"{image_id:06d}.png"
+
+    def mask(self, image_id: int, gt_index: int, visible: bool) -> Path:
+        """Return the mask of a target: its visible part or the part of its whole silhouette that lies in the image."""
+        return self.root / ("mask_visib" if visible else "mask") / f"{image_id:06d}_{gt_index:06d}.png"
+
+
+def bop_layout(root: Path) -> BopLayout:
+    """Return the paths of the BOP files of a dataset."""
+    return BopLayout(DatasetLayout(root).format_folder(NAME))

@@ -1,0 +1,71 @@
+"""BOP models: the CAD surface to render, and the same surface meshed evenly, whose vertices pose errors use."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.checksums import write_checksums
+from warehouse_sim.dataset.formats.bop.layout import BopLayout
+from warehouse_sim.dataset.json_file import write_json
+from warehouse_sim.dataset.ply import write_ply
+from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge, unit_box
+from warehouse_sim.geometry.pose import make_transform, transform_points
+from warehouse_sim.geometry.remesh import grid_box, split_long_edges
+from warehouse_sim.output import make_folder
+from warehouse_sim.schema import ObjectModel, Part
+
+_FEWEST, _MOST = 2000, 4000
+
+
+def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
+    """Write models/ and models_eval/ with their models_info.json, in millimetres, and their checksums."""
+    layout = BopLayout(folder)
+    for kind in ("models", "models_eval"):
+        make_folder(layout.models_info(kind).parent)
+        infos = {}
+        for model in sorted(models, key=lambda model: model.obj_id):
+            mesh = model.mesh() if kind == "models" else even_mesh(model)
+            mesh_mm = TriangleMesh(mesh.vertices * 1000.0, mesh.faces)
+            write_ply(layout.model(kind, model.obj_id), mesh_mm)
+            infos[model.obj_id] = _model_info(model, mesh_mm)
+        write_json(layout.models_info(kind), infos)
+        write_checksums(layout.models_info(kind).parent, [layout.model(kind, obj_id).name for obj_id in infos])
+
+
+def even_mesh(model: ObjectModel) -> TriangleMesh:
+    """Return the surface of ``model`` (m) with 2,000 to 4,000 evenly spread vertices.
+
+    A plain box has only its corners as vertices, which would make every pose error one of corners. Models of very many
+    parts, or with very many triangles of their own, end above that number.
+    """
+    area = model.mesh().face_areas().sum()
+    spacing = float(np.sqrt(area / _MOST))
+    for _ in range(20):
+        mesh = merge([_even_part(part, spacing) for part in model.parts])
+        count = len(mesh.vertices)
+        if _FEWEST <= count <= _MOST:
+            break
+        spacing *= float(np.sqrt(count / ((_FEWEST + _MOST) / 2)))
+    return mesh
+
+
+def _even_part(part: Part, spacing: float) -> TriangleMesh:
+    if not np.array_equal(part.mesh.vertices, unit_box().vertices):
+        return split_long_edges(part.placed(), spacing)
+    box = grid_box(part.scale, spacing)
+    return TriangleMesh(transform_points(part.T_object_part, box.vertices), box.faces)
+
+
+def _model_info(model: ObjectModel, mesh_mm: TriangleMesh) -> dict[str, Any]:
+    low, high = mesh_mm.vertices.min(axis=0), mesh_mm.vertices.max(axis=0)
+    # Of the CAD vertices: those added on its faces lie between them and cannot be farther apart.
+    info = {"diameter": diameter(model.mesh().vertices) * 1000.0}
+    info |= {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
+    info |= {f"size_{axis}": float(value) for axis, value in zip("xyz", high - low, strict=True)}
+    symmetries = model.symmetry.transforms[1:]
+    if len(symmetries) == 0:
+        return info
+    symmetries_mm = make_transform(symmetries[:, :3, :3], symmetries[:, :3, 3] * 1000.0)
+    return {**info, "symmetries_discrete": (symmetries_mm.reshape(-1, 16) + 0.0).tolist()}

@@ -1,0 +1,112 @@
+"""Read the JSON tables of a BOP scene as this package writes them."""
+
+from typing import Any
+
+from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout
+from warehouse_sim.dataset.json_file import read_table
+from warehouse_sim.dataset.plain import PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.pose import Transform, invert, make_transform
+
+DEPTH_SCALES = Span(1e-3, 1e3)
+"""Millimetres a step."""
+_PIXELS = Span(-1e6, 1e6)
+"""Intrinsics and corners of boxes, which may leave the image (px)."""
+_PLACES_MM = Span(1000.0 * PLACES.low, 1000.0 * PLACES.high)
+
+
+def read_bop_scene(layout: BopSceneLayout, split: str, scene_id: int, size_wh: tuple[int, int]) -> list[ImageRecord]:
+    """Read the tables of one BOP scene.
+
+    Args:
+        layout: The scene's paths.
+        split: The split it belongs to.
+        scene_id: Its number.
+        size_wh: Width and height of its images in pixels.
+
+    Raises:
+        DatasetError: A table is missing, malformed, or disagrees with another one.
+    """
+    cameras, poses, infos = (read_table(layout.table(name)) for name in ("camera", "gt", "gt_info"))
+    if not set(cameras) == set(poses) == set(infos):
+        raise DatasetError(f"{layout.root}: scene_camera, scene_gt and scene_gt_info do not list the same images")
+    images = []
+    for key in cameras:
+        where = f"{layout.table('gt')}: {key}"
+        if not isinstance(poses[key], list) or not isinstance(infos[key], list) or len(poses[key]) != len(infos[key]):
+            raise DatasetError(f"{where}: scene_gt and scene_gt_info do not list the same number of objects")
+        camera_where = f"{layout.table('camera')}: {key}"
+        targets = tuple(
+            _read_target(i, pose, info, f"{where}[{i}]")
+            for i, (pose, info) in enumerate(zip(poses[key], infos[key], strict=True))
+        )
+        T_camera_world = read_pose(cameras[key], "cam_R_w2c", "cam_t_w2c", camera_where)
+        images.append(
+            ImageRecord(
+                split=split,
+                scene_id=scene_id,
+                image_id=key,
+                camera=read_camera(cameras[key], size_wh, camera_where),
+                T_world_camera=invert(T_camera_world),
+                depth_scale=take(cameras[key], "depth_scale", float, camera_where, DEPTH_SCALES),
+                targets=targets,
+            )
+        )
+    return images
+
+
+def _read_target(index: int, pose: Any, info: Any, where: str) -> TargetRecord:
+    return TargetRecord(
+        gt_index=index,
+        obj_id=take(pose, "obj_id", int, where, WHOLE),
+        instance_id=take_if_given(info, "instance_id", int, where, WHOLE) or 0,
+        T_camera_object=read_pose(pose, "cam_R_m2c", "cam_t_m2c", where),
+        visible_fraction=take(info, "visib_fract", float, where, SHARES),
+        pixels_visible=take(info, "px_count_visib", int, where, WHOLE),
+        box_visible_xyxy=read_box(info, "bbox_visib", where),
+        box_amodal_xyxy=read_box(info, "bbox_obj", where),
+        pixels_valid=take(info, "px_count_valid", int, where, WHOLE),
+        pixels_all=take(info, "px_count_all", int, where, WHOLE),
+    )
+
+
+def read_pose(data: Any, rotation: str, translation: str, where: str) -> Transform:
+    """Read a pose whose translation is in millimetres.
+
+    Raises:
+        DatasetError: It is missing, or no rigid motion.
+    """
+    R, t_mm = take_numbers(data, rotation, 9, where), take_numbers(data, translation, 3, where, _PLACES_MM)
+    T = make_transform(R.reshape(3, 3), t_mm / 1000.0)
+    if not is_rigid(T):
+        raise DatasetError(f"{where}: {rotation} is not a rotation: {R.tolist()}")
+    return T
+
+
+def read_camera(data: Any, size_wh: tuple[int, int], where: str) -> PinholeCamera:
+    """Read a row of scene_camera.json.
+
+    Raises:
+        DatasetError: cam_K or cam_distortion are those of no camera.
+    """
+    fx, skew, cx, _, fy, cy, *last = take_numbers(data, "cam_K", 9, where, _PIXELS)
+    if skew != 0.0 or last != [0.0, 0.0, 1.0]:
+        raise DatasetError(f"{where}: cam_K must be a pinhole camera without skew")
+    lens = take_numbers(data, "cam_distortion", 5, where, _PIXELS).tolist() if "cam_distortion" in data else None
+    try:
+        distortion = None if lens is None else Distortion(*lens)
+        camera = PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
+        camera.require_clear_lens()
+    except ValueError as problem:
+        raise DatasetError(f"{where}: cam_K is no camera ({problem})") from problem
+    return camera
+
+
+def read_box(data: Any, key: str, where: str) -> tuple[float, float, float, float]:
+    """Read a box as its inclusive corners (px)."""
+    left, top, width, height = (float(value) for value in take_numbers(data, key, 4, where, _PIXELS))
+    # BOP's width is the difference of inclusive corners, without one more.
+    return left, top, left + width, top + height

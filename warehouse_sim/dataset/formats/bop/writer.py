@@ -1,0 +1,170 @@
+"""The BOP format, scenewise: https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md."""
+
+import shutil
+from collections import Counter
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.dataset.formats.bop.labels import (
+    DEPTH_SCALE,
+    VISIBLE_ENOUGH,
+    camera_row,
+    coco_annotation,
+    coco_image,
+    lens_row,
+    pose_row,
+    visibility_row,
+)
+from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout, bop_layout
+from warehouse_sim.dataset.formats.bop.models import write_models
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask
+from warehouse_sim.dataset.json_file import read_table, write_json
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.schema import ObjectModel, SceneSpec
+
+STEPS_PER_METRE = 1000.0 / DEPTH_SCALE
+"""Of the depth images."""
+
+_INFO = """# Dataset in the BOP format
+
+Synthetic warehouse scenes made by warehouse-sim; how to make them again is in ../manifest.json.
+
+- Splits: {splits}. Scenes are split as a whole, no scene is in two splits.
+- Image ids are observation indices, scene ids are scene indices; both start at 0.
+- Depth is along the optical axis, {scale:g} mm a step, 0 = no reading, with the noise of the sensor model.
+- Every target with at least one visible pixel is in scene_gt.json. Masks and counts come from the exact instance ids of
+  the renderer, not from a depth test with a tolerance.
+- px_count_all and visib_fract count the silhouette also beyond the image border.
+- scene_gt_info.json has one key more than BOP asks for, instance_id: the object's number in ../scenes/.
+- models/ is the CAD surface; models_eval/ is the same surface with evenly spread vertices.
+"""
+_CLEAN_INFO = """\
+- rgb_clean/ and depth_clean/ (our own) hold what rgb/ and depth/ would be without errors of the camera; a clean depth
+  that does not fit into 16 bits is 0.
+"""
+_LENS_INFO = """\
+- Images are not rectified: scene_camera.json has one key more than BOP asks for, cam_distortion, with k1 k2 p1 p2 k3 as
+  in OpenCV (in camera.json: distortion). cam_K is that of the pinhole; masks, boxes and depth are those of the image.
+"""
+
+
+class BopWriter:
+    """Write scenes as ``bop/{train,val,test}/%06d``."""
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self._root, self._manifest = root, manifest
+        self._layout = bop_layout(root)
+        self._clean = manifest.contents.clean
+
+    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+        """Write the meshes, the sensor defaults and the description."""
+        make_folder(self._layout.root)
+        write_models(self._layout.root, models)
+        defaults = {key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy", "width", "height")}
+        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera, "distortion")})
+        splits = ", ".join(f"{name} {len(scenes)} scenes" for name, scenes in self._manifest.splits.items())
+        text = _INFO.format(splits=splits, scale=DEPTH_SCALE) + (_CLEAN_INFO if self._clean else "")
+        text += "" if camera.distortion is None else _LENS_INFO
+        write_bytes(self._layout.root / "dataset_info.md", text.encode("utf-8"), durable=True)
+
+    def scene(self, scene: SceneSpec) -> "BopSceneWriter":
+        """Open a scene anew."""
+        layout = self._layout.scene(self._manifest.split_of(scene.scene_index), scene.scene_index)
+        if layout.root.exists():
+            with writing(layout.root):
+                shutil.rmtree(layout.root)
+        return BopSceneWriter(layout, self._objects, self._clean)
+
+    def finish(self) -> None:
+        """Write the targets of the test split."""
+        rows19, rows24 = [], []
+        for scene_id in self._manifest.splits["test"]:
+            scene = self._layout.scene("test", scene_id)
+            poses, infos = read_table(scene.table("gt")), read_table(scene.table("gt_info"))
+            for image_id, row in poses.items():
+                key = {"scene_id": scene_id, "im_id": image_id}
+                wanted = [
+                    pose["obj_id"]
+                    for pose, info in zip(row, infos[image_id], strict=True)
+                    if info["visib_fract"] >= VISIBLE_ENOUGH
+                ]
+                counts = sorted(Counter(wanted).items())
+                rows19 += [{**key, "obj_id": obj_id, "inst_count": count} for obj_id, count in counts]
+                rows24.append(key)
+        write_json(self._layout.targets(2019), rows19)
+        write_json(self._layout.targets(2024), rows24)
+
+    @cached_property
+    def _objects(self) -> dict[int, ObjectInfo]:
+        return read_objects(self._root)
+
+
+class BopSceneWriter:
+    """Write one scene: its images as they come, then its tables."""
+
+    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], clean: bool) -> None:
+        self._layout, self._objects, self._clean = layout, objects, clean
+        for name in ("rgb", "depth", "mask", "mask_visib", *(("rgb_clean", "depth_clean") if clean else ())):
+            make_folder(layout.root / name)
+        self._cameras: dict[int, dict[str, Any]] = {}
+        self._poses: dict[int, list[dict[str, Any]]] = {}
+        self._infos: dict[int, list[dict[str, Any]]] = {}
+        self._images: list[dict[str, Any]] = []
+        self._annotations: list[dict[str, Any]] = []
+
+    def write(self, files: ObservationFiles) -> None:
+        """Write the images of one observation and keep its labels.
+
+        Raises:
+            DatasetError: A label names a geometry that the dataset does not have, or a depth does not fit.
+        """
+        observation = files.observation
+        image_id = observation.observation_index
+        where = f"BOP, scene {observation.scene_index}, observation {image_id}"
+        files.rgb.save(self._layout.rgb(image_id))
+        depth_png = encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where)
+        write_bytes(self._layout.depth(image_id), depth_png)
+        if self._clean:
+            files.rgb_clean.save(self._layout.rgb_clean(image_id))
+            clean_png = encode_clean_depth(observation.buffers.depth, STEPS_PER_METRE)
+            write_bytes(self._layout.depth_clean(image_id), clean_png)
+        for gt_index, target in enumerate(files.targets):
+            self._require_known(target.annotation.obj_id, where)
+            write_bytes(self._layout.mask(image_id, gt_index, visible=False), encode_mask(target.mask))
+            write_bytes(self._layout.mask(image_id, gt_index, visible=True), encode_mask(target.mask_visible))
+            self._annotations.append(coco_annotation(len(self._annotations) + 1, image_id, target))
+        self._cameras[image_id] = camera_row(observation)
+        self._poses[image_id] = [pose_row(target.annotation) for target in files.targets]
+        self._infos[image_id] = [visibility_row(target, observation.rgbd.depth) for target in files.targets]
+        self._images.append(coco_image(image_id, observation.camera))
+
+    def finish(self) -> None:
+        """Write the scene's tables."""
+        categories = [
+            {"id": info.obj_id, "name": info.name, "supercategory": info.class_name} for info in self._objects.values()
+        ]
+        coco = {
+            "info": {"description": "visible masks and amodal boxes of the targets of one scene"},
+            "licenses": [],
+            "categories": categories,
+            "images": self._images,
+            "annotations": self._annotations,
+        }
+        write_json(self._layout.table("camera"), self._cameras)
+        write_json(self._layout.table("gt"), self._poses)
+        write_json(self._layout.table("gt_info"), self._infos)
+        write_json(self._layout.table("gt_coco"), coco, depth=2)
+
+    def _require_known(self, obj_id: int, where: str) -> None:
+        if obj_id not in self._objects:
+            raise DatasetError(
+                f"{where}: obj_id {obj_id} is not among the dataset's objects {sorted(self._objects)}; "
+                "hand every target's model to DatasetStore.begin"
+            )

@@ -1,0 +1,144 @@
+"""Checks of the KITTI folder: files, lists, calibration, images."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
+from warehouse_sim.dataset.checks.findings import Findings, compare_names
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.checks.text import read_text
+from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, frames
+from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
+from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib
+from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
+from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import invert
+
+_SAME_PLACE = 1e-5
+
+
+def files(subject: Subject) -> Findings:
+    """Each folder holds the frames of its splits and nothing else, and the lists name them."""
+    findings, kinds = Findings(), kitti_kinds(subject.manifest.contents)
+    by_split: dict[Split, set[int]] = {split: set() for split in SPLITS}
+    for split, _, _, frame in frames(subject):
+        by_split[split].add(frame)
+    folders: dict[Split, set[int]] = {"train": by_split["train"] | by_split["val"], "test": by_split["test"]}
+    for split, numbers in folders.items():
+        for kind, ending in kinds.items():
+            names = {f"{frame:06d}.{ending}" for frame in numbers}
+            compare_names(findings, kitti_layout(subject.root).folder(split) / kind, names)
+    sets: dict[str, set[int]] = {name: by_split[name] for name in SPLITS} | {
+        "trainval": by_split["train"] | by_split["val"]
+    }
+    for name, numbers in sets.items():
+        path = kitti_layout(subject.root).image_set(name)
+        listed = read_text(path).split("\n")[:-1]
+        findings.require(
+            listed == [f"{frame:06d}" for frame in sorted(numbers)], f"{path}: is not the manifest's split"
+        )
+    findings.examined = f"{sum(map(len, by_split.values()))} frames, {len(kinds)} files each"
+    return findings
+
+
+def calib(subject: Subject) -> Findings:
+    """Calib files have seven lines, rigid, no rotation hidden in P2, and the recipe's lens; planes are the floor."""
+    findings, count = Findings(), 0
+    for split, scene, observation, frame in frames(subject):
+        path = kitti_layout(subject.root).file(split, "calib", frame)
+        matrices = parse_calib(read_text(path), str(path))
+        findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
+        same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
+        findings.require(same, f"{path}: P0 must be P2 and P1 must be P3, since there are two cameras and not four")
+        findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
+        findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x the recipe's distortion")
+        for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
+            R = matrices[key][:, :3]
+            rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
+            findings.require(bool(rigid), f"{path}: {key} is not a rotation")
+        plane_path = kitti_layout(subject.root).file(split, "planes", frame)
+        T_camera_world = invert(subject.T_world_camera(scene, observation))
+        expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
+        findings.require(
+            bool(np.abs(_plane(plane_path) - expected).max() < _SAME_PLACE), f"{plane_path}: is not the floor's plane"
+        )
+        count += 1
+    findings.examined = f"{count} files of 7 lines and as many planes"
+    return findings
+
+
+def images(subject: Subject) -> Findings:
+    """Read every colour and depth image: one size, and not empty.
+
+    With BOP files in the dataset the colour images are not decoded a second time: another check compares their bytes.
+    """
+    findings = Findings()
+    numbers = [(split, frame) for split, _, _, frame in frames(subject)]
+    for part in subject.each(numbers, lambda frame: _pictures(subject, *frame)):
+        findings.add(part)
+    findings.examined = f"{findings.count} images"
+    return findings
+
+
+def _pictures(subject: Subject, split: Split, frame: int) -> Findings:
+    findings, kinds = Findings(count=2), kitti_kinds(subject.manifest.contents)
+    rgb_path, depth_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_2", "depth_2"))
+    steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
+    findings.require(steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)")
+    findings.require(bool(steps.any()), f"{depth_path}: holds nothing but zeros")
+    if "depth_clean_2" in kinds:
+        clean_path = kitti_layout(subject.root).file(split, "depth_clean_2", frame)
+        findings.require(reads(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
+        clean_path = kitti_layout(subject.root).file(split, "image_clean_2", frame)
+        findings.require(png_size_wh(clean_path) == size_wh, f"{clean_path}: is not as large as image_2")
+    if "image_3" in kinds:
+        _right_image(findings, subject, split, frame, size_wh)
+    if OTHER not in subject.manifest.formats:
+        findings.require(bool(decode_rgb(rgb_path).any()), f"{rgb_path}: holds nothing but zeros")
+    return findings
+
+
+def _right_image(findings: Findings, subject: Subject, split: Split, frame: int, size_wh: tuple[int, int]) -> None:
+    rgb_path, disparity_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_3", "disp_occ"))
+    image, steps = decode_rgb(rgb_path), decode_depth(disparity_path)
+    findings.require(image.shape[1::-1] == size_wh, f"{rgb_path}: is not as large as image_2")
+    findings.require(steps.shape == size_wh[::-1], f"{disparity_path}: is not as large as image_2")
+    seen_path = kitti_layout(subject.root).file(split, "disp_noc", frame)
+    seen = decode_depth(seen_path)
+    part = seen.shape == steps.shape and bool(((seen == 0) | (seen == steps)).all())
+    findings.require(part, f"{seen_path}: is no part of disp_occ")
+    findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
+
+
+def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
+    """Return whether the right camera is the left one, moved by the recipe's baseline, 0 without a right camera."""
+    moved = np.zeros((3, 4))
+    moved[0, 3] = -matrices["P2"][0, 0] * (subject.manifest.contents.baseline or 0.0)
+    return bool(np.abs(matrices["P3"] - matrices["P2"] - moved).max() < _SAME_PLACE)
+
+
+def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
+    """Return whether each camera has the lens of the recipe, and no other lines than for that."""
+    wanted = subject.manifest.contents.distortion
+    eyes = ("02",) if subject.manifest.contents.baseline is None else ("02", "03")
+    if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in "KD"}:
+        return False
+    if wanted is None:
+        return True
+    lens = wanted.coefficients
+    same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
+    return same_k and all(np.allclose(matrices[f"D_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
+
+
+def _plane(path: Path) -> Float[np.ndarray, " 4"]:
+    lines = read_text(path).split("\n")
+    try:
+        values = np.array([float(word) for word in lines[3].split(" ")])
+    except (IndexError, ValueError) as problem:
+        raise DatasetError(f"{path}: the fourth line must hold four numbers ({problem})") from problem
+    if values.shape != (4,) or len(lines) != 5 or lines[4]:
+        raise DatasetError(f"{path}: four lines are expected, the last with four numbers")
+    return values

@@ -1,0 +1,236 @@
+"""The LiDAR points of labelled objects lie where their beams meet the object, within the sensor's own noise law."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int, Int32
+
+from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.checks.text import read_bytes, read_text
+from warehouse_sim.dataset.formats.kitti.checks.frames import frames
+from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels, tilt
+from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw
+from warehouse_sim.dataset.formats.kitti.checks.sweep_grid import SweepGrid
+from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
+from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
+from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.observation_record import RecordedObservation
+from warehouse_sim.dataset.split import Split
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, transform_points
+
+_ROUNDING = 1e-3
+"""What files round away of points, labels and calibration (m)."""
+_LONGEST_SWEEP = 1e3
+_SPREADS = 4.0
+"""Standard deviations by which chance may exceed an expected number."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """A stored sweep and how it was made."""
+
+    path: Path
+    cloud: Float32[np.ndarray, "n 4"]
+    ids: Int32[np.ndarray, " n"]
+    ring: Int[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]
+    T_world_lidar: Transform
+    observation: RecordedObservation
+    law: LidarLaw
+
+    @cached_property
+    def grid(self) -> SweepGrid:
+        """Which beam stands beside which."""
+        return SweepGrid.of(self.cloud[:, :3], self.ids, (self.ring, self.time), self.law)
+
+
+@dataclass
+class _Tally:
+    """Points over all sweeps."""
+
+    points: int = 0
+    mixed: int = 0
+    """Farther off than noise explains, at an edge of the object."""
+    alone: int = 0
+    """Farther off than noise explains, though all beams around met the object too: what came between is very narrow."""
+    least: float = np.inf
+    """Least limit of the noise (m)."""
+    largest: float = 0.0
+    """Largest limit of the noise (m)."""
+
+    def add(self, other: "_Tally") -> None:
+        """Count what another tally has counted, too."""
+        self.points += other.points
+        self.mixed += other.mixed
+        self.alone += other.alone
+        self.least, self.largest = min(self.least, other.least), max(self.largest, other.largest)
+
+
+def points(subject: Subject) -> Findings:
+    """Points that carry a labelled object's id lie on a beam that meets its 3D box, no farther off than noise explains.
+
+    Where a beam meets an edge, its point can lie between two surfaces: farther off, but on the beam and beside a beam
+    that met something else.
+    """
+    findings, tally, law = Findings(), _Tally(), LidarLaw.of(subject.manifest.contents.lidar)
+    sweeps = list(frames(subject))
+    for found, counted in subject.each(sweeps, lambda frame: _examine_frame(subject, law, frame)):
+        findings.add(found)
+        tally.add(counted)
+    _judge(findings, tally, law)
+    findings.examined = f"{tally.points} points of labelled objects in {len(sweeps)} sweeps" + _told(tally)
+    return findings
+
+
+def _judge(findings: Findings, tally: _Tally, law: LidarLaw) -> None:
+    """Require that points beyond the noise lie at edges, but for the share that narrow things between beams explain."""
+    beyond, share = tally.mixed + tally.alone, law.mixed_share / (1.0 + law.mixed_share)
+    limit = beyond * share + _SPREADS * float(np.sqrt(beyond * share * (1.0 - share)))
+    findings.require(
+        tally.alone <= limit,
+        f"{tally.alone} of {tally.points} points of labelled objects are farther off than noise explains, amid points "
+        f"of their own object; mixed beams explain {limit:.0f} of {beyond} points beyond the noise",
+    )
+
+
+def read_points(
+    subject: Subject, split: Split, frame: int, name: str = "velodyne"
+) -> tuple[Float32[np.ndarray, "n 4"], Int32[np.ndarray, " n"]]:
+    """Read a sweep, of the LiDAR whose folder is ``name``, and the instance id of each point.
+
+    Raises:
+        DatasetError: A file is missing or the two have not the same number of points.
+    """
+    path, ids_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in (name, f"{name}_ids"))
+    cloud, ids = read_bytes(path), read_bytes(ids_path)
+    if len(cloud) % 16 or len(cloud) != 4 * len(ids):
+        raise DatasetError(f"{path}: {len(cloud)} bytes of points do not go with {len(ids)} bytes of ids")
+    return np.frombuffer(cloud, dtype="<f4").reshape(-1, 4), np.frombuffer(ids, dtype="<i4")
+
+
+def _examine_frame(subject: Subject, law: LidarLaw, frame: tuple[Split, int, int, int]) -> tuple[Findings, _Tally]:
+    split, scene, observation, number = frame
+    findings, tally = Findings(), _Tally()
+    sweep = _read_sweep(subject, law, frame)
+    for row in read_labels(subject, split, number):
+        box = _box(subject, row, scene, observation)
+        if box is not None:
+            _examine(findings, tally, sweep, row.instance_id, box)
+    return findings, tally
+
+
+def _read_sweep(subject: Subject, law: LidarLaw, frame: tuple[Split, int, int, int]) -> _Sweep:
+    """Read the sweep of a frame.
+
+    Raises:
+        DatasetError: A file cannot be read, or a number in it cannot be used.
+    """
+    split, scene, index, number = frame
+    path, beams_path = (kitti_layout(subject.root).file(split, kind, number) for kind in ("velodyne", "velodyne_beams"))
+    cloud, ids = read_points(subject, split, number)
+    content = read_bytes(beams_path)
+    if not np.isfinite(cloud).all() or not _are_beams(content, len(cloud)):
+        raise DatasetError(f"{path}: points, or rings and times in {beams_path.parent.name}, are no finite numbers")
+    ring, time = np.frombuffer(content, "<f4").reshape(-1, 2).T
+    matrix = parse_calib(read_text(kitti_layout(subject.root).file(split, "calib", number)), str(path))[
+        "Tr_velo_to_cam"
+    ]
+    T_camera_lidar = make_transform(matrix[:, :3], matrix[:, 3])
+    T_world_lidar = subject.T_world_camera(scene, index) @ T_camera_lidar
+    observation = subject.record(scene).observations[index]
+    return _Sweep(path, cloud, ids, ring.astype(int), time.astype(float), T_world_lidar, observation, law)
+
+
+def _box(
+    subject: Subject, row: LabelRow, scene: int, observation: int
+) -> tuple[Transform, Float[np.ndarray, " 3"]] | None:
+    """Return pose in the world and half sizes of a row's 3D box; of what is DontCare, the scene record has it."""
+    record = subject.record(scene)
+    item = record.object(row.instance_id)
+    if item is None or item.obj_id not in subject.objects:
+        return None
+    if row.label.is_dont_care:
+        return item.T_world_object, np.asarray(subject.objects[item.obj_id].size) / 2.0
+    height, breadth, length = row.label.size_hwl
+    half = np.array([length, breadth, height]) / 2.0
+    T_world_camera = subject.T_world_camera(scene, observation)
+    # The label stands upright, the object may lean a little.
+    lean = np.tan(min(tilt(invert(T_world_camera) @ item.T_world_object), 0.1)) * np.linalg.norm(half)
+    return T_world_camera @ row.label.T_camera_object(), half + lean
+
+
+def _examine(
+    findings: Findings,
+    tally: _Tally,
+    sweep: _Sweep,
+    instance_id: int,
+    box: tuple[Transform, Float[np.ndarray, " 3"]],
+) -> None:
+    own, law = np.flatnonzero(sweep.ids == instance_id), sweep.law
+    if len(own) == 0:
+        return
+    cloud = sweep.cloud[own].astype(float)
+    hits, starts = in_world(cloud[:, :3], sweep.time[own], sweep.T_world_lidar, law, sweep.observation)
+    T_box_world = invert(box[0])
+    start, hit = transform_points(T_box_world, starts), transform_points(T_box_world, hits)
+    # How far the place may be off because the time of the forward look is not known exactly.
+    turning = abs(sweep.observation.yaw_rate) * np.linalg.norm(cloud[:, :3], axis=1)
+    half = box[1] + law.time_doubt * (np.linalg.norm(sweep.observation.velocity) + turning)[:, None]
+    distance = np.maximum(np.linalg.norm(hit - start, axis=1), 1e-6)
+    noise = law.noise_limit(distance, cloud[:, 3])
+    as_measured = _meets(half, start, hit, distance, noise, law)
+    if_mixed = as_measured | _meets(half, start, hit, distance, noise + law.mixing_reach, law)
+    wrong = int((~if_mixed).sum())
+    findings.require(
+        wrong == 0,
+        f"{sweep.path}: {wrong} of {len(own)} points of object {instance_id} are outside its box, where neither noise "
+        f"({SIGMAS:g} sigma: {noise.max():.3f} m) nor mixed beams put them",
+    )
+    farther = if_mixed & ~as_measured
+    mixed = sweep.grid.beside_another(own[farther], instance_id) if farther.any() else np.zeros(0, bool)
+    tally.points += len(own)
+    tally.mixed += int(mixed.sum())
+    tally.alone += int((~mixed).sum())
+    tally.least, tally.largest = min(tally.least, float(noise.min())), max(tally.largest, float(noise.max()))
+
+
+def _meets(
+    half: Float[np.ndarray, "n 3"],
+    start: Float[np.ndarray, "n 3"],
+    hit: Float[np.ndarray, "n 3"],
+    distance: Float[np.ndarray, " n"],
+    slack: Float[np.ndarray, " n"],
+    law: LidarLaw,
+) -> Bool[np.ndarray, " n"]:
+    """Return which points, moved along their beams by at most ``slack`` (m), lie in the box (slab test).
+
+    The beam has a width, and its laser may start a little beside the origin of the frame, which turns it a little.
+    """
+    direction = (hit - start) / distance[:, None]
+    aside = law.beam_radius * (distance + slack) + slack * np.minimum(FARTHEST_START / distance, 1.0) + _ROUNDING
+    half = half + aside[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.stack([(-half - start) / direction, (half - start) / direction])
+    enter, leave = np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
+    return np.maximum(enter, distance - slack) <= np.minimum(leave, distance + slack)
+
+
+def _are_beams(content: bytes, count: int) -> bool:
+    """Return whether there are ``count`` pairs of a ring number and a time, none negative."""
+    if len(content) != 8 * count:
+        return False
+    ring, time = np.frombuffer(content, "<f4").reshape(-1, 2).T
+    whole = (ring >= 0).all() and (ring == np.rint(ring)).all() and (ring < 1e4).all()
+    return bool(whole and (time >= 0).all() and (time < _LONGEST_SWEEP).all())
+
+
+def _told(tally: _Tally) -> str:
+    if not tally.points:
+        return ""
+    between = tally.mixed + tally.alone
+    noise = f"noise of {tally.least:.3f}-{tally.largest:.3f} m allowed along the beam"
+    return f"; {noise}, {between} points between two surfaces"

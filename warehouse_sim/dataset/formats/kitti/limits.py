@@ -1,0 +1,107 @@
+"""What KITTI cannot hold: of a dataset, refused before anything is made, and of an observation."""
+
+import math
+
+import numpy as np
+
+from warehouse_sim.dataset.contents import Contents
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema import Observation
+
+STEPS_PER_METRE = 256.0
+"""Of the depth images."""
+_LARGEST_FRAME = 999_999
+_LARGEST_CAMERA_TILT = math.radians(0.1)
+_LARGEST_LIDAR_TILT = math.radians(2.0)
+"""Real KITTI's own LiDAR is mounted up to about one degree off."""
+
+
+def require_numbers(manifest: Manifest) -> None:
+    """Refuse more frames than KITTI's file names have numbers.
+
+    Raises:
+        DatasetError: They need more than six digits.
+    """
+    if manifest.scenes * manifest.observations_per_scene > _LARGEST_FRAME + 1:
+        raise DatasetError(
+            f"KITTI: {manifest.scenes} scenes of {manifest.observations_per_scene} observations need more than six "
+            "digits; make several datasets with fewer --scenes, or leave kitti out of --formats"
+        )
+
+
+def require_words(targets: tuple[str, ...]) -> None:
+    """Refuse class names that cannot stand in a row of blanks and ASCII.
+
+    Raises:
+        DatasetError: A target's class is no single word, or KITTI's own DontCare.
+    """
+    for name in targets:
+        if len(name.split()) != 1 or name != name.strip() or not name.isascii() or name == "DontCare":
+            raise DatasetError(
+                f"KITTI: targets: the class name {name!r} must be one ASCII word other than DontCare in a KITTI label; "
+                "rename the class, or leave kitti out of --formats"
+            )
+
+
+def require_level_viewpoints(contents: Contents) -> None:
+    """Refuse a recipe whose cameras can be tilted.
+
+    Raises:
+        DatasetError: A kind of camera other than ``level`` is asked for, and not to be level.
+    """
+    if contents.tilted_viewpoints:
+        raise DatasetError(
+            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} tilts the camera, but a KITTI label "
+            "stands upright in the camera's frame; set viewpoints.level: true in the recipe, or leave kitti out of "
+            "--formats"
+        )
+
+
+def require_level_lidar(contents: Contents) -> None:
+    """Refuse a rig without a main LiDAR, or with one that does not stand upright on a level camera or vehicle.
+
+    Raises:
+        DatasetError: There is none, or its mount leans by more than KITTI's readers bear.
+    """
+    if contents.lidar is None:
+        raise DatasetError(
+            "KITTI: sensors.lidar is null, but every KITTI frame has a sweep; give the recipe a LiDAR, or leave kitti "
+            "out of --formats"
+        )
+    pitch, roll = contents.lidar.pitch_deg, contents.lidar.roll_deg
+    # Yaw, then pitch, then roll: the z axis rises by the product of both cosines.
+    tilt = math.acos(math.cos(math.radians(pitch)) * math.cos(math.radians(roll)))
+    if tilt > _LARGEST_LIDAR_TILT:
+        raise DatasetError(
+            f"KITTI: sensors.lidar_mount tilts the LiDAR by {math.degrees(tilt):.2f} deg (pitch_deg {pitch:g}, "
+            f"roll_deg {roll:g}), but KITTI's readers take its z axis for vertical; keep it within "
+            f"{math.degrees(_LARGEST_LIDAR_TILT):g} deg, mount it under sensors.lidars, or leave kitti out of --formats"
+        )
+
+
+def require_level(observation: Observation, where: str) -> None:
+    """Refuse what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
+
+    Raises:
+        DatasetError: The camera or the LiDAR is tilted.
+    """
+    world_up = np.array([0.0, 0.0, 1.0])
+    camera_up = -observation.T_world_camera[:3, 1]
+    tilt = _angle(camera_up, world_up)
+    if tilt > _LARGEST_CAMERA_TILT:
+        raise DatasetError(
+            f"{where}: the camera is tilted by {math.degrees(tilt):.2f} deg, KITTI needs a level camera; "
+            "set viewpoints.level: true in the recipe, or leave kitti out of --formats"
+        )
+    tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
+    if tilt > _LARGEST_LIDAR_TILT:
+        raise DatasetError(
+            f"{where}: the LiDAR is tilted by {math.degrees(tilt):.2f} deg against the camera, KITTI readers take its "
+            "z axis for vertical; mount it level, or leave kitti out of --formats"
+        )
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> float:
+    # Half the chord between unit vectors: arccos would lose small angles.
+    return 2.0 * math.asin(min(float(np.linalg.norm(a - b)) / 2.0, 1.0))

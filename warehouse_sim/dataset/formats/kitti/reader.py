@@ -1,0 +1,93 @@
+"""KITTI files as text and numbers, read as strictly as the strictest known reader does.
+
+The format as a whole has no reader that training could use: its labels hold upright boxes and no masks.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+
+CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
+"""The seven lines of a calib file, in order."""
+_LENS_KEYS = ("K", "D")
+
+
+def parse_label(line: str, where: str) -> KittiLabel:
+    """Read a row as strictly as the strictest reader does.
+
+    Raises:
+        DatasetError: Not 15 fields with single blanks, or a field of the wrong kind.
+    """
+    words = line.split(" ")
+    if len(words) != 15:
+        raise DatasetError(f"{where}: 15 fields with single blanks are expected, found {len(words)}")
+    try:
+        occluded, values = int(words[2]), [float(word) for word in (words[1], *words[3:])]
+    except ValueError as problem:
+        raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
+    if not all(map(math.isfinite, values)):
+        raise DatasetError(f"{where}: every field must be finite")
+    truncated, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values
+    return KittiLabel(
+        type=words[0],
+        truncated=truncated,
+        occluded=occluded,
+        alpha=alpha,
+        box_xyxy=(left, top, right, bottom),
+        size_hwl=(height, width, length),
+        location=(x, y, z),
+        rotation_y=heading,
+    )
+
+
+def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
+    """Read a calib file as strictly as the strictest reader does.
+
+    Raises:
+        DatasetError: Not the seven lines in order, each ``KEY: v v ...`` with single blanks, alone or with those of
+            one or two lenses.
+    """
+    lines = text.split("\n")
+    lens_keys = [f"{key}_{eye}" for eye in ("02", "03") for key in _LENS_KEYS]
+    more = len(lines) - len(CALIB_KEYS) - 1
+    if more not in (0, len(_LENS_KEYS), len(lens_keys)) or lines[-1]:
+        raise DatasetError(f"{where}: {len(CALIB_KEYS)} lines and no blank one are expected")
+    shapes = {key: (3, 3 if key == "R0_rect" else 4) for key in CALIB_KEYS}
+    shapes |= {key: (3, 3) if key[0] == "K" else (1, 5) for key in lens_keys[:more]}
+    return {key: _matrix(line, key, shape, where) for line, (key, shape) in zip(lines, shapes.items(), strict=False)}
+
+
+def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size_wh: tuple[int, int]) -> PinholeCamera:
+    """Return camera 2 of a calib file as read, with its lens if it has one.
+
+    Args:
+        matrices: What ``parse_calib`` returns.
+        size_wh: Width and height of the images (px), which the file does not hold.
+
+    Raises:
+        DatasetError: P2 is that of no camera.
+    """
+    (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
+    distortion = Distortion(*matrices["D_02"][0].tolist()) if "D_02" in matrices else None
+    if min(fx, fy) <= 0.0:
+        raise DatasetError(f"P2 of a calib file must have focal lengths above 0, found {fx} and {fy}")
+    return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
+
+
+def _matrix(line: str, key: str, shape: tuple[int, int], where: str) -> Float[np.ndarray, "rows columns"]:
+    name, *words = line.split(" ")
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError as problem:
+        raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
+    count = shape[0] * shape[1]
+    if name != f"{key}:" or values.size != count or not np.isfinite(values).all():
+        raise DatasetError(f"{where}: expected '{key}:' and {count} numbers, found {line[:60]!r}")
+    return values.reshape(shape)

@@ -1,0 +1,200 @@
+"""The KITTI object detection format, strict enough for OpenPCDet, mmdet3d, Open3D-ML, torchvision and the devkit."""
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from warehouse_sim.dataset.formats.kitti.calib import calib_text, lidars_text, plane_text
+from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
+from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, frames_of, kitti_kinds, kitti_layout
+from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.schema import LidarScan, ObjectModel, Observation, SceneSpec
+
+_README = """# Dataset in the KITTI object detection format
+
+- Frame = scene * {per_scene} + observation. Train and validation frames are in training/, test frames in testing/, both
+  with labels.
+- Labels name every target with at least one visible pixel. Length is the object's x axis, width its y axis.
+- truncated: share of the silhouette's pixels outside the image. occluded: 0 if at least 90 % of the silhouette inside
+  the image is visible, 1 if at least 50 %, else 2. bbox: whole silhouette, occluded parts included, cut at the image.
+- A target that leans by more than {tilt:g} deg is no upright box: it comes after the others, as DontCare with its 2D
+  box. label_2_ids (our own) holds the instance id of each row of label_2, also of those; ../scenes/ has their poses.
+- A frame without labels holds one DontCare row (id 0), because some readers stop at an empty file.
+- depth_2: 16 bit, metres * 256, 0 = no reading. planes: the floor in the camera frame.
+- velodyne: float32 x, y, z, reflectance. velodyne_ids (our own): int32, the instance id of each point, 0 = none; the
+  ids are those of ../scenes/. velodyne_beams (our own): float32 ring, time of each point; ring 0 is the topmost beam,
+  time counts from the start of the sweep (s).
+- {cameras}; Tr_imu_to_velo is the identity.
+- Class names are ours: set CLASS_NAMES (and POINT_CLOUD_RANGE, for a warehouse) in your reader's configuration.
+{additions}"""
+_ONE_CAMERA, _TWO_CAMERAS = "P0 to P3 are the same camera", "P0 and P2 are the left camera, P1 and P3 the right one"
+_STEREO_README = """\
+- image_3: the right camera. disp_occ: true disparity of image_2, also where image_3 does not see it. disp_noc: where it
+  does. disp_sgbm, if there: what semi-global matching finds in the noisy pair. 16 bit, pixels * 256, 0 = none, or 256
+  and more.
+"""
+_LENS_README = """\
+- Images are not rectified: P2 is that of the pinhole, and calib goes on after its seven lines with K_02 and D_02, k1 k2
+  p1 p2 k3 as in OpenCV and in KITTI's raw calib_cam_to_cam.txt (with a right camera K_03 and D_03, too). Labels, boxes
+  and depth are those of the image; readers that know P2 only must rectify it first. Disparities are those of the
+  rectified pair, f b / z with the f of P2, stored at the pixels of image_2.
+"""
+_CLEAN_README = """\
+- image_clean_2, depth_clean_2 (our own): image_2 and depth_2 without errors of the camera{right}; a clean depth that
+  does not fit into 16 bits is 0.
+"""
+_LIDARS_README = """\
+- velodyne_NAME, velodyne_NAME_ids: further LiDARs ({names}), each in its own frame; calib_lidars (our own) holds their
+  poses, Tr_NAME_to_cam, as calib does of the main one.
+"""
+
+
+class KittiWriter:
+    """Write frames as ``kitti/{training,testing}/KIND/%06d.*``."""
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self._layout, self._manifest = kitti_layout(root), manifest
+        self._kinds = kitti_kinds(manifest.contents)
+
+    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+        """Make the folders and write the lists of frames."""
+        for split in SPLITS:
+            for kind in self._kinds:
+                make_folder(self._layout.folder(split) / kind)
+        sets: dict[str, tuple[Split, ...]] = {name: (name,) for name in SPLITS}
+        sets["trainval"] = ("train", "val")
+        make_folder(self._layout.image_set("train").parent)
+        for name, parts in sets.items():
+            frames = [
+                frame
+                for part in parts
+                for scene in self._manifest.splits[part]
+                for frame in frames_of(self._manifest, scene)
+            ]
+            text = "".join(f"{frame:06d}\n" for frame in frames)
+            write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
+        write_bytes(self._layout.root / "README.md", self._readme().encode("ascii"), durable=True)
+
+    def scene(self, scene: SceneSpec) -> "KittiSceneWriter":
+        """Open a scene anew."""
+        split = self._manifest.split_of(scene.scene_index)
+        frames = frames_of(self._manifest, scene.scene_index)
+        for path in (self._layout.file(split, kind, frame) for frame in frames for kind in self._kinds):
+            with writing(path):
+                path.unlink(missing_ok=True)
+        return KittiSceneWriter(self._layout, split, frames, self._manifest.contents.clean)
+
+    def finish(self) -> None:
+        """Do nothing: no file of this format needs all scenes."""
+
+    def _readme(self) -> str:
+        contents = self._manifest.contents
+        stereo, names = contents.baseline is not None, ", ".join(contents.lidars)
+        return _README.format(
+            per_scene=self._manifest.observations_per_scene,
+            tilt=math.degrees(LARGEST_TILT),
+            cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
+            additions=(_STEREO_README if stereo else "")
+            + (_LENS_README if contents.distortion else "")
+            + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if contents.clean else "")
+            + (_LIDARS_README.format(names=names) if names else ""),
+        )
+
+
+class KittiSceneWriter:
+    """Write the frames of one scene."""
+
+    def __init__(self, layout: KittiLayout, split: Split, frames: range, clean: bool) -> None:
+        self._layout, self._split, self._frames, self._clean = layout, split, frames, clean
+
+    def write(self, files: ObservationFiles) -> None:
+        """Write one frame.
+
+        Raises:
+            DatasetError: Camera or LiDAR is tilted, the LiDAR is missing, or a depth does not fit.
+        """
+        observation = files.observation
+        where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
+        if observation.lidar is None:
+            raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
+        require_level(observation, where)
+        rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
+        baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
+        contents = {
+            "depth_2": encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where),
+            "velodyne": point_bytes(observation.lidar),
+            "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
+            "velodyne_beams": beam_bytes(observation.lidar),
+            "calib": calib_text(observation.camera, observation.T_camera_lidar, baseline).encode("ascii"),
+            "label_2": _lines(rows),
+            "label_2_ids": _lines(map(str, ids)),
+            "planes": plane_text(observation.T_world_camera).encode("ascii"),
+            **_stereo_files(observation),
+            **_more_lidar_files(observation),
+            **(_clean_files(observation) if self._clean else {}),
+        }
+        frame = self._frames[observation.observation_index]
+        files.rgb.save(self._layout.file(self._split, "image_2", frame))
+        if self._clean:
+            files.rgb_clean.save(self._layout.file(self._split, "image_clean_2", frame))
+        for kind, content in contents.items():
+            write_bytes(self._layout.file(self._split, kind, frame), content)
+
+    def finish(self) -> None:
+        """Do nothing: no file of this format covers a scene."""
+
+
+def _lines(rows: Iterable[str]) -> bytes:
+    return "".join(f"{row}\n" for row in rows).encode("ascii")
+
+
+def _stereo_files(observation: Observation) -> dict[str, bytes]:
+    """Return the files of the right camera by kind."""
+    stereo = observation.stereo
+    if stereo is None:
+        return {}
+    contents = {
+        "image_3": encode_rgb(stereo.rgb),
+        "disp_occ": encode_disparity(stereo.disparity),
+        "disp_noc": encode_disparity(np.where(stereo.in_both, stereo.disparity, np.float32(0.0))),
+    }
+    return contents if stereo.matched is None else contents | {"disp_sgbm": encode_disparity(stereo.matched)}
+
+
+def _clean_files(observation: Observation) -> dict[str, bytes]:
+    """Return what no format shares of the clean truth by kind."""
+    contents = {"depth_clean_2": encode_clean_depth(observation.buffers.depth, STEPS_PER_METRE)}
+    stereo = observation.stereo
+    return contents if stereo is None else contents | {"image_clean_3": encode_rgb(stereo.buffers.rgb)}
+
+
+def _more_lidar_files(observation: Observation) -> dict[str, bytes]:
+    """Return the files of the LiDARs beside the main one by kind."""
+    if not observation.lidars:
+        return {}
+    contents = {"calib_lidars": lidars_text(observation.lidars).encode("ascii")}
+    for name, item in observation.lidars.items():
+        contents[f"velodyne_{name}"] = point_bytes(item.reading)
+        contents[f"velodyne_{name}_ids"] = item.reading.instance_ids.astype("<i4").tobytes()
+    return contents
+
+
+def point_bytes(scan: LidarScan) -> bytes:
+    """Return KITTI's velodyne content: little-endian float32 x, y, z (m, LiDAR frame) and reflectance, 0-1."""
+    rows = np.empty((len(scan.points), 4), "<f4")
+    rows[:, :3], rows[:, 3] = scan.points, scan.intensity
+    return rows.tobytes()
+
+
+def beam_bytes(scan: LidarScan) -> bytes:
+    """Return little-endian float32 ring and time (s since the sweep began) of each point."""
+    return np.stack([scan.ring.astype("<f4"), scan.time.astype("<f4")], axis=1).tobytes()

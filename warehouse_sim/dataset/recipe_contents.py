@@ -1,0 +1,158 @@
+"""Contents from a resolved recipe: the one place that reads its keys, for drafts and for datasets made before.
+
+Manifests of datasets made before ``contents`` was among their keys hold the recipe only.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from importlib.metadata import entry_points
+from typing import Any
+
+from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset.contents import CameraContents, Contents, LidarContents
+from warehouse_sim.dataset.plain import LENGTHS, NUMBERS, PIXELS, PLACES, Span, take, take_if_given
+from warehouse_sim.errors import ConfigError, DatasetError
+from warehouse_sim.ranges import ranges_of
+from warehouse_sim.schema import CAMERA, LIDAR, RIGHT
+
+_COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
+_FOCAL = Span(1e-3, 1e6)
+_LIDAR_WORDS = ("intensity_scale", "motion")
+_POINTS = ("points", "intensity", "ring", "time")
+
+
+def draft_contents(recipe: dict[str, Any], plugins: Iterable[str]) -> Contents:
+    """Return what a dataset will hold, before any of it is made.
+
+    Args:
+        recipe: The resolved recipe as plain data.
+        plugins: Names of formats and backend; a plug-in that the recipe names is found in it.
+    """
+    return replace(recipe_contents(recipe), plugins=_plugin_versions({*plugins, *_words(recipe)}))
+
+
+def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
+    """Return what a resolved recipe says of a dataset's contents; one that says nothing has a camera and a LiDAR.
+
+    Args:
+        recipe: As the manifest holds it.
+        where: For the messages.
+
+    Raises:
+        DatasetError: A setting is of another type or out of range, or the name of a sensor is no word.
+    """
+    sensors = take_if_given(recipe, "sensors", dict, where) or {}
+    scene = take_if_given(recipe, "scene", dict, where) or {}
+    inner = f"{where}: sensors"
+    right = take_if_given(sensors, "right", dict, inner)
+    lidar = None if sensors.get("lidar", {}) is None else _lidar(sensors, inner)
+    lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {})
+    matched = right is not None and right.get("matching") is not None
+    more = take_if_given(sensors, "more", dict, inner) or {}
+    try:
+        return Contents(
+            name=take_if_given(recipe, "name", str, where) or "",
+            description=take_if_given(recipe, "description", str, where) or "",
+            channels=_channels(right is not None, matched, lidar is not None, lidars),
+            camera=_camera(take_if_given(sensors, "camera", dict, inner) or {}, f"{inner}: camera"),
+            baseline=None if right is None else take(right, "baseline", float, f"{inner}: right", LENGTHS),
+            matched=matched,
+            clean=bool(take_if_given(sensors, "clean", bool, inner)),
+            lidar=lidar,
+            lidars=lidars,
+            sensors={name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more},
+            depth_ranges=_depth_ranges(recipe, where),
+            tilted_viewpoints=_tilted(scene, f"{where}: scene"),
+            targets=_targets(scene, f"{where}: scene"),
+        )
+    except ConfigError as problem:
+        raise DatasetError(f"{inner}: {problem}") from problem
+
+
+def _channels(right: bool, matched: bool, lidar: bool, lidars: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    channels: dict[str, tuple[str, ...]] = {CAMERA: ("rgb", "depth")}
+    if right:
+        channels[RIGHT] = ("rgb", "disparity") if matched else ("rgb",)
+    if lidar:
+        channels[LIDAR] = _POINTS
+    return channels | dict.fromkeys(lidars, _POINTS[:2])
+
+
+def _camera(settings: dict[str, Any], where: str) -> CameraContents | None:
+    given = take_if_given(settings, "distortion", dict, where) or {}
+    k1, k2, p1, p2, k3 = (
+        take_if_given(given, key, float, f"{where}.distortion", NUMBERS) or 0.0 for key in _COEFFICIENTS
+    )
+    if not {"width", "height", "focal_px"} <= set(settings):
+        return None
+    width, height = (take(settings, key, int, where, PIXELS) for key in ("width", "height"))
+    cx, cy = (take_if_given(settings, key, float, where, NUMBERS) for key in ("cx", "cy"))
+    return CameraContents(
+        width,
+        height,
+        take(settings, "focal_px", float, where, _FOCAL),
+        (width - 1) / 2 if cx is None else cx,
+        (height - 1) / 2 if cy is None else cy,
+        (k1, k2, p1, p2, k3) if any((k1, k2, p1, p2, k3)) else None,
+    )
+
+
+def _lidar(sensors: dict[str, Any], where: str) -> LidarContents:
+    settings = take_if_given(sensors, "lidar", dict, where) or {}
+    mount = take_if_given(sensors, "lidar_mount", dict, where) or {}
+    angles = {key: mount[key] for key in ("pitch_deg", "roll_deg") if key in mount}
+    known = {key: settings[key] for key in (*ranges_of(LidarContents), *_LIDAR_WORDS) if key in settings}
+    return from_mapping(LidarContents, known | angles, f"{where}.lidar")
+
+
+def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:
+    """Return the largest range of every depth camera that has one, by where the recipe has it."""
+    sensors = take_if_given(recipe, "sensors", dict, where) or {}
+    twins = take_if_given(recipe, "twins", dict, where) or {}
+    noise = take_if_given(twins, "noise", list, f"{where}: twins") or []
+    cameras = {"sensors.": sensors} | {f"twins.noise[{i}].": twin for i, twin in enumerate(noise)}
+    found = {}
+    for prefix, owner in cameras.items():
+        rgbd = take_if_given(owner, "rgbd", dict, f"{where}: {prefix[:-1]}") or {}
+        depth = take_if_given(rgbd, "depth", dict, f"{where}: {prefix}rgbd") or {}
+        largest = take_if_given(depth, "max_range", float, f"{where}: {prefix}rgbd.depth", PLACES)
+        if largest is not None:
+            found[f"{prefix}rgbd.depth"] = largest
+    return found
+
+
+def _tilted(scene: dict[str, Any], where: str) -> tuple[str, ...]:
+    views = take_if_given(scene, "viewpoints", dict, where) or {}
+    tilted = tuple(str(kind) for kind in _choices(views.get("kind", "level")) if kind != "level")
+    return () if all(_choices(views.get("level", False))) else tilted
+
+
+def _targets(scene: dict[str, Any], where: str) -> tuple[str, ...] | None:
+    targets = take_if_given(scene, "targets", list, where)
+    return None if targets is None else tuple(map(str, targets))
+
+
+def _choices(value: Any) -> list[Any]:
+    """Return the values that a setting of a recipe can take: itself, or those it is drawn from."""
+    return list(value["choices"]) if isinstance(value, dict) and isinstance(value.get("choices"), list) else [value]
+
+
+def _words(data: Any) -> Iterator[str]:
+    """Yield all keys and texts of plain data."""
+    if isinstance(data, dict):
+        yield from data
+        for value in data.values():
+            yield from _words(value)
+    elif isinstance(data, list):
+        for value in data:
+            yield from _words(value)
+    elif isinstance(data, str):
+        yield data
+
+
+def _plugin_versions(names: set[str]) -> dict[str, str]:
+    """Return name and version of each package of others that adds a plug-in of one of these names."""
+    groups = [group for group in entry_points().groups if group.startswith("warehouse_sim.")]
+    plugins = [item for group in groups for item in entry_points(group=group) if item.name in names]
+    packages = {item.dist.name: item.dist.version for item in plugins if item.dist is not None}
+    return {name: packages[name] for name in sorted(packages) if name != "warehouse-sim"}

@@ -1,0 +1,44 @@
+"""What a reader says of an image and of each target that is labelled in it."""
+
+from dataclasses import dataclass
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+
+
+@dataclass(frozen=True, eq=False)
+class TargetRecord:
+    """The label of one target in one image."""
+
+    gt_index: int
+    """Position in the image's labels; names its masks."""
+    obj_id: int
+    instance_id: int
+    """Number in the scene record; 0 when the dataset does not say."""
+    T_camera_object: Transform
+    visible_fraction: float
+    """Visible pixels over the whole silhouette, truncation included."""
+    pixels_visible: int
+    box_visible_xyxy: tuple[float, float, float, float]
+    """Inclusive pixel corners of the visible part."""
+    box_amodal_xyxy: tuple[float, float, float, float]
+    """Inclusive pixel corners of the whole silhouette; may leave the image."""
+    pixels_valid: int
+    """Pixels of the silhouette in the image, hidden or not, with a depth reading."""
+    pixels_all: int
+    """Pixels of the whole silhouette, inside the image or not."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImageRecord:
+    """One image of a split."""
+
+    split: str
+    scene_id: int
+    image_id: int
+    camera: PinholeCamera
+    T_world_camera: Transform
+    """Where the camera was; in the world of the camera itself when the dataset does not say."""
+    depth_scale: float
+    """Millimetres a step of the depth file."""
+    targets: tuple[TargetRecord, ...]
