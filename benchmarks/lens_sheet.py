@@ -20,8 +20,8 @@ from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import Observation, SceneSpec, Viewpoint
-from warehouse_sim.sensors.color import IDEAL_COLOR
 from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
 Picture = UInt8[np.ndarray, "h w 3"]

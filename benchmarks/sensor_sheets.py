@@ -15,9 +15,9 @@ from benchmarks.sensor_sigma import draw_sigma
 from benchmarks.sensor_views import CAMERA, View, scene_before_pallet, see
 from warehouse_sim.dataset.overlay import draw_caption
 from warehouse_sim.render import open_renderer
-from warehouse_sim.sensors.color import IDEAL_COLOR, ColorConfig, read_color
-from warehouse_sim.sensors.depth import PRESETS
-from warehouse_sim.sensors.shot import Motion
+from warehouse_sim.sensors.capture import Motion
+from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 OUT = Path(__file__).parents[1] / "docs" / "images" / "sensors"
 Picture = UInt8[np.ndarray, "h w 3"]
@@ -32,7 +32,7 @@ def depth_sheet(view: View) -> Picture:
     rows = [[view.buffers.rgb.copy(), depth_colors(clean)]]
     captions = [["clean colour", f"clean depth, {NEAR:g}-{FAR:g} m"]]
     for name, model in PRESETS.items():
-        read = model.read(view.buffers, view.shot, np.random.default_rng(0))
+        read = model.read(view.buffers, view.capture, np.random.default_rng(0))
         rows.append([depth_colors(read), error_colors(read, clean)])
         captions.append(
             [f"{name}: {model.kind}", f"error, blue -{1000 * MOST_ERROR:g} mm, red +{1000 * MOST_ERROR:g} mm"]
@@ -64,21 +64,21 @@ def color_sheet(view: View) -> Picture:
     """Return crops of one picture through single settings of the colour camera."""
     alone = IDEAL_COLOR
     noise = replace(alone, noise_scale=1.0)
-    moving = replace(view.shot, motion=Motion(np.array([0.6, 0.0, 1.5]), np.array([0.0, 0.3, 0.0])))
+    moving = replace(view.capture, motion=Motion(np.array([0.6, 0.0, 1.5]), np.array([0.0, 0.3, 0.0])))
     cases = [
-        ("clean", alone, view.shot),
-        ("as by default", ColorConfig(), view.shot),
-        ("EV 8: ISO 156", noise, replace(view.shot, exposure_ev=8.0)),
-        ("EV 5: ISO 1250", noise, replace(view.shot, exposure_ev=5.0)),
-        ("EV 2: ISO 10000", noise, replace(view.shot, exposure_ev=2.0)),
+        ("clean", alone, view.capture),
+        ("as by default", ColorConfig(), view.capture),
+        ("EV 8: ISO 156", noise, replace(view.capture, exposure_ev=8.0)),
+        ("EV 5: ISO 1250", noise, replace(view.capture, exposure_ev=5.0)),
+        ("EV 2: ISO 10000", noise, replace(view.capture, exposure_ev=2.0)),
         ("1.5 m/s ahead, 0.6 m/s aside, 17 deg/s, 10 ms", replace(alone, motion_blur=True), moving),
-        ("vignetting 1", replace(alone, vignetting=1.0), view.shot),
-        ("colour filter, EV 5", replace(noise, bayer=True), replace(view.shot, exposure_ev=5.0)),
-        ("JPEG 40", replace(alone, jpeg_quality=40), view.shot),
+        ("vignetting 1", replace(alone, vignetting=1.0), view.capture),
+        ("colour filter, EV 5", replace(noise, bayer=True), replace(view.capture, exposure_ev=5.0)),
+        ("JPEG 40", replace(alone, jpeg_quality=40), view.capture),
     ]
     tiles = []
-    for text, config, shot in cases:
-        tiles.append(read_color(view.buffers, shot, config, np.random.default_rng(1)).copy())
+    for text, config, capture in cases:
+        tiles.append(read_color(view.buffers, capture, config, np.random.default_rng(1)).copy())
         draw_caption(tiles[-1], text)
     return np.concatenate([np.concatenate(tiles[start : start + 3], axis=1) for start in (0, 3, 6)])
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.depth import PRESETS, DepthModel
-from warehouse_sim.sensors.depth.active_stereo import ActiveStereo
-from warehouse_sim.sensors.depth.structured_light import axial_sigma
-from warehouse_sim.sensors.depth.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.shot import Shot
+from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd.depth import PRESETS, DepthModel
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.structured_light import axial_sigma
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 from warehouse_sim.sensors.surfaces import Surfaces
 
 CAMERA = PinholeCamera.from_focal(640, 240, 500.0)
@@ -34,7 +34,7 @@ def measured(model: DepthModel, z: float, lean_deg: float) -> float:
     normals = np.broadcast_to(normal.astype(np.float32), (*depth.shape, 3)).copy()
     buffers = RenderBuffers(np.zeros((*depth.shape, 3), np.uint8), depth, np.ones(depth.shape, np.int32), normals)
     white = Surfaces(np.ones_like(depth), np.ones_like(depth), np.zeros_like(depth))
-    read = model.read(buffers, Shot(CAMERA, surfaces=white), np.random.default_rng(0))
+    read = model.read(buffers, Capture(CAMERA, surfaces=white), np.random.default_rng(0))
     found = read[MIDDLE] > 0
     return float((read - depth)[MIDDLE][found].std()) if found.mean() > 0.2 else float("nan")
 

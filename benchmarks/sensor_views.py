@@ -12,7 +12,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.schema import RenderBuffers, SceneSpec, Viewpoint
-from warehouse_sim.sensors.shot import Shot, camera_motion
+from warehouse_sim.sensors.capture import Capture, camera_motion
 from warehouse_sim.sensors.surfaces import see_surfaces
 
 CAMERA = PinholeCamera.from_focal(640, 360, 424.0)
@@ -23,7 +23,7 @@ class View:
     """The clean truth of one picture, and how it is taken."""
 
     buffers: RenderBuffers
-    shot: Shot
+    capture: Capture
 
 
 def scene_before_pallet(recipe: str = "demo", distance: float = 2.0, height: float = 0.42) -> SceneSpec:
@@ -47,4 +47,4 @@ def see(scene: SceneSpec, viewpoint: Viewpoint, renderer: Renderer, camera: Pinh
     renderer.load(lit)
     buffers = renderer.render(camera, viewpoint.T_world_camera, normals=True)
     surfaces = see_surfaces(scene, RayCaster(scene), camera, viewpoint.T_world_camera)
-    return View(buffers, Shot(camera, ev_of_exposure(lit.exposure), camera_motion(viewpoint), surfaces))
+    return View(buffers, Capture(camera, ev_of_exposure(lit.exposure), camera_motion(viewpoint), surfaces))

@@ -27,8 +27,8 @@ from warehouse_sim.ranges import Range, range_of, ranges_of
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.open_numbers import OpenSetting
-from warehouse_sim.sensors.depth.model import DepthModel
-from warehouse_sim.sensors.depth.models import MODELS
+from warehouse_sim.sensors.rgbd.depth.model import DepthModel
+from warehouse_sim.sensors.rgbd.depth.models import MODELS
 
 ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, RunConfig, Calibration, ForkConfig)
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}

@@ -6,6 +6,7 @@ import math
 import sys
 import types
 import typing
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,7 +32,8 @@ def load_yaml(cls: type[T], path: Path, error: type[ConfigError] = ConfigError) 
 def from_mapping(cls: type[T], data: Any, where: str) -> T:
     """Build the dataclass ``cls`` from plain data, checking every key and type.
 
-    A dataclass may define ``from_plain(cls, data, where)`` to read shorthand forms of itself.
+    A dataclass may define ``from_plain(cls, data, where)`` to read shorthand forms of itself; a field of another type
+    may name such a function under ``from_plain`` in its metadata.
 
     Args:
         cls: Dataclass type.
@@ -50,7 +52,8 @@ def from_mapping(cls: type[T], data: Any, where: str) -> T:
             near = difflib.get_close_matches(_key_text(key), fields, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(fields)}"
             raise ConfigError(f"{where}: {_key_text(key)} is not a setting; {hint}")
-    values = {key: convert(hints[key], value, f"{where}: {key}") for key, value in data.items()}
+    read = {key: fields[key].metadata.get("from_plain", partial(convert, hints[key])) for key in data}
+    values = {key: read[key](value, f"{where}: {key}") for key, value in data.items()}
     for name, field in fields.items():
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         if required and name not in values:

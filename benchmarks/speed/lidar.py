@@ -14,7 +14,7 @@ from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
 from warehouse_sim.sensors.lidar.footprint import footprint_echoes
-from warehouse_sim.sensors.lidar.scanner import world_rays
+from warehouse_sim.sensors.lidar.read import world_rays
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
 SWEEPS, QUICK_SWEEPS = 24, 2
@@ -28,7 +28,7 @@ def lidar(settings: Settings) -> dict[str, Any]:
     config = LidarConfig()
     built, raycaster = measure(RayCaster, subject.scene)
     their_scene, their_build = _open3d_scene(subject)
-    places = [view @ subject.recipe.sensors.T_camera_lidar() for view in subject.views]
+    places = [view @ subject.recipe.sensors.mounted()["lidar"].T_camera_sensor() for view in subject.views]
     ours: list[Cost] = []
     theirs: list[Cost] = []
     for T_world_lidar in (places[0], *places):

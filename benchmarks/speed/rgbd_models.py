@@ -14,11 +14,11 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.color import ColorConfig, read_color
-from warehouse_sim.sensors.depth import MODELS
+from warehouse_sim.sensors.capture import Capture, Motion
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
+from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.depth import MODELS
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
-from warehouse_sim.sensors.shot import Motion, Shot
 from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
 
@@ -44,21 +44,21 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         lens.load(subject.scene)
         through_lens = _cost(repeats, lens.render, CAMERA_PRESETS["kitti_raw"].make(), subject.views[0], True)
     view, rng = subject.views[0], np.random.default_rng(0)
-    shot = Shot(camera, LITTLE_LIGHT, surfaces=see_surfaces(subject.scene, caster, camera, view))
-    moving = replace(shot, motion=MOTION)
+    capture = Capture(camera, LITTLE_LIGHT, surfaces=see_surfaces(subject.scene, caster, camera, view))
+    moving = replace(capture, motion=MOTION)
     cases: dict[str, tuple[Any, ...]] = {
         "materials of the pixels": (see_surfaces, subject.scene, caster, camera, view),
-        **{f"depth: {kind}": (model().read, buffers, shot, rng) for kind, model in MODELS.items()},
-        "colour": (read_color, buffers, shot, ColorConfig(), rng),
+        **{f"depth: {kind}": (model().read, buffers, capture, rng) for kind, model in MODELS.items()},
+        "colour": (read_color, buffers, capture, ColorConfig(), rng),
         "colour, moving": (read_color, buffers, moving, ColorConfig(), rng),
-        "colour, with filter": (read_color, buffers, shot, ColorConfig(bayer=True), rng),
-        "colour, with JPEG": (read_color, buffers, shot, ColorConfig(jpeg_quality=90), rng),
+        "colour, with filter": (read_color, buffers, capture, ColorConfig(bayer=True), rng),
+        "colour, with JPEG": (read_color, buffers, capture, ColorConfig(jpeg_quality=90), rng),
     }
     costs = {name: _cost(repeats, *call) for name, call in cases.items()}
     costs["right picture: drawn"] = drawn
     costs["picture through a lens (kitti_raw): drawn and resampled"] = through_lens
     costs |= _stereo(repeats, camera, buffers, right, rng)
-    whole = _cost(repeats, read_rgbd, buffers, shot, RgbdConfig(), rng)
+    whole = _cost(repeats, read_rgbd, buffers, capture, RgbdConfig(), rng)
     return {
         "what": "the errors of the default RGB-D camera on a frame",
         "ours_cpu_s": whole.cpu_s,
@@ -73,11 +73,11 @@ def _stereo(
     repeats: int, camera: PinholeCamera, left: RenderBuffers, right: RenderBuffers, rng: np.random.Generator
 ) -> dict[str, Cost]:
     """Return what the second camera adds to a frame, once its picture is drawn."""
-    config, shot = StereoConfig(matching=None), Shot(camera, LITTLE_LIGHT)
-    rgb = [read_color(seen, shot, ColorConfig(), rng) for seen in (left, right)]
+    config, capture = StereoConfig(matching=None), Capture(camera, LITTLE_LIGHT)
+    rgb = [read_color(seen, capture, ColorConfig(), rng) for seen in (left, right)]
     return {
         "right picture: read, true disparity": _cost(
-            repeats, read_stereo, left, rgb[0], right, shot, ColorConfig(), config, rng
+            repeats, read_stereo, left, rgb[0], right, capture, ColorConfig(), config, rng
         ),
         "disparity: semi-global matching": _cost(repeats, match_sgbm, *rgb, SgbmConfig()),
     }

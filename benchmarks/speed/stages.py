@@ -14,7 +14,7 @@ from warehouse_sim.dataset.formats.bop import writer as bop
 from warehouse_sim.dataset.formats.kitti import writer as kitti
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation import generate as generator
-from warehouse_sim.generation import observe
+from warehouse_sim.generation import instruments, observe
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -22,15 +22,17 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raster.backend import RasterRenderer
 from warehouse_sim.render.raster.image_targets import ImageTargets
 from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.lidar import read as lidar
+from warehouse_sim.sensors.rgbd import read as rgbd
 
 SCENE, DRAW, READ_BACK, ENCODE, DISK = "sample, settle and light", "draw", "read-back", "encode", "disk"
 WRITE = "masks, tables, points"
 """What the writers do beside encoding images and putting files on the disk."""
 _FUNCTIONS: list[tuple[Any, str, str]] = [
     (generator, "prepare_scene", SCENE),
-    (observe, "RayCaster", "LiDAR"),
-    (observe, "scan", "LiDAR"),
-    (observe, "read_rgbd", "sensor noise"),
+    (instruments, "RayCaster", "LiDAR"),
+    (lidar, "scan", "LiDAR"),
+    (rgbd, "read_rgbd", "sensor noise"),
     (observe, "targets_in_view", "labels"),
     (observe, "annotate", "labels"),
     (observe, "target_illuminance", "labels"),

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.speed.cost import Cost, StageClock, median
-from warehouse_sim.sensors.depth import MODELS
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS
+from warehouse_sim.sensors.rgbd.depth import MODELS
 
 ROOT = Path(__file__).resolve().parents[2]
 ROWS = {

@@ -21,8 +21,8 @@ from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Observation, SceneSpec
-from warehouse_sim.sensors.color import ColorConfig
 from warehouse_sim.sensors.lidar import scan
+from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.rig import RigConfig
 
 pytestmark = pytest.mark.gl

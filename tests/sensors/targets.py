@@ -4,7 +4,7 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.shot import Shot
+from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.surfaces import Surfaces
 
 CAMERA = PinholeCamera.from_focal(320, 240, 585.5)
@@ -42,9 +42,9 @@ def corner(z: float, concave: bool, camera: PinholeCamera = CAMERA) -> RenderBuf
     return buffers_of(depth, normals[picked])
 
 
-def shot_of(
+def capture_of(
     camera: PinholeCamera = CAMERA, remission: float = 1.0, roughness: float = 1.0, metallic: float = 0.0
-) -> Shot:
+) -> Capture:
     size = (camera.height, camera.width)
     images = (np.full(size, value, np.float32) for value in (remission, roughness, metallic))
-    return Shot(camera, surfaces=Surfaces(*images))
+    return Capture(camera, surfaces=Surfaces(*images))

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 
 from tests.render.scenes import rack_wall
-from tests.sensors.targets import CAMERA, plane, shot_of, step
+from tests.sensors.targets import CAMERA, capture_of, plane, step
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.sensors.color.camera import _falloff
-from warehouse_sim.sensors.depth.multipath import multipath_bias
-from warehouse_sim.sensors.depth.shadow import baseline_shadow
-from warehouse_sim.sensors.depth.time_of_flight import cosine_of_view
+from warehouse_sim.sensors.rgbd.color.camera import _falloff
+from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
+from warehouse_sim.sensors.rgbd.depth.shadow import baseline_shadow
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import cosine_of_view
 from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces
 
 LENS = replace(CAMERA, distortion=Distortion(k1=-0.3, k2=0.1, p1=0.002, p2=-0.001))
@@ -20,7 +20,7 @@ def test_angles_are_those_of_the_lens() -> None:
     rays = LENS.rays()
     length = np.linalg.norm(rays, axis=-1)
     np.testing.assert_allclose(camera_rays(LENS), rays, atol=1e-6)
-    np.testing.assert_allclose(cosine_of_view(shot_of(LENS)), 1.0 / length, atol=1e-6)
+    np.testing.assert_allclose(cosine_of_view(capture_of(LENS)), 1.0 / length, atol=1e-6)
     seen = plane(2.0, 30.0, LENS)
     assert seen.normals is not None
     normal = seen.normals[0, 0].astype(float)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.render.scenes import MATERIALS, at, box_model, make_scene
-from tests.sensors.targets import CAMERA, plane, shot_of
+from tests.sensors.targets import CAMERA, capture_of, plane
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces, sent_back
@@ -32,7 +32,7 @@ def test_the_cosine_is_that_of_normal_and_ray(lean: float) -> None:
 
 def test_white_plaster_sends_back_its_cosine_and_metal_its_mirror_image() -> None:
     cosine = np.linspace(0.05, 1.0, 320, dtype=np.float32)[None].repeat(240, axis=0)
-    plaster, chrome = shot_of().surfaces, shot_of(remission=1.2, roughness=0.2, metallic=1.0).surfaces
+    plaster, chrome = capture_of().surfaces, capture_of(remission=1.2, roughness=0.2, metallic=1.0).surfaces
     assert plaster is not None
     assert chrome is not None
     diffuse, glossy = sent_back(plaster, cosine)

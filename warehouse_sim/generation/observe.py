@@ -1,43 +1,35 @@
 """A settled scene becomes observations: render -> sense -> annotate, one viewpoint after the other, twin after twin."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.annotate import annotate, targets_in_view
-from warehouse_sim.annotate.film import FilmCaster
-from warehouse_sim.generation.light_meter import LightMeter
+from warehouse_sim.generation.instruments import Instruments
 from warehouse_sim.generation.lighting import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.lens import LensRenderer
-from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer, Silhouette
-from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import (
     CAMERA,
-    LIDAR,
-    RIGHT,
-    LidarScan,
     MountedReading,
     ObjectInstance,
     Observation,
     Reading,
     RenderBuffers,
     RgbdReading,
+    SceneChange,
     SceneSpec,
-    StereoReading,
     Viewpoint,
 )
-from warehouse_sim.sensors.lidar import EgoMotion, LidarConfig, scan
-from warehouse_sim.sensors.rgbd import read_rgbd
-from warehouse_sim.sensors.rig import RigConfig
-from warehouse_sim.sensors.shot import Shot, camera_motion
-from warehouse_sim.sensors.stereo import T_camera_right, read_stereo
-from warehouse_sim.sensors.surfaces import see_surfaces
+from warehouse_sim.sensors.rig import MountedSensor, RigConfig
+from warehouse_sim.sensors.view import CleanImages, SensorView
+
+Readings = Mapping[str, MountedReading[Reading]]
 
 
 def observe_scene(
@@ -45,158 +37,149 @@ def observe_scene(
 ) -> Iterator[Observation]:
     """Yield one observation for each viewpoint of a settled scene; with variants, all viewpoints for each of them.
 
-    Twins, observations of one viewpoint in several variants, share a ``twin_group``. What a change leaves alone is not
-    made again: labels and LiDAR of a twin in another light are those of the first.
+    Twins, observations of one viewpoint in several variants, share a ``twin_group``. What differs between the scene and
+    a variant of it is one ``SceneChange``; what that leaves alone is taken from the first twin.
 
     Args:
         scene: What to look at.
-        rig: Camera, depth noise and LiDAR.
+        rig: Its sensors.
         renderer: Draws; the scene is loaded into it here.
         variants: The scene and its twins, see ``make_variants``; by default the scene alone.
     """
     variants = variants or (base_variant(scene, rig.rgbd),)
-    watch = _Watch(rig, renderer, with_twins=len(variants) > 1)
+    camera = rig.make_camera()
+    seeing = renderer if camera.distortion is None else LensRenderer(renderer)
+    first: list[_Unlit] = []
+    base, loaded = None, None
     for number, variant in enumerate(variants):
+        change = SceneChange.between(None if base is None else base.scene, variant.scene)
+        instruments = Instruments.of(variant.scene, base, change)
+        base = base or instruments
+        sensors = replace(rig, rgbd=variant.rgbd).mounted()
         for index, viewpoint in enumerate(variant.scene.viewpoints):
-            observation = watch.observe(variant, index, viewpoint)
-            yield replace(observation, observation_index=number * len(variant.scene.viewpoints) + index)
+            lit = variant.scene.seen_from(viewpoint)
+            if loaded is None or _looks_different(loaded, lit):
+                seeing.load(lit)
+                loaded = lit
+            moment = _Moment(variant, index, viewpoint, lit, camera, seeing, CleanImages(seeing, camera), instruments)
+            observation, unlit = _observe(moment, sensors, first[index] if number else None, change)
+            if number == 0 and len(variants) > 1:
+                first.append(unlit)
+            group = index if len(variants) > 1 else None
+            yield replace(
+                observation,
+                observation_index=number * len(variant.scene.viewpoints) + index,
+                conditions=replace(observation.conditions, twin_group=group),
+            )
 
 
 @dataclass(frozen=True, eq=False)
-class _View:
-    """What twins of one viewpoint can share."""
+class _Moment:
+    """One viewpoint of one variant, with all that looks at it."""
 
     variant: Variant
-    """In which it was seen."""
+    index: int
+    """Of the viewpoint."""
+    viewpoint: Viewpoint
+    scene: SceneSpec
+    """The variant's, in the light and exposure of the viewpoint."""
+    camera: PinholeCamera
+    renderer: Renderer
+    """The scene is loaded into it."""
+    images: CleanImages
+    instruments: Instruments
+
+
+@dataclass(frozen=True, eq=False)
+class _Unlit:
+    """What of an observation does not depend on light."""
+
     targets: list[ObjectInstance]
     silhouettes: list[Silhouette]
     film: Bool[np.ndarray, "h w"] | None
     """Pixels in which targets are seen through film."""
-    lidars: dict[str, MountedReading[LidarScan]]
+    readings: Readings
+    """Of the sensors that read no light."""
 
 
-class _Watch:
-    """Observes, and remembers of each viewpoint what twins can share."""
+def _looks_different(before: SceneSpec, after: SceneSpec) -> bool:
+    return before.exposure != after.exposure or not SceneChange.between(before, after).nothing
 
-    def __init__(self, rig: RigConfig, renderer: Renderer, with_twins: bool) -> None:
-        self._rig, self._with_twins = rig, with_twins
-        self._camera = rig.make_camera()
-        self._renderer = renderer if self._camera.distortion is None else LensRenderer(renderer)
-        self._views: dict[int, _View] = {}
-        self._caster: tuple[Variant, RayCaster] | None = None
-        self._meter: LightMeter | None = None
-        self._film: tuple[Variant, FilmCaster] | None = None
-        self._loaded: SceneSpec | None = None
 
-    def observe(self, variant: Variant, index: int, viewpoint: Viewpoint) -> Observation:
-        """Return the observation of viewpoint number ``index`` of a variant, under that index."""
-        scene, T_world_camera = variant.scene, viewpoint.T_world_camera
-        self._load(scene.seen_from(viewpoint))
-        buffers = self._renderer.render(self._camera, T_world_camera, normals=variant.rgbd.depth.needs_normals)
-        draw = f" draw {variant.noise_draw}" if variant.noise_draw else ""
-        rng = scene_rng(scene.seed, scene.scene_index, f"rgbd {index}{draw}")
-        rgbd = read_rgbd(buffers, self._shot(variant, viewpoint), variant.rgbd, rng)
-        stereo = self._stereo(variant, index, viewpoint, buffers, rgbd)
-        view = self._view(variant, index, viewpoint, buffers)
-        labels = annotate(
-            scene, self._camera, T_world_camera, buffers, rgbd.depth, view.silhouettes, view.targets, view.film
-        )
-        meter = self._meter_of(variant)
-        seen = [item.instance_id for item in labels if item.pixels_visible > 0]
-        lux = target_illuminance(meter, viewpoint, self._camera, buffers.instance_ids, seen)
-        readings: dict[str, MountedReading[Reading]] = {CAMERA: MountedReading(np.eye(4), rgbd), **view.lidars}
-        if self._rig.right is not None and stereo is not None:
-            readings[RIGHT] = MountedReading(T_camera_right(self._rig.right), stereo)
-        return Observation(
-            scene_index=scene.scene_index,
-            observation_index=index,
-            camera=self._camera,
-            T_world_camera=T_world_camera,
-            readings=readings,
-            buffers=buffers,
-            annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
+def _observe(
+    moment: _Moment, sensors: Mapping[str, MountedSensor], first: _Unlit | None, change: SceneChange
+) -> tuple[Observation, _Unlit]:
+    """Return the observation of a moment, and what of it its twins may take over.
+
+    Args:
+        moment: What is observed.
+        sensors: What observes it.
+        first: That of the first twin; None when this is the first.
+        change: What differs from the first twin's scene.
+    """
+    known = {} if first is None or change.objects or change.surfaces else first.readings
+    readings = _read(moment, sensors, known)
+    buffers = moment.images.seen_from(moment.viewpoint.T_world_camera)
+    unread = {name: item for name, item in readings.items() if not sensors[name].reads_light}
+    if first is None or change.objects:
+        unlit = _see_targets(moment, buffers, unread)
+    else:
+        unlit = replace(first, readings=unread)
+    return _annotated(moment, readings, buffers, unlit), unlit
+
+
+def _read(moment: _Moment, sensors: Mapping[str, MountedSensor], known: Readings) -> Readings:
+    """Return what each sensor of the rig reads, in the rig's order; what is ``known`` is not read again."""
+    scene, viewpoint, found = moment.variant.scene, moment.viewpoint, dict[str, MountedReading[Reading]]()
+    for name, mounted in sensors.items():
+        if name in known:
+            found[name] = known[name]
+            continue
+        view = SensorView(
+            scene=moment.scene,
             viewpoint=viewpoint,
-            conditions=replace(
-                measure_conditions(meter, viewpoint),
-                variant=variant.name,
-                twin_group=index if self._with_twins else None,
-                absent=variant.absent,
-            ),
+            camera=moment.camera,
+            T_camera_sensor=mounted.T_camera_sensor(viewpoint),
+            caster=moment.instruments.caster,
+            images=moment.images,
+            readings={before: item.reading for before, item in found.items()},
         )
+        stream = mounted.stream_of(moment.index, moment.variant.noise_draw)
+        reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
+        found[name] = MountedReading(view.T_camera_sensor, reading)
+    return found
 
-    def _stereo(
-        self, variant: Variant, index: int, viewpoint: Viewpoint, left: RenderBuffers, read: RgbdReading
-    ) -> StereoReading | None:
-        """Return what the second camera adds, drawn in the light that is loaded."""
-        config, color = self._rig.right, variant.rgbd.color
-        if config is None:
-            return None
-        there = replace(viewpoint, T_world_camera=viewpoint.T_world_camera @ T_camera_right(config))
-        right = self._renderer.render(self._camera, there.T_world_camera)
-        exposure_ev = ev_of_exposure(variant.scene.seen_from(viewpoint).exposure)
-        shot = Shot(self._camera, exposure_ev, camera_motion(there))
-        draw = f" draw {variant.noise_draw}" if variant.noise_draw else ""
-        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, f"right {index}{draw}")
-        return read_stereo(left, read.rgb, right, shot, color, config, rng)
 
-    def _shot(self, variant: Variant, viewpoint: Viewpoint) -> Shot:
-        surfaces, T_world_camera = None, viewpoint.T_world_camera
-        if variant.rgbd.depth.needs_surfaces:
-            surfaces = see_surfaces(variant.scene, self._caster_of(variant), self._camera, T_world_camera)
-        exposure_ev = ev_of_exposure(variant.scene.seen_from(viewpoint).exposure)
-        return Shot(self._camera, exposure_ev, camera_motion(viewpoint), surfaces)
+def _see_targets(moment: _Moment, buffers: RenderBuffers, readings: Readings) -> _Unlit:
+    """Return which targets are in view, and how; ``buffers`` are the camera's."""
+    camera, T_world_camera = moment.camera, moment.viewpoint.T_world_camera
+    targets = targets_in_view(moment.variant.scene, camera, T_world_camera)
+    silhouettes = moment.renderer.silhouettes(camera, T_world_camera, targets)
+    film = moment.instruments.film.image(camera, T_world_camera, buffers, targets)
+    return _Unlit(targets, silhouettes, film, readings)
 
-    def _load(self, scene: SceneSpec) -> None:
-        if self._loaded is not scene:
-            self._renderer.load(scene)
-            self._loaded = scene
 
-    def _view(self, variant: Variant, index: int, viewpoint: Viewpoint, buffers: RenderBuffers) -> _View:
-        """Return what does not depend on light and noise, as far as it is known from a twin."""
-        known, T_world_camera = self._views.get(index), viewpoint.T_world_camera
-        if known is not None and variant.same_surfaces_as(known.variant):
-            return known
-        lidars = self._lidars(variant, index, viewpoint)
-        if known is not None and variant.same_things_as(known.variant):
-            return replace(known, lidars=lidars)
-        targets = targets_in_view(variant.scene, self._camera, T_world_camera)
-        silhouettes = self._renderer.silhouettes(self._camera, T_world_camera, targets)
-        film = self._film_of(variant).image(self._camera, T_world_camera, buffers, targets)
-        view = _View(variant, targets, silhouettes, film, lidars)
-        if self._with_twins and known is None:
-            self._views[index] = view
-        return view
-
-    def _lidars(self, variant: Variant, index: int, viewpoint: Viewpoint) -> dict[str, MountedReading[LidarScan]]:
-        found = {}
-        if self._rig.lidar is not None:
-            T_camera_lidar = self._rig.T_camera_lidar(viewpoint)
-            sweep = self._scan(variant, self._rig.lidar, T_camera_lidar, viewpoint, f"lidar {index}")
-            found[LIDAR] = MountedReading(T_camera_lidar, sweep)
-        for name, item in self._rig.lidars.items():
-            T_camera_lidar = item.mount.T_camera_sensor(viewpoint)
-            sweep = self._scan(variant, item.lidar, T_camera_lidar, viewpoint, f"lidar {name} {index}")
-            found[name] = MountedReading(T_camera_lidar, sweep)
-        return found
-
-    def _scan(
-        self, variant: Variant, config: LidarConfig, T_camera_lidar: Transform, viewpoint: Viewpoint, stream: str
-    ) -> LidarScan:
-        rng = scene_rng(variant.scene.seed, variant.scene.scene_index, stream)
-        T_world_lidar = viewpoint.T_world_camera @ T_camera_lidar
-        return scan(self._caster_of(variant), config, T_world_lidar, rng, EgoMotion.of(viewpoint))
-
-    def _caster_of(self, variant: Variant) -> RayCaster:
-        if self._caster is None or not variant.same_surfaces_as(self._caster[0]):
-            self._caster = variant, RayCaster(variant.scene)
-        return self._caster[1]
-
-    def _film_of(self, variant: Variant) -> FilmCaster:
-        if self._film is None or not variant.same_things_as(self._film[0]):
-            self._film = variant, FilmCaster(variant.scene)
-        return self._film[1]
-
-    def _meter_of(self, variant: Variant) -> LightMeter:
-        if self._meter is None or self._meter.scene is not variant.scene:
-            self._meter = LightMeter(variant.scene, self._caster_of(variant))
-        return self._meter
+def _annotated(moment: _Moment, readings: Readings, buffers: RenderBuffers, unlit: _Unlit) -> Observation:
+    """Return the observation with its labels, and the light that was measured."""
+    variant, viewpoint, camera = moment.variant, moment.viewpoint, moment.camera
+    T_world_camera, meter = viewpoint.T_world_camera, moment.instruments.meter
+    camera_reading = readings[CAMERA].reading
+    assert isinstance(camera_reading, RgbdReading)
+    labels = annotate(
+        variant.scene, camera, T_world_camera, buffers, camera_reading.depth,
+        unlit.silhouettes, unlit.targets, unlit.film,
+    )  # fmt: skip
+    visible = [item.instance_id for item in labels if item.pixels_visible > 0]
+    lux = target_illuminance(meter, viewpoint, camera, buffers.instance_ids, visible)
+    measured = measure_conditions(meter, viewpoint)
+    return Observation(
+        scene_index=variant.scene.scene_index,
+        observation_index=moment.index,
+        camera=camera,
+        T_world_camera=T_world_camera,
+        readings=readings,
+        buffers=buffers,
+        annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
+        viewpoint=viewpoint,
+        conditions=replace(measured, variant=variant.name, absent=variant.absent),
+    )

@@ -87,7 +87,8 @@ class Observation:
     @property
     def stereo(self) -> StereoReading | None:
         """What the second camera adds; None where the rig has none."""
-        return cast(StereoReading, self.readings[RIGHT].reading) if RIGHT in self.readings else None
+        found = self.readings[RIGHT].reading if RIGHT in self.readings else None
+        return found if isinstance(found, StereoReading) else None
 
     def with_reading(
         self, name: str, reading: Reading | None, T_camera_sensor: Transform | None = None

@@ -9,7 +9,8 @@ from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
 from warehouse_sim.dataset.observation_record import RecordedObservation
 from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
-from warehouse_sim.sensors.lidar import LIDAR_PRESETS, EgoMotion
+from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.lidar import LIDAR_PRESETS
 from warehouse_sim.sensors.lidar.receiver import intensity, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 

@@ -38,7 +38,7 @@ def test_points_lie_on_the_depth_image_and_not_under_another_calibration(
     T_world_camera = scene.viewpoints[3].T_world_camera
     T_world_vehicle = make_transform(rotation_z(-0.45), np.array([-0.3, 2.6, 0.0]))
     viewpoint = Viewpoint(T_world_camera, T_world_vehicle=T_world_vehicle)
-    T_camera_lidar = rig.T_camera_lidar(viewpoint)
+    T_camera_lidar = rig.mounted()["lidar"].T_camera_sensor(viewpoint)
     lidar = LIDAR_PRESETS["hdl64e"].ideal()
     sweep = scan(caster, lidar, T_world_camera @ T_camera_lidar, np.random.default_rng(0))
     camera = rig.make_camera()

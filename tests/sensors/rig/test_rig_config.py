@@ -59,7 +59,7 @@ def test_wrong_settings_are_named_with_their_place(data: dict, message: str) -> 
 
 
 def test_the_lidar_sits_behind_and_above_the_camera_as_in_kitti() -> None:
-    T = RigConfig().T_camera_lidar()
+    T = RigConfig().mounted()["lidar"].T_camera_sensor()
     np.testing.assert_allclose(T[:3, 3], [0.0, -0.08, -0.27])
     forward, left, up = T[:3, :3].T
     assert forward.tolist() == [0.0, 0.0, 1.0]
@@ -68,8 +68,8 @@ def test_the_lidar_sits_behind_and_above_the_camera_as_in_kitti() -> None:
 
 
 def test_the_registry_knows_the_sensors() -> None:
-    assert {"rgbd", "lidar"} <= set(SENSORS.names())
-    assert SENSORS.get("lidar")().range_noise == 0.02
+    assert {"rgbd", "lidar", "stereo"} <= set(SENSORS.names())
+    assert SENSORS.get("lidar")().config.range_noise == 0.02
 
 
 def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:

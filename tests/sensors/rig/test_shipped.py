@@ -36,10 +36,10 @@ def test_kitti_has_the_geometry_of_kitti() -> None:
     assert found.lidar.model == "hdl64e"
     assert found.right is not None
     assert found.right.baseline == 0.54
-    T_camera_lidar = found.T_camera_lidar()
+    T_camera_lidar = found.mounted()["lidar"].T_camera_sensor()
     assert found.camera_height - T_camera_lidar[1, 3] == pytest.approx(1.73)
     np.testing.assert_allclose(T_camera_lidar, [[0, -1, 0, 0], [0, 0, -1, -0.08], [1, 0, 0, -0.27], [0, 0, 0, 1]])
-    assert np.array_equal(T_camera_lidar, RigConfig().T_camera_lidar())
+    assert np.array_equal(T_camera_lidar, RigConfig().mounted()["lidar"].T_camera_sensor())
 
 
 def test_settings_of_the_recipe_replace_those_of_the_rig() -> None:
@@ -53,7 +53,7 @@ def test_settings_of_the_recipe_replace_those_of_the_rig() -> None:
 def test_a_rig_can_be_a_file(tmp_path: Path) -> None:
     path = tmp_path / "own.yaml"
     path.write_text("lidar: vlp16\nlidar_mount: {carrier: camera, up: 0.3}\n")
-    assert rig({"rig": str(path)}).T_camera_lidar()[1, 3] == pytest.approx(-0.3)
+    assert rig({"rig": str(path)}).mounted()["lidar"].T_camera_sensor()[1, 3] == pytest.approx(-0.3)
     path.write_text("lidar_mout: {up: 0.3}\n")
     with pytest.raises(ConfigError, match="lidar_mout is not a setting; did you mean 'lidar_mount'"):
         rig({"rig": str(path)})

@@ -5,8 +5,8 @@ import pytest
 from tests.sensors.targets import plane
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.color import ColorConfig
-from warehouse_sim.sensors.shot import Shot
+from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.stereo import (
     SgbmConfig,
     StereoConfig,
@@ -85,7 +85,7 @@ def test_noise_of_the_right_picture_is_its_own() -> None:
 
     def read(seed: int):
         rng = np.random.default_rng(seed)
-        return read_stereo(left, textured(0.0), right, Shot(CAMERA), ColorConfig(), config, rng)
+        return read_stereo(left, textured(0.0), right, Capture(CAMERA), ColorConfig(), config, rng)
 
     first, again, other = read(0), read(0), read(1)
     assert np.array_equal(first.rgb, again.rgb)

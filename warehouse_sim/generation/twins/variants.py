@@ -21,17 +21,9 @@ class Variant:
     rgbd: RgbdConfig
     """Noise of the RGB-D camera."""
     noise_draw: int = 0
-    """Which draw of that noise; 0 is the base's."""
+    """Which draw of the noise of all that reads light; 0 is the base's."""
     absent: tuple[int, ...] = ()
     """Instance ids of the base that are taken away."""
-
-    def same_things_as(self, other: "Variant") -> bool:
-        """Return whether depth, ids and labels of the two are equal from every viewpoint."""
-        return self.absent == other.absent
-
-    def same_surfaces_as(self, other: "Variant") -> bool:
-        """Return whether a LiDAR reads the same from both, whatever they look like."""
-        return self.same_things_as(other) and _infrared(self.scene) == _infrared(other.scene)
 
 
 Relight = Callable[[SceneSpec, dict[str, Any]], SceneSpec]
@@ -79,10 +71,3 @@ def _resurfaced(scene: SceneSpec, twin: MaterialTwin) -> SceneSpec:
         return replace(looks[twin.swap[name]], name=name) if name in twin.swap else material
 
     return replace(scene, materials={name: look(name, item) for name, item in scene.materials.items()})
-
-
-def _infrared(scene: SceneSpec) -> dict[str, tuple[float, ...]]:
-    """Return all of each material that beams meet: what it emits, and its colour, they do not."""
-    return {
-        name: (item.remission, item.roughness, item.metallic, item.opacity) for name, item in scene.materials.items()
-    }

@@ -2,7 +2,17 @@
 
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
 from warehouse_sim.sensors.rig.config import RigConfig
-from warehouse_sim.sensors.rig.mount import Mount, MountedLidar
+from warehouse_sim.sensors.rig.mount import Mount
+from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import rig_names
 
-__all__ = ["CAMERA_PRESETS", "CameraConfig", "Mount", "MountedLidar", "RigConfig", "rig_names"]
+__all__ = [
+    "CAMERA_PRESETS",
+    "CameraConfig",
+    "FurtherSensor",
+    "Mount",
+    "MountedLidar",
+    "MountedSensor",
+    "RigConfig",
+    "rig_names",
+]

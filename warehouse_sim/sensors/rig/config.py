@@ -7,25 +7,30 @@ from typing import Annotated, Any
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.schema import Viewpoint
+from warehouse_sim.schema import CAMERA, LIDAR, RIGHT
+from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
-from warehouse_sim.sensors.rig.mount import Mount, MountedLidar
+from warehouse_sim.sensors.rig.mount import Mount
+from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import rig_settings
 from warehouse_sim.sensors.stereo import StereoConfig
 
 _LIDAR_NAME = re.compile("[a-z][a-z0-9]*")
-_MOST_LIDARS = 16
+_SENSOR_NAME = re.compile("[a-z][a-z0-9_]{0,60}")
+_MOST_LIDARS = _MOST_FURTHER = 16
 _TAKEN_NAMES = ("ids", "beams")
 
 
 @dataclass(frozen=True)
 @ranged
 class RigConfig:
-    """One RGB-D camera; if wanted, a second camera to its right and LiDARs. ``rig: NAME`` takes a shipped one."""
+    """One RGB-D camera; if wanted, a second camera to its right, LiDARs and any registered sensor.
+
+    ``rig: NAME`` takes a shipped one.
+    """
 
     camera: CameraConfig = CAMERA_PRESETS["kitti"]
     """A preset's name (kitti) or width, height, focal_px."""
@@ -41,6 +46,8 @@ class RigConfig:
     """More LiDARs by name (small letters and digits)."""
     right: StereoConfig | None = None
     """The second camera; null = none."""
+    more: dict[str, FurtherSensor] = field(default_factory=dict)
+    """Any other sensors by name: ``{sensor: REGISTERED, mount: {...}}`` and settings of that sensor."""
     clean: bool = False
     """Whether datasets hold the clean depth and colour beside what the cameras read."""
     camera_height: Annotated[float, Range(0.1, 20, "m")] | None = None
@@ -56,6 +63,17 @@ class RigConfig:
             raise ValueError(f"lidars must be at most {_MOST_LIDARS} beside the main one, found {len(self.lidars)}")
         if self.lidars and self.lidar is None:
             raise ValueError("lidars are those beside the main one: give lidar, too")
+        for name in self.more:
+            if not _SENSOR_NAME.fullmatch(name):
+                raise ValueError(
+                    f"the name of a sensor is small letters, digits and _, 61 at most; found {shown(name)}"
+                )
+        if len(self.more) > _MOST_FURTHER:
+            raise ValueError(f"more must be at most {_MOST_FURTHER} sensors, found {len(self.more)}")
+        built_in = (CAMERA, *([] if self.lidar is None else [LIDAR]), *([] if self.right is None else [RIGHT]))
+        names = [*built_in, *self.lidars, *self.more]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"every sensor of a rig needs a name of its own; {', '.join(twice)}: rename one")
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "RigConfig":
@@ -72,7 +90,7 @@ class RigConfig:
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
-        added = ("lidar_mount", "lidars", "right", "clean", "camera_height")
+        added = ("lidar_mount", "lidars", "right", "more", "clean", "camera_height")
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         return {name: value for name, value in plain.items() if name not in added or value}
 
@@ -80,15 +98,23 @@ class RigConfig:
         """Return the rig's camera."""
         return self.camera.make()
 
-    def T_camera_lidar(self, viewpoint: Viewpoint | None = None) -> Transform:
-        """Return the main LiDAR's pose (x forward, y left, z up) in the camera frame (x right, y down, z forward).
+    def mounted(self) -> dict[str, MountedSensor]:
+        """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""
+        found = {CAMERA: _mounted("rgbd", (self.rgbd,), Mount(), "rgbd")}
+        if self.lidar is not None:
+            forward, left, up = self.lidar_position
+            mount = self.lidar_mount or Mount(forward=forward, left=left, up=up)
+            found[LIDAR] = _mounted("lidar", (self.lidar,), mount, "lidar")
+        for name, item in self.lidars.items():
+            found[name] = _mounted("lidar", (item.lidar,), item.mount, f"lidar {name}")
+        if self.right is not None:
+            at_baseline = Mount(left=-self.right.baseline)
+            found[RIGHT] = _mounted("stereo", (self.right, self.rgbd.color), at_baseline, "right")
+        for name, other in self.more.items():
+            found[name] = MountedSensor(other.sensor, other.settings, other.mount, f"sensor {name}")
+        return found
 
-        Args:
-            viewpoint: Where camera and vehicle are; needed for a LiDAR on the vehicle.
 
-        Raises:
-            ConfigError: The LiDAR sits on a vehicle, but nothing carries the camera.
-        """
-        forward, left, up = self.lidar_position
-        mount = self.lidar_mount or Mount(forward=forward, left=left, up=up)
-        return mount.T_camera_sensor(viewpoint)
+def _mounted(kind: str, settings: tuple[Any, ...], mount: Mount, stream: str) -> MountedSensor:
+    """Return one of the package's own sensors where a rig has it."""
+    return MountedSensor(kind, SENSORS.get(kind)(*settings), mount, stream)

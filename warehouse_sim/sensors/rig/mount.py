@@ -1,6 +1,6 @@
 """Where a sensor sits: forward, left and up of the camera or of the vehicle, and turned."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -9,10 +9,9 @@ from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import Viewpoint
-from warehouse_sim.sensors.lidar import LidarConfig
 
-# From axes x forward, y left, z up to a camera's x right, y down, z forward.
-_CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+"""Rotation from axes x forward, y left, z up to a camera's x right, y down, z forward."""
 
 
 @dataclass(frozen=True)
@@ -51,20 +50,10 @@ class Mount:
             ConfigError: The sensor sits on a vehicle, but nothing carries the camera.
         """
         if self.carrier == "camera":
-            return make_transform(_CAMERA_FROM_BODY) @ self.T_body_sensor()
+            return make_transform(CAMERA_FROM_BODY) @ self.T_body_sensor()
         if viewpoint is None or viewpoint.T_world_vehicle is None:
             raise ConfigError(
-                "sensors: a LiDAR is mounted on the vehicle, but no vehicle carries this camera; "
+                "sensors: a sensor is mounted on the vehicle, but no vehicle carries this camera; "
                 "mount it on the camera, or take another viewpoints.kind than free"
             )
         return invert(viewpoint.T_world_camera) @ viewpoint.T_world_vehicle @ self.T_body_sensor()
-
-
-@dataclass(frozen=True)
-class MountedLidar:
-    """One more LiDAR of a rig."""
-
-    lidar: LidarConfig
-    """A preset's name, or ``model`` with what differs from it."""
-    mount: Mount = field(default_factory=Mount)
-    """Where it sits."""

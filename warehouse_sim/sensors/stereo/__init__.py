@@ -2,10 +2,11 @@
 
 from warehouse_sim.sensors.stereo.config import SgbmConfig, StereoConfig
 from warehouse_sim.sensors.stereo.disparity import match_sgbm, seen_in_both, true_disparity
-from warehouse_sim.sensors.stereo.pair import T_camera_right, read_stereo
+from warehouse_sim.sensors.stereo.read import StereoCamera, T_camera_right, read_stereo
 
 __all__ = [
     "SgbmConfig",
+    "StereoCamera",
     "StereoConfig",
     "T_camera_right",
     "match_sgbm",

@@ -1,0 +1,130 @@
+"""Any sensor of a rig reads the same moment; what is read depends on the moment alone."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+import pytest
+
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.scene import settled_scene
+from warehouse_sim.generation.twins import Variant, base_variant
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.render import open_renderer
+from warehouse_sim.render.renderer import Renderer
+from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
+from warehouse_sim.sensors.rgbd import RgbdCamera, RgbdConfig
+from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
+from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
+from warehouse_sim.sensors.rig import FurtherSensor, Mount
+from warehouse_sim.sensors.stereo import StereoCamera, StereoConfig
+from warehouse_sim.sensors.view import SensorView
+
+pytestmark = pytest.mark.gl
+
+
+@dataclass(frozen=True)
+@ranged
+class Ranger:
+    """Distances ahead, spread over a fan: neither camera nor LiDAR."""
+
+    reads_light: ClassVar[bool] = False
+
+    beams: Annotated[int, Range(1, 64)] = 8
+    """Beams, 1-64."""
+
+    def read(self, view: SensorView, rng: np.random.Generator) -> ChannelReading:
+        angle = np.linspace(-0.3, 0.3, self.beams)
+        ahead = np.stack([np.cos(angle), np.sin(angle), np.zeros(self.beams)], axis=1)
+        T = view.T_world_sensor
+        hits = view.caster.cast(np.tile(T[:3, 3], (self.beams, 1)), ahead @ T[:3, :3].T)
+        points = hits.distance[:, None] * ahead
+        return ChannelReading({"points": points, "noise": rng.random(2), "seen": np.array(list(view.readings), "S8")})
+
+
+RING = FurtherSensor("ranger", Ranger(), Mount(forward=0.1, yaw_deg=5.0))
+IDEAL = RgbdConfig(IdealDepth(min_range=0.01, max_range=400.0), IDEAL_COLOR)
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with open_renderer() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def scene() -> SceneSpec:
+    settled, _ = settled_scene(load_recipe("smoke"), 0, 0)
+    return settled
+
+
+def same(a: Observation, b: Observation) -> None:
+    assert a.readings.keys() == b.readings.keys()
+    for name, item in a.readings.items():
+        for key, values in item.reading.channels.items():
+            assert np.array_equal(values, b.readings[name].reading.channels[key]), (name, key)
+    assert np.array_equal(a.buffers.rgb, b.buffers.rgb)
+    assert [item.illuminance for item in a.annotations] == [item.illuminance for item in b.annotations]
+    assert [item.hidden_by for item in a.annotations] == [item.hidden_by for item in b.annotations]
+    assert a.conditions == b.conditions
+
+
+def test_a_sensor_of_another_kind_reads_at_its_own_place_and_disturbs_no_other(
+    scene: SceneSpec, renderer: Renderer
+) -> None:
+    rig = load_recipe("smoke").sensors
+    alone = list(observe_scene(scene, rig, renderer))
+    for first, seen in zip(alone, observe_scene(scene, replace(rig, more={"ring": RING}), renderer), strict=True):
+        ring = seen.readings["ring"]
+        assert list(ring.reading.channels["seen"]) == [b"camera", b"lidar"]
+        points = transform_points(ring.T_camera_sensor, ring.reading.channels["points"])
+        u, v = np.rint(seen.camera.project(points)).astype(int).T
+        inside = (u >= 0) & (u < seen.camera.width) & (v >= 0) & (v < seen.camera.height)
+        # The camera stands 0.1 m behind: most of what the ranger met, it sees at the same depth.
+        depth = seen.buffers.depth[v[inside], u[inside]]
+        assert np.median(np.abs(depth - points[inside, 2])) < 0.01
+        same(first, seen.with_reading("ring", None))
+
+
+def test_a_further_camera_sees_what_the_second_of_a_pair_sees_from_the_same_place(
+    scene: SceneSpec, renderer: Renderer
+) -> None:
+    low = FurtherSensor("rgbd", RgbdCamera(IDEAL), Mount(left=-0.3))
+    rig = replace(load_recipe("smoke").sensors, right=StereoConfig(baseline=0.3, matching=None), more={"low": low})
+    seen = next(observe_scene(scene, rig, renderer))
+    assert seen.stereo is not None
+    channels = seen.readings["low"].reading.channels
+    assert np.array_equal(channels["rgb"], seen.stereo.buffers.rgb)
+    assert np.array_equal(channels["depth"], seen.stereo.buffers.depth)
+    assert not np.array_equal(channels["rgb"], seen.buffers.rgb)
+
+
+def test_a_pair_that_is_mounted_askew_is_refused(scene: SceneSpec, renderer: Renderer) -> None:
+    pair = FurtherSensor("stereo", StereoCamera(StereoConfig(baseline=0.3)), Mount(left=-0.2))
+    with pytest.raises(ConfigError, match=r"a stereo camera of baseline 0\.3 m sits .* mount it with left: -0\.3"):
+        next(observe_scene(scene, replace(load_recipe("smoke").sensors, more={"pair": pair}), renderer))
+
+
+def test_a_twin_depends_on_no_other_twin_nor_on_the_call_before(scene: SceneSpec, renderer: Renderer) -> None:
+    rig = replace(load_recipe("smoke").sensors, more={"ring": RING})
+    base = base_variant(scene, rig.rgbd)
+    lights = tuple(replace(light, intensity=light.intensity * 0.5) for light in scene.lights)
+    dim = Variant("dim", replace(scene, lights=lights), rig.rgbd)
+    rough = replace(scene.materials["kraft"], roughness=0.2, remission=0.9)
+    shiny = Variant("shiny", replace(scene, materials=scene.materials | {"kraft": rough}), rig.rgbd)
+    again = Variant("again", scene, rig.rgbd, noise_draw=1)
+    all_at_once = list(observe_scene(scene, rig, renderer, (base, dim, shiny, again)))
+    count = len(scene.viewpoints)
+    for place, twin in ((1, dim), (2, shiny), (3, again)):
+        pair = list(observe_scene(scene, rig, renderer, (base, twin)))
+        for index in range(count):
+            same(pair[count + index], all_at_once[place * count + index])
+    # Nor on what it is a twin of, if it is observed alone.
+    for index, single in enumerate(observe_scene(dim.scene, rig, renderer, (dim,))):
+        twin_group = replace(single.conditions, twin_group=index)
+        same(replace(single, conditions=twin_group), all_at_once[count + index])
+    assert all_at_once[0].readings["ring"] is all_at_once[count].readings["ring"]

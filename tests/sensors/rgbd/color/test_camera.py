@@ -1,0 +1,105 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sensors.targets import capture_of, plane
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.sensors.capture import Capture, Motion
+from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.color.light_curve import linear_light
+
+CAMERA = PinholeCamera.from_focal(320, 240, 160.0)
+GREY = plane(2.0, camera=CAMERA, code=118)
+PLAIN = replace(IDEAL_COLOR, noise_scale=1.0)
+
+
+def light_of(config: ColorConfig, ev: float | None = None, seed: int = 0, capture: Capture | None = None) -> np.ndarray:
+    capture = replace(capture or capture_of(CAMERA), exposure_ev=ev)
+    return linear_light(read_color(GREY, capture, config, np.random.default_rng(seed)))
+
+
+def test_a_darker_scene_at_the_same_brightness_is_noisier() -> None:
+    """At N = 2 and 10 ms at most, EV 8.64 needs ISO 100; each stop below doubles the gain and so the variance."""
+    clean, noisy = linear_light(GREY.rgb), {ev: light_of(PLAIN, ev) for ev in (12.0, 8.64, 6.64, 3.64)}
+    variance = {ev: light.var() for ev, light in noisy.items()}
+    quantised = 1 / 12 * (linear_light(GREY.rgb + np.uint8(1)) - clean).mean() ** 2
+    x = clean.mean()
+    for ev, gain in ((12.0, 1.0), (8.64, 1.0), (6.64, 4.0), (3.64, 32.0)):
+        expected = gain * 1e-4 * x + gain**2 * 2e-8 + quantised
+        assert variance[ev] == pytest.approx(expected, rel=0.08)
+        assert noisy[ev].mean() == pytest.approx(x, rel=0.01)
+
+
+def test_time_comes_before_gain() -> None:
+    assert ColorConfig().shutter_and_gain(10.0) == pytest.approx((4 / 1024, 1.0))
+    assert ColorConfig().shutter_and_gain(5.0) == pytest.approx((0.010, 12.5))
+    assert ColorConfig().shutter_and_gain(None) == (0.010, 1.0)
+
+
+def test_corners_are_darker_by_their_share_of_cos_4() -> None:
+    full = light_of(replace(IDEAL_COLOR, vignetting=1.0))
+    half = light_of(replace(IDEAL_COLOR, vignetting=0.5))
+    x, y = 159.5 / 160.0, 119.5 / 160.0
+    cosine4 = (1 + x * x + y * y) ** -2.0
+    assert full[0, 0, 1] / full[119, 159, 1] == pytest.approx(cosine4, rel=0.03)
+    assert half[0, 0, 1] / half[119, 159, 1] == pytest.approx(1 - (1 - cosine4) / 2, rel=0.03)
+
+
+def test_exposure_and_white_balance_vary_from_picture_to_picture_by_their_sigma() -> None:
+    config = replace(IDEAL_COLOR, exposure_error=0.2, white_balance_error=0.05)
+    small = PinholeCamera.from_focal(8, 6, 10.0)
+    means = []
+    for seed in range(400):
+        rgb = read_color(plane(2.0, camera=small, code=118), capture_of(small), config, np.random.default_rng(seed))
+        means.append(linear_light(rgb).mean(axis=(0, 1)))
+    red, green, blue = np.log2(np.array(means)).T
+    assert green.std() == pytest.approx(0.2, rel=0.12)
+    for tint in (red - green, blue - green):
+        assert tint.std() == pytest.approx(0.05 / np.log(2), rel=0.15)
+
+
+def test_motion_blur_is_as_long_as_the_shutter_is_open() -> None:
+    buffers = replace(GREY, rgb=np.random.default_rng(0).integers(60, 200, GREY.rgb.shape).astype(np.uint8))
+    moving = replace(capture_of(CAMERA), motion=Motion(np.array([4.0, 0.0, 0.0])))
+    config = replace(IDEAL_COLOR, motion_blur=True)
+
+    def detail(ev: float, setting: ColorConfig = config) -> float:
+        rgb = read_color(buffers, replace(moving, exposure_ev=ev), setting, np.random.default_rng(0))
+        return float(np.abs(np.diff(rgb.astype(float), axis=1)).mean())
+
+    clean = np.abs(np.diff(buffers.rgb.astype(float), axis=1)).mean()
+    assert detail(12.0) == pytest.approx(clean, rel=1e-6)  # 1 ms is 0.3 px
+    assert detail(6.0) < 0.6 * clean  # 10 ms are 3.2 px
+    assert detail(6.0, replace(config, max_shutter_ms=1.0)) == pytest.approx(clean, rel=1e-6)
+
+
+def test_jpeg_and_the_colour_filter_change_details_only() -> None:
+    edges = GREY.rgb.copy()
+    edges[:, ::7] = (200, 40, 60)
+    buffers = replace(GREY, rgb=edges)
+    for config in (replace(IDEAL_COLOR, jpeg_quality=60), replace(IDEAL_COLOR, bayer=True)):
+        rgb = read_color(buffers, capture_of(CAMERA), config, np.random.default_rng(0))
+        assert not np.array_equal(rgb, edges)
+        assert np.abs(rgb.astype(float).mean(axis=(0, 1)) - edges.mean(axis=(0, 1))).max() < 6
+
+
+def test_the_ideal_camera_and_yaml() -> None:
+    assert read_color(GREY, capture_of(CAMERA), IDEAL_COLOR, np.random.default_rng(0)) is GREY.rgb
+    assert ColorConfig.from_plain("ideal", "here") == IDEAL_COLOR
+    config = ColorConfig(jpeg_quality=90, bayer=True)
+    assert from_mapping(ColorConfig, to_mapping(config), "here") == config
+    with pytest.raises(ConfigError, match="here: 'iedal' is no colour camera; known: ideal"):
+        ColorConfig.from_plain("iedal", "here")
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [("shot_noise", -1.0), ("noise_scale", float("nan")), ("f_number", 0.0), ("max_shutter_ms", -2.0),
+     ("vignetting", 1.5), ("jpeg_quality", 0)],
+)  # fmt: skip
+def test_impossible_settings_are_refused_by_name(setting: str, value: float) -> None:
+    with pytest.raises(ConfigError, match=setting):
+        ColorConfig(**{setting: value})  # type: ignore[arg-type]

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from tests.sensors.targets import capture_of, corner
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS, DepthModel
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+
+
+def config_of(depth: object) -> DepthModel:
+    return from_mapping(RgbdConfig, {"depth": depth}, "here: rgbd").depth
+
+
+def test_a_model_is_named_with_settings() -> None:
+    for kind, model in MODELS.items():
+        assert config_of({"model": kind}) == model()
+    assert config_of({"sigma_base": 0.002}) == MODELS["quadratic"](sigma_base=0.002)  # type: ignore[call-arg]
+    assert from_mapping(RgbdConfig, {}, "here").depth == MODELS["quadratic"]()
+
+
+def test_a_preset_is_named_alone_or_with_other_settings() -> None:
+    for name, preset in PRESETS.items():
+        assert config_of(name) == config_of({"preset": name}) == preset
+    found = config_of({"model": "active_stereo", "preset": "d455", "subpixel_px": 0.05})
+    assert found == ActiveStereo(focal_px=447.0, baseline=0.095, subpixel_px=0.05)
+
+
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_what_is_written_is_read_back(preset: str) -> None:
+    config = RgbdConfig(PRESETS[preset])
+    assert from_mapping(RgbdConfig, to_mapping(config), "again") == config
+
+
+@pytest.mark.parametrize(
+    ("depth", "message"),
+    [
+        ("d345", "here: rgbd: depth: preset must be one of 'kinect_v1', 'd435'"),
+        ({"model": "sonar"}, "here: rgbd: depth: model must be one of 'ideal', 'quadratic'"),
+        ({"model": "ideal", "preset": "d435"}, "here: rgbd: depth: the preset 'd435' is of the model 'active_stereo'"),
+        ({"model": "ideal", "sigma_base": 1}, "here: rgbd: depth: sigma_base is not a setting"),
+        ({"preset": "d435", "baselin": 1}, "baselin is not a setting; did you mean 'baseline'?"),
+        ({"correlation_px": 4}, "here: rgbd: depth: correlation_px must be odd"),
+        ({"sigma_base": -0.1}, "sigma_base must be 0-10 m"),
+        ({"model": "ideal", "max_range": 0.1}, "max_range must exceed min_range"),
+        ({"noise_scale": float("nan")}, "noise_scale must be 0-100"),
+        ({"preset": "d435", "baseline": 0}, "baseline must be 0.001-2 m"),
+        ({"preset": "d435", "window_px": 0}, "window_px must be 1-201 px"),
+        ({"preset": "kinect_v1", "max_angle_deg": 90}, "max_angle_deg must be 1-89 deg"),
+        ({"preset": "flexx2", "sigma_linear": -0.1}, "sigma_linear makes the noise negative"),
+        (3, "expected a preset's name or a mapping of settings, found 3"),
+    ],
+)
+def test_wrong_settings_are_named_with_their_place(depth: object, message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        config_of(depth)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "model", [*(kind() for kind in MODELS.values()), *PRESETS.values()], ids=lambda item: item.kind
+)
+def test_every_model_is_decided_by_its_stream_and_reads_nothing_out_of_range(model: DepthModel) -> None:
+    buffers, capture = corner(1.5, concave=True), capture_of()
+    first, again, other = (model.read(buffers, capture, np.random.default_rng(seed)) for seed in (1, 1, 2))
+    assert first.dtype == np.float32
+    assert np.array_equal(first, again)
+    assert np.array_equal(first, other) == (model.kind == "ideal")
+    read = first[first > 0]
+    assert len(read) > 0.5 * first.size
+    assert read.min() >= model.min_range
+    assert read.max() <= model.max_range
+
+
+def test_what_a_model_needs_is_asked_for() -> None:
+    buffers = corner(1.5, concave=True)
+    bare = Capture(capture_of().camera)
+    with pytest.raises(ValueError, match="active_stereo' needs the materials"):
+        PRESETS["d435"].read(buffers, bare, np.random.default_rng(0))
+    object.__setattr__(buffers, "normals", None)
+    with pytest.raises(ValueError, match="structured_light' needs the normals"):
+        PRESETS["kinect_v1"].read(buffers, bare, np.random.default_rng(0))

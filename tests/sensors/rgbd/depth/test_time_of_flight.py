@@ -1,0 +1,90 @@
+"""Against Cai et al. 2024 (arXiv 2412.15040), the Azure Kinect's data sheet and the sum of phases."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sensors.targets import capture_of, corner, plane, step
+from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd.depth import PRESETS
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+
+FLEXX2 = TimeOfFlight(multipath=0.0)
+STILL = TimeOfFlight(noise_scale=0.0, multipath=0.0, sigma_lateral_px=0.4)
+CAPTURE = capture_of()
+SPOT = 0.4 * 585.5 / 210.6
+"""Standard deviation of a pixel's spot in ``STILL`` (px)."""
+
+
+def read(buffers: RenderBuffers, model: TimeOfFlight = FLEXX2, capture: Capture = CAPTURE) -> np.ndarray:
+    return model.read(buffers, capture, np.random.default_rng(11))
+
+
+@pytest.mark.parametrize("z", [0.5, 1.0, 1.5, 2.2])
+@pytest.mark.parametrize("lean", [0.0, 30.0, 60.0])
+def test_the_spread_on_white_is_the_published_one(z: float, lean: float) -> None:
+    theta = np.deg2rad(lean)
+    angle = theta**2 / (np.pi / 2 - theta) ** 2
+    published = 0.002362 - 0.001041 * z + 0.000753 * z**2 + 0.000185 * z**2.7 * angle
+    buffers = plane(z, lean)
+    error = (read(buffers) - buffers.depth)[:, 148:172]
+    assert error.std() == pytest.approx(published, rel=0.12)
+
+
+def test_the_azure_kinect_stays_within_its_data_sheet() -> None:
+    model = replace(PRESETS["azure_kinect"], multipath=0.0)
+    assert isinstance(model, TimeOfFlight)
+    at_the_end = read(plane(3.8), model)
+    assert 0.008 < at_the_end[at_the_end > 0].std() <= 0.017
+
+
+def test_dark_surfaces_are_noisier_by_the_root_of_their_reflectance() -> None:
+    grey = read(plane(1.0), capture=capture_of(remission=0.25)).std()
+    assert grey / read(plane(1.0)).std() == pytest.approx(2.0, rel=0.05)
+
+
+def test_pixels_fly_between_the_sides_of_an_edge() -> None:
+    depth = read(step(1.0, 1.6, slice(0, 160)), STILL)[120]
+    assert depth[150] == pytest.approx(1.0, abs=1e-3)
+    assert depth[170] == pytest.approx(1.6, abs=1e-3)
+    flying = depth[157:163]
+    assert (np.diff(flying) > 0).all()
+    assert ((flying > 1.02) & (flying < 1.58)).sum() >= 2
+    # Column 159 lies half a pixel left of the edge; light falls off with the square of distance.
+    turn = 2 * np.pi / 7.5
+    columns = np.arange(320)
+    weight = np.exp(-0.5 * ((columns - 159) / SPOT) ** 2)
+    z = np.where(columns < 160, 1.0, 1.6)
+    mixed = np.angle((weight / z**2 * np.exp(1j * turn * z)).sum()) / turn
+    assert depth[159] == pytest.approx(mixed, abs=0.01)
+
+
+def test_phases_that_cancel_each_other_are_no_reading() -> None:
+    opposite = replace(STILL, unambiguous_range=2.4, max_range=4.0, min_coherence=0.6)
+    depth = read(step(1.0, 2.2, slice(0, 160)), opposite)[120]
+    assert (depth[[158, 159, 160, 161, 162]] == 0).any()
+    assert (depth[:150] > 0).all()
+    assert (depth[170:] > 0).all()
+
+
+def test_concave_corners_seem_deeper_and_nothing_else_does() -> None:
+    model = replace(STILL, multipath=1.0, sigma_lateral_px=0.0)
+    inner, outer, flat = corner(1.5, concave=True), corner(1.5, concave=False), plane(1.5)
+    bias = (read(inner, model) - inner.depth)[120]
+    assert 0.001 < bias[120] < 0.05
+    assert 0.001 < bias[200] < 0.05
+    assert bias.min() >= -1e-6
+    half = read(inner, model, capture_of(remission=0.5))[120] - inner.depth[120]
+    assert half[120] == pytest.approx(bias[120] / 2, rel=0.15)
+    assert np.abs(read(outer, model) - outer.depth).max() < 1e-4
+    assert np.abs(read(flat, model) - flat.depth).max() < 1e-4
+
+
+def test_black_rubber_far_away_and_grazing_surfaces_are_not_read() -> None:
+    model = replace(FLEXX2, max_range=9.0, unambiguous_range=10.0, max_sigma=0.5)
+    black = capture_of(remission=0.02)
+    assert (read(plane(6.0), model, black) > 0).mean() > 0.95
+    assert (read(plane(8.2), model, black) == 0).all()
+    assert (read(plane(2.0, 86.0))[:, 158:162] == 0).all()

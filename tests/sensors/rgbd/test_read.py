@@ -1,0 +1,53 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sensors.targets import capture_of, corner
+from warehouse_sim.config import from_mapping
+from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
+from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig
+from warehouse_sim.sensors.rgbd.depth import PRESETS
+from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
+
+
+@pytest.fixture
+def buffers() -> RenderBuffers:
+    clean = corner(1.5, concave=True)
+    return replace(clean, rgb=np.random.default_rng(0).integers(0, 256, clean.rgb.shape).astype(np.uint8))
+
+
+def test_an_ideal_camera_reads_the_truth(buffers: RenderBuffers) -> None:
+    config = from_mapping(RgbdConfig, {"depth": {"model": "ideal"}, "color": "ideal"}, "here")
+    assert config == RgbdConfig(IdealDepth(), IDEAL_COLOR)
+    reading = read_rgbd(buffers, capture_of(), config, np.random.default_rng(0))
+    assert np.array_equal(reading.rgb, buffers.rgb)
+    assert np.array_equal(reading.depth, buffers.depth)
+    assert reading.depth.dtype == np.float32
+
+
+def test_the_reading_is_decided_by_the_stream(buffers: RenderBuffers) -> None:
+    first, again, other = (
+        read_rgbd(buffers, capture_of(), RgbdConfig(), np.random.default_rng(seed)) for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first.depth, again.depth)
+    assert np.array_equal(first.rgb, again.rgb)
+    assert not np.array_equal(first.depth, other.depth)
+    assert not np.array_equal(first.rgb, other.rgb)
+
+
+def test_settings_of_colour_leave_depth_alone_and_the_other_way_round(buffers: RenderBuffers) -> None:
+    def read(config: RgbdConfig) -> tuple[np.ndarray, np.ndarray]:
+        reading = read_rgbd(buffers, capture_of(), config, np.random.default_rng(1))
+        return reading.rgb, reading.depth
+
+    rgb, depth = read(RgbdConfig())
+    for color in (IDEAL_COLOR, ColorConfig(shot_noise=0.01, bayer=True), ColorConfig(jpeg_quality=70)):
+        other_rgb, same_depth = read(RgbdConfig(color=color))
+        assert np.array_equal(depth, same_depth)
+        assert not np.array_equal(rgb, other_rgb)
+    for model in PRESETS.values():
+        same_rgb, other_depth = read(RgbdConfig(depth=model))
+        assert np.array_equal(rgb, same_rgb)
+        assert not np.array_equal(depth, other_depth)

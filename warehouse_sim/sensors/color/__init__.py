@@ -1,6 +1,0 @@
-"""Colour cameras: a clean picture becomes what a sensor behind a lens makes of it."""
-
-from warehouse_sim.sensors.color.camera import read_color
-from warehouse_sim.sensors.color.config import IDEAL_COLOR, ColorConfig
-
-__all__ = ["IDEAL_COLOR", "ColorConfig", "read_color"]

@@ -1,0 +1,6 @@
+"""Colour cameras: a clean picture becomes what a sensor behind a lens makes of it."""
+
+from warehouse_sim.sensors.rgbd.color.camera import read_color
+from warehouse_sim.sensors.rgbd.color.config import IDEAL_COLOR, ColorConfig
+
+__all__ = ["IDEAL_COLOR", "ColorConfig", "read_color"]

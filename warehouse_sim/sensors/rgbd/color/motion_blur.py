@@ -1,0 +1,109 @@
+"""What moves in a picture while the shutter is open, because the camera moves."""
+
+import cv2
+import numpy as np
+from jaxtyping import Float32
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.sensors.capture import Motion
+from warehouse_sim.sensors.pixel_rays import pixel_stretch, pixel_tangents
+
+_LEAST_PX = 0.5
+"""Blur that cannot be seen."""
+_SPACING_PX = 1.0
+"""From one place to the next on the longest way of a block."""
+_MOST_TAPS = 13
+_BLOCK_PX = 128
+"""Edge of the blocks of pixels that look at as many places as their own longest way asks for."""
+
+
+def blur_by_motion(
+    linear: Float32[np.ndarray, "h w 3"],
+    depth: Float32[np.ndarray, "h w"],
+    camera: PinholeCamera,
+    motion: Motion,
+    shutter: float,
+) -> Float32[np.ndarray, "h w 3"]:
+    """Return the mean of the light along each pixel's way through the picture, a few places per way.
+
+    Each pixel follows its own surface; what passes before it at the edge of a nearer thing is left out. Ways are long
+    where things are near: each block of pixels looks at as many places as its own longest way asks for.
+
+    Args:
+        linear: Light at the middle of the exposure.
+        depth: True z-depth (m), 0 = infinitely far.
+        camera: Intrinsics.
+        motion: Of the camera.
+        shutter: For how long the shutter is open (s).
+    """
+    if not motion.velocity.any() and not motion.rotation.any():
+        return linear
+    flow = image_flow(depth, camera, motion)
+    flow *= np.float32(shutter)
+    u, v = flow[..., 0], flow[..., 1]
+    square = u * u + v * v
+    if square.max() < _LEAST_PX**2:
+        return linear
+    blurred = np.empty_like(linear)
+    for top in range(0, camera.height, _BLOCK_PX):
+        for left in range(0, camera.width, _BLOCK_PX):
+            block = slice(top, top + _BLOCK_PX), slice(left, left + _BLOCK_PX)
+            longest = float(np.sqrt(square[block].max()))
+            blurred[block] = _mean_along(linear, flow[block], (left, top), longest)
+    return blurred
+
+
+def _mean_along(
+    linear: Float32[np.ndarray, "h w 3"], flow: Float32[np.ndarray, "b c 2"], corner: tuple[int, int], longest: float
+) -> Float32[np.ndarray, "b c 3"]:
+    """Return the mean of the light along the ways of a block of pixels; ``flow`` is used up.
+
+    Args:
+        linear: The whole picture.
+        flow: Of the block's pixels while the shutter is open (px).
+        corner: Column and row of the block's first pixel.
+        longest: Length of its longest way (px).
+    """
+    height, width = flow.shape[:2]
+    left, top = corner
+    if longest < _LEAST_PX:
+        return linear[top : top + height, left : left + width]
+    taps = int(np.clip(np.ceil(longest / _SPACING_PX) + 1, 3, _MOST_TAPS))
+    flow *= np.float32(1.0 / taps)
+    place = flow * np.float32((1 - taps) / 2)
+    place[..., 0] += np.arange(left, left + width, dtype=np.float32)
+    place[..., 1] += np.arange(top, top + height, dtype=np.float32)[:, None]
+    total = np.zeros((height, width, 3), np.float32)
+    for _ in range(taps):
+        coarse, fine = cv2.convertMaps(place, None, cv2.CV_16SC2)  # 1/32 px, and faster than an exact map
+        total += cv2.remap(linear, coarse, fine, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        place += flow
+    total *= np.float32(1.0 / taps)
+    return total
+
+
+def image_flow(
+    depth: Float32[np.ndarray, "h w"], camera: PinholeCamera, motion: Motion
+) -> Float32[np.ndarray, "h w 2"]:
+    """Return how fast each pixel's surface, at rest in the world, moves in the picture (px/s).
+
+    Longuet-Higgins & Prazdny 1980, "The interpretation of a moving retinal image".
+
+    Args:
+        depth: True z-depth (m), 0 = infinitely far.
+        camera: Intrinsics.
+        motion: Of the camera.
+    """
+    x, y = pixel_tangents(camera)
+    vx, vy, vz = (np.float32(value) for value in motion.velocity)
+    wx, wy, wz = (np.float32(value) for value in motion.rotation)
+    near = np.divide(np.float32(1.0), depth, out=np.zeros_like(depth), where=depth > 0)
+    turned = wx * y - wy * x
+    flow = np.empty((*depth.shape, 2), np.float32)
+    flow[..., 0] = (x * vz - vx) * near - (wy - wz * y) + x * turned
+    flow[..., 1] = (y * vz - vy) * near - (wz * x - wx) + y * turned
+    if camera.distortion is not None:
+        flow = np.einsum("hwij,hwj->hwi", pixel_stretch(camera), flow)
+    flow[..., 0] *= np.float32(camera.fx)
+    flow[..., 1] *= np.float32(camera.fy)
+    return flow

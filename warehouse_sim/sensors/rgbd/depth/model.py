@@ -1,0 +1,70 @@
+"""What every model of a depth camera offers."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float32
+
+from warehouse_sim.config import to_mapping
+from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors.capture import Capture
+
+Depth = Float32[np.ndarray, "h w"]
+_NOTHING = 1e-6
+"""Depth that is no reading (m)."""
+
+
+@dataclass(frozen=True)
+@ranged
+class DepthModel(ABC):
+    """Settings that all models share."""
+
+    kind: ClassVar[str]
+    """Value of ``model`` in a recipe."""
+    needs_normals: ClassVar[bool] = False
+    """Whether ``RenderBuffers.normals`` must be filled."""
+    needs_surfaces: ClassVar[bool] = False
+    """Whether ``Capture.surfaces`` must be filled."""
+
+    noise_scale: Annotated[float, Range(0, 100)] = 1.0
+    """Factor on the standard deviation of the model's random errors, 0-100; without effect on the ideal model."""
+    min_range: Annotated[float, Range(0, 500, "m")] = 0.3
+    """Nearest depth that is read (m), 0-500."""
+    max_range: Annotated[float, Range(0.01, 500, "m")] = 30.0
+    """Farthest depth that is read (m), > min_range, 0.01-500."""
+
+    def __post_init__(self) -> None:
+        if self.max_range <= self.min_range:
+            raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
+
+    @abstractmethod
+    def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
+        """Return the depth that is read (m), 0 = none, before the range limits.
+
+        Args:
+            buffers: The clean truth.
+            capture: Camera and materials.
+            rng: Source of all random errors.
+        """
+
+    def read(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
+        """Return the depth that is read (m), 0 = none; what lies or seems to lie out of range is not read.
+
+        Raises:
+            ValueError: Normals or materials are missing that the model needs.
+        """
+        if self.needs_normals and buffers.normals is None:
+            raise ValueError(f"the depth model {self.kind!r} needs the normals of the rendering; render with normals")
+        if self.needs_surfaces and capture.surfaces is None:
+            raise ValueError(f"the depth model {self.kind!r} needs the materials of the pixels; see see_surfaces")
+        measured = self.measure(buffers, capture, rng)
+        usable = (buffers.depth >= self.min_range) & (buffers.depth <= self.max_range)
+        usable &= (measured >= max(self.min_range, _NOTHING)) & (measured <= self.max_range)
+        return np.where(usable, measured, np.float32(0.0))
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what ``read_depth_model`` reads back."""
+        return {"model": self.kind} | {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}

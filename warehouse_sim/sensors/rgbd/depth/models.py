@@ -1,0 +1,59 @@
+"""The depth models and camera presets that a recipe can name."""
+
+from typing import Any
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
+from warehouse_sim.sensors.rgbd.depth.model import DepthModel
+from warehouse_sim.sensors.rgbd.depth.quadratic import QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth.structured_light import StructuredLight
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+
+MODELS: dict[str, type[DepthModel]] = {
+    model.kind: model for model in (IdealDepth, QuadraticDepth, StructuredLight, ActiveStereo, TimeOfFlight)
+}
+"""Value of ``model`` in a recipe -> its settings."""
+
+PRESETS: dict[str, DepthModel] = {
+    "kinect_v1": StructuredLight(),
+    "d435": ActiveStereo(),
+    # 87 degrees over 848 px, baseline 95 mm.
+    "d455": ActiveStereo(focal_px=447.0, baseline=0.095),
+    "flexx2": TimeOfFlight(),
+    # Microsoft states at most 17 mm up to 3.86 m in the narrow mode, which Tölgyessy et al. 2021 ("Evaluation of the
+    # Azure Kinect and its comparison to Kinect v1 and Kinect v2") found to hold; the curve below that is a choice.
+    "azure_kinect": TimeOfFlight(
+        sigma_base=0.001, sigma_linear=0.0, sigma_square=0.0008, sigma_lateral_px=0.6,
+        focal_px=504.0, min_range=0.5, max_range=3.86,
+    ),
+}  # fmt: skip
+"""Value of ``preset`` in a recipe -> its model and settings."""
+
+
+def read_depth_model(data: Any, where: str) -> DepthModel:
+    """Read a preset's name, or a mapping with ``model`` or ``preset`` and settings that replace the preset's.
+
+    Raises:
+        ConfigError: Unknown model, preset or setting.
+    """
+    data = {"preset": data} if isinstance(data, str) else data
+    if not isinstance(data, dict):
+        raise ConfigError(f"{where}: expected a preset's name or a mapping of settings, found {shown(data)}")
+    settings = dict(data)
+    preset, kind = settings.pop("preset", None), settings.pop("model", None)
+    if preset is not None:
+        _require_known(preset, PRESETS, f"{where}: preset")
+        kind = kind or PRESETS[preset].kind
+        settings = to_mapping(PRESETS[preset]) | settings
+        if settings.pop("model") != kind:
+            raise ConfigError(f"{where}: the preset {preset!r} is of the model {PRESETS[preset].kind!r}, not {kind!r}")
+    kind = "quadratic" if kind is None else kind
+    _require_known(kind, MODELS, f"{where}: model")
+    return from_mapping(MODELS[kind], settings, where)
+
+
+def _require_known(name: Any, known: dict[str, Any], where: str) -> None:
+    if not isinstance(name, str) or name not in known:
+        raise ConfigError(f"{where} must be one of {', '.join(map(repr, known))}, found {shown(name)}")

@@ -1,0 +1,63 @@
+"""An RGB-D camera: what it reads where the clean image and depth are known."""
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.schema import RenderBuffers, RgbdReading
+from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd.color import read_color
+from warehouse_sim.sensors.rgbd.config import RgbdConfig
+from warehouse_sim.sensors.view import SensorView
+
+
+@dataclass(frozen=True)
+class RgbdCamera:
+    """The sensor ``rgbd``: image size, focal length and lens are those of the rig's camera."""
+
+    is_camera: ClassVar[bool] = True
+
+    config: RgbdConfig = field(default_factory=RgbdConfig)
+    """Noise of colour and depth."""
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "RgbdCamera":
+        """Read the settings of its noise.
+
+        Raises:
+            ConfigError: Unknown setting.
+        """
+        return cls(from_mapping(RgbdConfig, data, where))
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what ``from_plain`` reads back."""
+        plain: dict[str, Any] = to_mapping(self.config)
+        return plain
+
+    def read(self, view: SensorView, rng: np.random.Generator) -> RgbdReading:
+        """Return what the camera reads from where it is."""
+        depth, T_world_camera = self.config.depth, view.T_world_sensor
+        buffers = view.render(T_world_camera, normals=depth.needs_normals)
+        surfaces = view.surfaces(T_world_camera) if depth.needs_surfaces else None
+        capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces)
+        return read_rgbd(buffers, capture, self.config, rng)
+
+
+def read_rgbd(buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng: np.random.Generator) -> RgbdReading:
+    """Return what a camera reads of a clean rendering.
+
+    Depth and colour have random streams of their own, both made from ``rng``: settings of one never change the other.
+
+    Args:
+        buffers: The clean truth.
+        capture: How the image is taken.
+        config: The camera's noise.
+        rng: Source of all errors.
+    """
+    depth_rng, color_rng = rng.spawn(2)
+    return RgbdReading(
+        rgb=read_color(buffers, capture, config.color, color_rng),
+        depth=config.depth.read(buffers, capture, depth_rng),
+    )

@@ -1,0 +1,92 @@
+"""What a sensor may ask of the moment at which it reads."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.render.renderer import Renderer
+from warehouse_sim.scene.lighting import ev_of_exposure
+from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
+from warehouse_sim.sensors.capture import Motion, camera_motion
+from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.surfaces import Surfaces, see_surfaces
+
+
+class CleanImages:
+    """What the rig's camera would see without errors at one moment; each place is rendered when first asked for.
+
+    Args:
+        renderer: The scene is loaded into it in the light of the moment.
+        camera: Intrinsics and lens.
+    """
+
+    def __init__(self, renderer: Renderer, camera: PinholeCamera) -> None:
+        self._renderer, self._camera = renderer, camera
+        self._rendered: dict[bytes, RenderBuffers] = {}
+
+    def seen_from(self, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+        """Return the buffers of a camera at ``T_world_camera``; normals are among them at least where asked for."""
+        place = (T_world_camera + 0.0).tobytes()  # the sum has no negative zeros
+        known = self._rendered.get(place)
+        if known is None or (normals and known.normals is None):
+            known = self._rendered[place] = self._renderer.render(self._camera, T_world_camera, normals=normals)
+        return known
+
+
+@dataclass(frozen=True, eq=False)
+class SensorView:
+    """One sensor's view of one moment: where it is, what is there, and what is seen."""
+
+    scene: SceneSpec
+    """The settled scene in the light and exposure of the moment."""
+    viewpoint: Viewpoint
+    """Where the rig stands, and how it moves."""
+    camera: PinholeCamera
+    """The rig's camera."""
+    T_camera_sensor: Transform
+    """Pose of the sensor in the camera frame: x forward, y left, z up; of a camera x right, y down, z forward."""
+    caster: RayCaster
+    """Exact rays against the scene."""
+    images: CleanImages
+    """What the rig's camera, or one like it elsewhere, would see without errors."""
+    readings: Mapping[str, Reading]
+    """What the sensors of the rig before this one read at the same moment, by name."""
+
+    @property
+    def T_world_camera(self) -> Transform:
+        """Pose of the rig's camera in the world."""
+        return self.viewpoint.T_world_camera
+
+    @property
+    def T_world_sensor(self) -> Transform:
+        """Pose of the sensor in the world."""
+        return self.T_world_camera @ self.T_camera_sensor
+
+    @property
+    def ego_motion(self) -> EgoMotion | None:
+        """How the vehicle moves; None when it stands."""
+        return EgoMotion.of(self.viewpoint)
+
+    @property
+    def exposure_ev(self) -> float:
+        """Exposure value at ISO 100 that the rig's camera is set to."""
+        return ev_of_exposure(self.scene.exposure)
+
+    def render(self, T_world_camera: Transform | None = None, normals: bool = False) -> RenderBuffers:
+        """Return the clean images of the rig's camera, or of one like it at ``T_world_camera``.
+
+        Raises:
+            RenderError: The backend draws no normals, but they are asked for.
+        """
+        return self.images.seen_from(self.T_world_camera if T_world_camera is None else T_world_camera, normals)
+
+    def surfaces(self, T_world_camera: Transform | None = None) -> Surfaces:
+        """Return the materials behind the pixels of ``render``."""
+        place = self.T_world_camera if T_world_camera is None else T_world_camera
+        return see_surfaces(self.scene, self.caster, self.camera, place)
+
+    def camera_motion(self, T_world_camera: Transform) -> Motion:
+        """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""
+        return camera_motion(replace(self.viewpoint, T_world_camera=T_world_camera))
