@@ -27,13 +27,26 @@ def read_yaml(path: Path, error: type[ConfigError] = ConfigError) -> Any:
             raise error(f"{path}: cannot be read (there is no such file); check the path")
         if path.stat().st_size > _MOST_BYTES:
             raise error(f"{path}: is larger than {_MOST_BYTES // 1000} kB; that is no file of settings")
-        return yaml.load(path.read_text(encoding="utf-8"), _BoundedLoader)
+        text = path.read_text(encoding="utf-8")
     except OSError as problem:
         raise error(f"{path}: cannot be read ({problem.strerror}); check the path") from problem
-    except _NotTakenError as problem:
-        raise error(f"{path}: line {problem.line}: {problem}") from problem
-    except (yaml.YAMLError, ValueError) as problem:  # a date like 2026-99-99 is a ValueError
+    except ValueError as problem:  # no UTF-8
         raise error(f"{path}: is not valid YAML ({' '.join(str(problem).split())})") from problem
+    return parse_yaml(text, str(path), error)
+
+
+def parse_yaml(text: str, where: str, error: type[ConfigError] = ConfigError) -> Any:
+    """Return the plain data of a YAML text.
+
+    Raises:
+        error: It is not YAML, gives a key twice, or is deeper than settings are; the message begins with ``where``.
+    """
+    try:
+        return yaml.load(text, _BoundedLoader)
+    except _NotTakenError as problem:
+        raise error(f"{where}: line {problem.line}: {problem}") from problem
+    except (yaml.YAMLError, ValueError) as problem:  # a date like 2026-99-99 is a ValueError
+        raise error(f"{where}: is not valid YAML ({' '.join(str(problem).split())})") from problem
 
 
 class _NotTakenError(Exception):

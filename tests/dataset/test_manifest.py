@@ -28,6 +28,7 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "packages",
         "renderers",
         "twins",
+        "backend_options",
         "split_table",
         "format_version",
         "contents",

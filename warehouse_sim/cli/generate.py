@@ -16,6 +16,7 @@ def generate(
     seed: int = 0,
     formats: tuple[str, ...] = ("kitti", "bop"),
     backend: str = "raster",
+    backend_options: tuple[str, ...] = (),
     difficulty: float | None = None,
     workers: int | None = None,
     resume: bool = False,
@@ -29,6 +30,7 @@ def generate(
         seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
         formats: Dataset formats to write.
         backend: Render backend.
+        backend_options: Options of that backend, as ``key=value``.
         difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
@@ -38,12 +40,14 @@ def generate(
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.render import backend_options as checked_options
 
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
         formats=formats,
         backend=backend,
+        backend_options=checked_options(backend, backend_options),
         workers=workers or os.cpu_count() or 1,
         resume=resume,
     )

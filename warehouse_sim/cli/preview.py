@@ -13,24 +13,34 @@ def preview(
     seed: int = 0,
     scene: int = 0,
     difficulty: float | None = None,
+    backend: str = "raster",
+    backend_options: tuple[str, ...] = (),
     out: Path = Path("preview.png"),
 ) -> None:
-    """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above.
+    """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above, any other sensors.
 
     Args:
         recipe: Name of a shipped recipe or path of a recipe file.
         seed: Seed of the dataset, >= 0.
         scene: Index of the scene, >= 0.
         difficulty: As in ``generate``.
+        backend: Render backend.
+        backend_options: Options of that backend, as ``key=value``.
         out: PNG file to write.
     """
     require_extra("generate", "to make scenes")
     from warehouse_sim.generation.contact_sheet import draw_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.render import backend_options as checked_options
 
+    options = checked_options(backend, backend_options)
     say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
     chosen = load_recipe(recipe)
-    draw_contact_sheet(chosen if difficulty is None else with_difficulty(chosen, difficulty), seed, scene, out)
-    dial = [] if difficulty is None else ["--difficulty", str(difficulty)]
-    finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed), *dial)
+    if difficulty is not None:
+        chosen = with_difficulty(chosen, difficulty)
+    draw_contact_sheet(chosen, seed, scene, out, backend, options)
+    same = [] if difficulty is None else ["--difficulty", str(difficulty)]
+    same += [] if backend == "raster" else ["--backend", backend]
+    same += ["--backend-options", *backend_options] if backend_options else []
+    finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed), *same)

@@ -66,6 +66,8 @@ class Manifest:
     another machine."""
     twins: tuple[Twin, ...] = ()
     """For each observation of a scene, which twin it is; empty when there are no twins."""
+    backend_options: dict[str, Any] = field(default_factory=dict)
+    """Options of the render backend that were not its defaults."""
     split_table: dict[str, Any] = field(default_factory=dict)
     """Scenes, observations and targets of each split, targets also by visible fraction, distance and lux; filled in at
     the end."""

@@ -1,6 +1,9 @@
 """One picture that shows everything an observation holds."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import cv2
 import numpy as np
@@ -8,13 +11,14 @@ import numpy as np
 from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.reading_panels import reading_panels
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render import open_renderer
-from warehouse_sim.schema import Observation
+from warehouse_sim.schema import CAMERA, LIDAR, Observation
 
 BOX_COLOR = (60, 230, 90)
 FOOTPRINT = [0, 2, 6, 4]
@@ -23,7 +27,14 @@ BEV_RANGE = 18.0
 """Metres shown from left to right in the view from above."""
 
 
-def draw_contact_sheet(recipe: Recipe, seed: int, scene_index: int, out: Path, backend: str = "raster") -> None:
+def draw_contact_sheet(
+    recipe: Recipe,
+    seed: int,
+    scene_index: int,
+    out: Path,
+    backend: str = "raster",
+    backend_options: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
     """Render the first observation of a scene and write its contact sheet as PNG.
 
     Args:
@@ -32,16 +43,20 @@ def draw_contact_sheet(recipe: Recipe, seed: int, scene_index: int, out: Path, b
         scene_index: Which scene.
         out: PNG file.
         backend: Render backend.
+        backend_options: Its options, see ``render.backend_options``.
     """
     scene = prepare_scene(recipe, seed, scene_index).scene
-    with open_renderer(backend) as renderer:
+    with open_renderer(backend, **backend_options) as renderer:
         observation = next(observe_scene(scene, recipe.sensors, renderer))
     make_folder(out.parent)
     write_bytes(out, encode_rgb(contact_sheet(observation)))
 
 
 def contact_sheet(observation: Observation) -> Image:
-    """Return six captioned panels in two columns: RGB, depth, ids, boxes, LiDAR from above and in the image."""
+    """Return captioned panels in two columns: RGB, depth, ids, boxes, LiDAR from above and in the image.
+
+    The second camera, LiDARs beside the main one and sensors of any other kind follow, one panel each.
+    """
     rgb = observation.rgbd.rgb
     visible = [item for item in observation.annotations if item.pixels_visible > 0]
     panels = {
@@ -52,6 +67,10 @@ def contact_sheet(observation: Observation) -> Image:
         "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
         "LiDAR in the image": _lidar_in_image(observation),
     }
+    shown = (CAMERA, LIDAR)
+    panels |= reading_panels({k: v for k, v in observation.readings.items() if k not in shown}, rgb.shape[:2])
+    if len(panels) % 2:
+        panels[""] = np.full_like(rgb, 18)
     for caption, panel in panels.items():
         draw_caption(panel, caption)
     left, right = list(panels.values())[::2], list(panels.values())[1::2]

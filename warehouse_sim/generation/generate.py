@@ -28,7 +28,7 @@ class _Job:
     recipe: Recipe
     manifest: Manifest
     root: Path
-    backend: str
+    config: GenerateConfig
 
 
 def generate(
@@ -56,7 +56,7 @@ def generate(
     manifest = with_stratified_splits(draft, recipe, config)
     store = DatasetStore(out, manifest)
     store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)
-    pending, job = store.pending(), _Job(recipe, manifest, out, config.backend)
+    pending, job = store.pending(), _Job(recipe, manifest, out, config)
     progress(manifest.scenes - len(pending), manifest.scenes)
     made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers)
     for finished, _ in enumerate(made, start=manifest.scenes - len(pending) + 1):
@@ -81,5 +81,5 @@ def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
 @contextmanager
 def _open_job(job: _Job) -> Iterator[Work]:
     """Open one renderer a process, for its whole life: contexts that come and go are what drivers leak."""
-    with open_renderer(job.backend) as renderer:
+    with open_renderer(job.config.backend, **job.config.backend_options) as renderer:
         yield lambda index: _make_scene(job, index, renderer)

@@ -3,9 +3,9 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -25,7 +25,7 @@ from warehouse_sim.schema import ObjectModel
 @dataclass(frozen=True)
 @ranged
 class GenerateConfig:
-    """How a dataset is made; only ``scenes``, ``seed``, ``formats`` and ``backend`` decide its bytes."""
+    """How a dataset is made; ``workers`` and ``resume`` decide none of its bytes."""
 
     scenes: Annotated[int, Range(1, 1_000_000)] | None = None
     """Number of scenes, 1-1,000,000; the recipe's own number by default."""
@@ -35,6 +35,8 @@ class GenerateConfig:
     """Dataset formats to write."""
     backend: str = "raster"
     """Render backend."""
+    backend_options: dict[str, Any] = field(default_factory=dict)
+    """Options of the backend that are not its defaults, see ``render.backend_options``."""
     workers: Annotated[int, Range(1, 256)] = 1
     """Processes, 1-256; 1 works in this process."""
     resume: bool = False
@@ -67,6 +69,7 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         packages=package_versions(),
         twins=_twins(recipe),
         contents=draft_contents(plain, (*config.formats, config.backend)),
+        backend_options=config.backend_options,
     )
 
 
