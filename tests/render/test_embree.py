@@ -52,7 +52,7 @@ def test_placed_groups_are_hit_as_if_every_triangle_were_tried() -> None:
     for number, (group, pose) in enumerate(placements):
         for piece, mesh in enumerate(groups[group]):
             triangles.append(transform_points(pose, mesh.vertices)[mesh.faces])
-            owner += [(number, piece)] * len(mesh.faces)
+            owner += [(number, piece, face) for face in range(len(mesh.faces))]
     distance, triangle = first_hits(np.concatenate(triangles), origins, directions)
     same = np.isfinite(hits.distance) == np.isfinite(distance)
     assert same.mean() > 0.999  # at a triangle's very edge rounding decides
@@ -60,9 +60,22 @@ def test_placed_groups_are_hit_as_if_every_triangle_were_tried() -> None:
     assert met.sum() > 500
     close = np.isclose(hits.distance[met], distance[met], rtol=1e-4)
     assert close.mean() > 0.999
-    found = np.stack([hits.place[met], hits.piece[met]], axis=1)[close]
+    found = np.stack([hits.place[met], hits.piece[met], hits.triangle[met]], axis=1)[close]
     assert np.array_equal(found, np.array(owner)[triangle[met]][close])
     assert (hits.place[np.isinf(hits.distance)] == -1).all()
+
+
+def test_a_ray_is_blocked_by_what_it_meets_within_reach() -> None:
+    rng = np.random.default_rng(5)
+    caster = PlacedMeshes([[soup(rng, 60)]], [(0, tilted(2, 0, 0, 0.4))])
+    directions = np.array([2.0, 0.0, 0.0]) + rng.uniform(-0.6, 0.6, (1003, 3))
+    origins = np.zeros_like(directions)
+    distance = caster.cast(origins, directions).distance
+    for reach in (0.7, 1.0, 1.3):
+        clear = np.abs(distance - reach) > 1e-4
+        assert np.array_equal(caster.blocked(origins, directions, reach)[clear], (distance < reach)[clear])
+        assert 0.05 < (distance < reach).mean() < 0.95
+    assert (caster.cast(origins, -directions).triangle == -1).all()
 
 
 def test_rays_that_are_followed_together_meet_what_they_meet_alone() -> None:

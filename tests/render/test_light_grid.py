@@ -53,5 +53,5 @@ def test_small_round_parts_are_boxes_tiny_ones_and_film_are_nothing() -> None:
     assert hits.distance[0] == pytest.approx(2.6, abs=0.01)  # the corner of the ball's box
     assert np.isinf(hits.distance[1:]).all()
     assert (hits.albedo[1:] == 0.0).all()
-    assert solid.blocked(origins[:1], np.array([[1.0, 0, 0]]), np.array([3.0])).all()
-    assert not solid.blocked(origins[:1], np.array([[1.0, 0, 0]]), np.array([2.0])).any()
+    assert solid.blocked(origins[:1], np.array([[1.0, 0, 0]]), 3.0).all()
+    assert not solid.blocked(origins[:1], np.array([[1.0, 0, 0]]), 2.0).any()

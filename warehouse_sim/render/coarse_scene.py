@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int32
+from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.optional import require
+from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import Part, SceneSpec
 
 _TINY = 0.15
@@ -39,8 +39,6 @@ class CoarseScene:
     """
 
     def __init__(self, scene: SceneSpec) -> None:
-        embree = require("embreex.rtcore_scene", "generate", "for indirect light")
-        construction = require("embreex.mesh_construction", "generate", "for indirect light")
         mesh, albedo = _coarse_mesh(scene)
         corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
         self.low = corners.min(axis=0)
@@ -50,8 +48,7 @@ class CoarseScene:
         # One extra row answers for rays that hit nothing, whose triangle number is -1.
         self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
         self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
-        self._scene = embree.EmbreeScene(robust=True)
-        construction.TriangleMesh(self._scene, mesh.vertices.astype(np.float32), mesh.faces)
+        self._meshes = PlacedMeshes([[mesh]], [(0, np.eye(4))])
 
     def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
         """Return what rays meet first.
@@ -60,24 +57,14 @@ class CoarseScene:
             origins: Starting points in the world (m).
             directions: Directions in the world, of any length.
         """
-        hits = self._scene.run(
-            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32), output=1
-        )
-        triangle: Int32[np.ndarray, " n"] = hits["primID"]
-        distance = np.where(triangle >= 0, hits["tfar"], np.float32(np.inf))
-        return CoarseHits(distance, self._normals[triangle], self._albedo[triangle])
+        hits = self._meshes.cast(origins, directions)
+        return CoarseHits(hits.distance, self._normals[hits.triangle], self._albedo[hits.triangle])
 
     def blocked(
-        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: Float[np.ndarray, " n"]
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
     ) -> Bool[np.ndarray, " n"]:
         """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
-        found = self._scene.run(
-            np.ascontiguousarray(origins, np.float32),
-            np.ascontiguousarray(directions, np.float32),
-            dists=np.ascontiguousarray(reach, np.float32),
-            query="OCCLUDED",
-        )
-        return found >= 0
+        return self._meshes.blocked(origins, directions, reach)
 
 
 def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:

@@ -7,7 +7,7 @@ Names, enumerations and structures are those of Embree's include/embree4/*.h.
 
 import ctypes
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from ctypes.util import find_library
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float, Float32, Int32
+from jaxtyping import Bool, Float, Float32, Int32
 
 from warehouse_sim.errors import MissingPackageError, RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -27,6 +27,7 @@ _INDEX, _VERTEX = 0, 1  # RTCBufferType
 _UINT3, _FLOAT3, _FLOAT3X4_ROW_MAJOR = 0x5003, 0x9003, 0x9134  # RTCFormat
 _COHERENT = 1 << 16  # RTCRayQueryFlags
 _ROBUST = 1 << 2  # RTCSceneFlags: no ray slips through the edge that two triangles share
+_QUERIES = ("Intersect", "Occluded")
 _NATIVE_PACKETS = {16: 34, 8: 33, 4: 32}  # RTCDeviceProperty that tells whether packets of a width run natively
 
 _POINTER, _UINT, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t
@@ -48,12 +49,14 @@ _FUNCTIONS = {
     "rtcCommitGeometry": (None, [_POINTER]),
     "rtcAttachGeometryByID": (None, [_POINTER, _POINTER, _UINT]),
     "rtcReleaseGeometry": (None, [_POINTER]),
-    **{f"rtcIntersect{width}": (None, [_POINTER] * 4) for width in _NATIVE_PACKETS},
+    **{
+        f"rtc{query}{width}": (None, [_POINTER] * 4) for query in ("Intersect", "Occluded") for width in _NATIVE_PACKETS
+    },
 }
 
 # Rows of the structure RTCRayHit16 (or 8, or 4), each as long as the packet; all four bytes an entry.
 _ORIGIN, _DIRECTION, _FAR, _MASK = slice(0, 3), slice(4, 7), 8, 9
-_NORMAL, _PIECE, _PLACE = (12, 13, 14), 18, 19
+_NORMAL, _TRIANGLE, _PIECE, _PLACE = (12, 13, 14), 17, 18, 19
 _ROWS = 21
 _NOTHING = 0xFFFFFFFF
 _PACKETS_AT_ONCE = 512
@@ -84,6 +87,8 @@ class PacketHits:
     """Number of the placement, -1 = nothing."""
     piece: Int32[np.ndarray, " n"]
     """Number of the mesh within its group; 0 when nothing is hit."""
+    triangle: Int32[np.ndarray, " n"]
+    """Number of the triangle within its mesh; -1 when nothing is hit."""
     normal: Float32[np.ndarray, "n 3"]
     """Normal in the group's frame, of any length; components lie one after the other in memory."""
 
@@ -128,46 +133,61 @@ class PlacedMeshes:
         """
         count = len(directions)
         hits = PacketHits(
-            np.empty(count, np.float32),
-            np.empty(count, np.int32),
-            np.empty(count, np.int32),
-            np.empty((3, count), np.float32).T,
+            distance=np.empty(count, np.float32),
+            place=np.empty(count, np.int32),
+            piece=np.empty(count, np.int32),
+            triangle=np.empty(count, np.int32),
+            normal=np.empty((3, count), np.float32).T,
         )
-        width = _packet_width()
-        packets = _aligned((max(1, min(_PACKETS_AT_ONCE, -(-count // width))), _ROWS, width))
-        step = len(packets) * width
-        for start in range(0, count, step):
-            rays = slice(start, min(start + step, count))
-            self._cast_packets(packets, origins[rays], directions[rays], coherent)
+        for rays, packets in self._packets_of(origins, directions):
+            packets[:, _FAR] = np.inf
+            words = packets.view(np.uint32)
+            words[:, _TRIANGLE] = words[:, _PLACE] = _NOTHING
+            words[:, _PIECE] = 0
+            self._ask("Intersect", packets, rays.stop - rays.start, coherent)
             _read(packets, rays, hits)
         self._require_ok("casting rays")
         return hits
 
-    def _cast_packets(
-        self,
-        packets: Float32[np.ndarray, "k r w"],
-        origins: Float[np.ndarray, "n 3"],
-        directions: Float[np.ndarray, "n 3"],
-        coherent: bool,
-    ) -> None:
-        """Cast n <= k w rays in ``packets``."""
-        count, width = len(directions), packets.shape[2]
+    def blocked(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return whether anything lies on rays nearer than ``reach``, in units of their directions."""
+        found = np.empty(len(directions), bool)
+        for rays, packets in self._packets_of(origins, directions):
+            packets[:, _FAR] = reach
+            self._ask("Occluded", packets, rays.stop - rays.start, coherent=False)
+            found[rays] = packets[:, _FAR].ravel()[: rays.stop - rays.start] < 0.0  # -inf is Embree's yes
+        self._require_ok("casting rays")
+        return found
+
+    def _packets_of(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
+    ) -> Iterator[tuple[slice, Float32[np.ndarray, "k r w"]]]:
+        """Yield the rays by as many as go into the packets, and these filled with where they start and go."""
+        count, width = len(directions), _packet_width()
+        packets = _aligned((max(1, min(_PACKETS_AT_ONCE, -(-count // width))), _ROWS, width))
+        step = len(packets) * width
+        for start in range(0, count, step):
+            rays = slice(start, min(start + step, count))
+            _fill(packets[:, _ORIGIN], origins[rays])
+            _fill(packets[:, _DIRECTION], directions[rays])
+            packets.view(np.uint32)[:, _MASK] = _NOTHING
+            yield rays, packets
+
+    def _ask(self, query: str, packets: Float32[np.ndarray, "k r w"], count: int, coherent: bool) -> None:
+        """Let Embree answer a query for the first ``count`` rays of ``packets``."""
+        width = packets.shape[2]
         full, rest = divmod(count, width)
-        _fill(packets[:, _ORIGIN], origins)
-        _fill(packets[:, _DIRECTION], directions)
-        packets[:, _FAR] = np.inf
         if rest:
             packets[full, _FAR, rest:] = -np.inf  # no rays: what fills up the last packet
-        words = packets.view(np.uint32)
-        words[:, _MASK] = words[:, _PLACE] = _NOTHING
-        words[:, _PIECE] = 0
         valid = np.full(2 * width, -1, np.int32)
         valid_address = valid.ctypes.data + -valid.ctypes.data % (4 * width)
-        intersect = getattr(self._library, f"rtcIntersect{width}")
-        query = ctypes.addressof(_ALONGSIDE) if coherent else None
+        answer = getattr(self._library, f"rtc{query}{width}")
+        how = ctypes.addressof(_ALONGSIDE) if coherent else None
         first, step = packets.ctypes.data, packets.strides[0]
         for address in range(first, first + (full + (rest > 0)) * step, step):
-            intersect(valid_address, self._scene, address, query)
+            answer(valid_address, self._scene, address, how)
 
     def _group_scene(self, meshes: Sequence[TriangleMesh]) -> int:
         scene = self._new_scene()
@@ -259,6 +279,7 @@ def _read(packets: Float32[np.ndarray, "k r w"], rays: slice, hits: PacketHits) 
     hits.distance[rays] = packets[:, _FAR].ravel()[:count]
     hits.place[rays] = words[:, _PLACE].ravel()[:count]
     hits.piece[rays] = words[:, _PIECE].ravel()[:count]
+    hits.triangle[rays] = words[:, _TRIANGLE].ravel()[:count]
     for i, row in enumerate(_NORMAL):
         hits.normal[rays, i] = packets[:, row].ravel()[:count]
 

@@ -116,7 +116,7 @@ def _reach_of(
     share *= relative_intensity(light, cosine)
     lit = np.flatnonzero(share > 0.0)
     if light.casts_shadow:
-        lit = lit[~solid.blocked(points[lit], to_lamp[lit], np.ones(len(lit)))]
+        lit = lit[~solid.blocked(points[lit], to_lamp[lit])]
     return LampReach(lit, share[lit].astype(np.float32))
 
 

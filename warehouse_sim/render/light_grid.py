@@ -153,7 +153,7 @@ def _open_ways(
     ways = []
     for axis in range(3):
         a, b = np.delete(points, -1, axis), np.delete(points, 0, axis)
-        blocked = solid.blocked(a.reshape(-1, 3), (b - a).reshape(-1, 3), np.ones(a.size // 3))
+        blocked = solid.blocked(a.reshape(-1, 3), (b - a).reshape(-1, 3))
         ways.append(~blocked.reshape(a.shape[:3]))
     return ways[0], ways[1], ways[2]
 
