@@ -5,17 +5,29 @@ import pytest
 
 from tests.render.scenes import at, box_model, make_scene, spot
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.lamps import even_illuminance, facing_illuminance, strongest_lights
+from warehouse_sim.render.lamps import even_illuminance, facing_illuminance, looked_at, point_before, strongest_lights
+from warehouse_sim.schema import Viewpoint
 
 
-def test_the_lamps_kept_are_those_that_light_what_is_looked_at() -> None:
+def test_the_lamps_kept_are_those_that_light_the_place_the_most_in_their_order() -> None:
     lamps = [spot((x, 0, 5), 1000.0) for x in (-20, 4, 60)] + [spot((30, 0, 5), 1e6)]
-    scene = make_scene(
-        [box_model("floor", (9, 9, 0.1))], [("floor", at(0, 0, 0))], lamps, [level_camera(np.array([0.0, 0, 1.5]), 0.0)]
-    )
-    assert strongest_lights(scene, None) == lamps
-    assert strongest_lights(scene, 2) == [lamps[1], lamps[3]]
-    assert strongest_lights(replace(scene, viewpoints=()), 1) == [lamps[3]]
+    place = point_before(level_camera(np.array([0.0, 0, 1.5]), 0.0))
+    assert strongest_lights(lamps, None, place) == lamps
+    assert strongest_lights(lamps, 2, place) == [lamps[1], lamps[3]]
+    assert strongest_lights(lamps[:3], 1, point_before(level_camera(np.array([0.0, 0, 1.5]), np.pi))) == [lamps[1]]
+    assert strongest_lights(lamps[:3], 1, place - [30.0, 0, 0]) == [lamps[0]]
+
+
+def test_a_scene_is_looked_at_for_its_aisle_or_its_targets_or_what_its_lamps_light() -> None:
+    models = [box_model("floor", (9, 9, 0.1)), box_model("pallet", (1, 1, 1), class_name="pallet")]
+    scene = make_scene(models, [("floor", at(0, 0, 0)), ("pallet", at(3, 1, 0))], [spot((0, 0, 6))])
+    np.testing.assert_allclose(looked_at(scene), [[3, 1, 0]])
+    np.testing.assert_allclose(looked_at(replace(scene, instances=scene.instances[:1])), [[0, 0, 2]])
+    places = looked_at(replace(scene, aisle=(-4.0, 4.0, -3.0, 0.0)))
+    np.testing.assert_allclose(places[:, :2].mean(axis=0), [0.0, -1.5], atol=1e-9)
+    assert len(np.unique(places[:, 0])) == 4
+    assert (places[:, 2] > 0.0).all()
+    assert np.array_equal(looked_at(replace(scene, viewpoints=(Viewpoint(np.eye(4)),))), looked_at(scene))
 
 
 def test_a_spot_gives_its_intensity_over_the_square_of_the_distance_within_its_cone() -> None:

@@ -5,30 +5,9 @@ import pytest
 
 from tests.render.scenes import spot
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, choose_lights, light_records
-from warehouse_sim.render.raster.shadows import MAX_SHADOWS
+from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 
 T_WORLD_CAMERA = level_camera(np.array([0.0, 0.0, 1.5]), 0.0)
-
-
-def test_lamps_with_a_map_come_first_and_all_keep_their_order() -> None:
-    far, near, behind = spot((30, 0, 6)), spot((4, 1, 6)), spot((-9, 0, 6))
-    plain = replace(near, casts_shadow=False)
-    point = replace(near, kind="point")
-    assert choose_lights([plain, far, point, behind, near], T_WORLD_CAMERA) == ([far, behind, near], [plain, point])
-
-
-def test_of_too_many_lamps_those_are_kept_that_light_what_is_before_the_camera() -> None:
-    lamps = [spot((4, 0, 6), 1000.0 + 100.0 * (7 * k % 20)) for k in range(20)]
-    with_map, without = choose_lights(lamps, T_WORLD_CAMERA)
-    ranked = sorted(lamps, key=lambda light: -light.intensity)
-    assert with_map == [light for light in lamps if light in ranked[:MAX_SHADOWS]]
-    assert without == [light for light in lamps if light in ranked[MAX_SHADOWS:MAX_LIGHTS]]
-    row = [spot((x, 0, 6)) for x in np.arange(-40.0, 41.0, 4.0)]
-    behind = choose_lights(row, level_camera(np.array([0.0, 0.0, 1.5]), np.pi))[0]
-    assert max(light.position[0] for light in behind) < max(
-        light.position[0] for light in choose_lights(row, T_WORLD_CAMERA)[0]
-    )
 
 
 def test_records_hold_the_lamp_in_the_camera_frame() -> None:

@@ -1,5 +1,7 @@
 """Which lamps matter, and how bright they make the places that a scene is looked at for."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -69,11 +71,9 @@ def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Floa
     return light.intensity * relative_intensity(light, cosine) / squared
 
 
-def strongest_lights(scene: SceneSpec, count: int | None) -> list[Light]:
-    """Return at most ``count`` lamps, those that light what is looked at the most, in the order of the scene."""
-    if count is None or len(scene.lights) <= count:
-        return list(scene.lights)
-    points = looked_at(scene)
-    weight = [importance(light, points) for light in scene.lights]
-    chosen = sorted(range(len(weight)), key=lambda index: -weight[index])[:count]
-    return [scene.lights[index] for index in sorted(chosen)]
+def strongest_lights(lights: Sequence[Light], count: int | None, points: Float64[np.ndarray, "n 3"]) -> list[Light]:
+    """Return at most ``count`` lamps, those that could light ``points`` (m, world) the most, in the order given."""
+    if count is None or len(lights) <= count:
+        return list(lights)
+    ranked = sorted(range(len(lights)), key=lambda number: -importance(lights[number], points))
+    return [lights[number] for number in sorted(ranked[:count])]

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
-from warehouse_sim.render.lamps import strongest_lights
+from warehouse_sim.render.lamps import looked_at, strongest_lights
 from warehouse_sim.render.mujoco.look import add_background, add_lamp, add_material, measure_level
 from warehouse_sim.render.mujoco.tessellate import lit_at_vertices
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
@@ -42,7 +42,7 @@ def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
     spec.visual.quality.shadowsize = shadow_px
     spec.visual.map.shadowscale = 1.0  # the map covers the whole cone
     add_background(spec, scene)
-    lights = strongest_lights(scene, MAX_LAMPS)
+    lights = strongest_lights(scene.lights, MAX_LAMPS, looked_at(scene))
     level = measure_level(scene, lights)
     spec.visual.headlight.ambient = [level.even] * 3
     spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3

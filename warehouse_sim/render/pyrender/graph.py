@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.render.lamps import strongest_lights
+from warehouse_sim.render.lamps import looked_at, strongest_lights
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
 from warehouse_sim.render.pyrender.device import import_pyrender
 from warehouse_sim.render.pyrender.look import Looks, ambient_light, background, make_lamp
@@ -41,7 +41,7 @@ class SceneGraph:
             if solid:
                 self._add_painted([_primitive(mesh, looks[key], poses) for key, mesh in solid.items()])
                 self._add_plain(list(solid.values()), instances)
-        for light in strongest_lights(scene, MAX_LAMPS):
+        for light in strongest_lights(scene.lights, MAX_LAMPS, looked_at(scene)):
             lamp, T_world_lamp = make_lamp(light, scene.exposure)
             self.graph.add(lamp, pose=T_world_lamp)
         self.camera = pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0, znear=NEAR, zfar=FAR)

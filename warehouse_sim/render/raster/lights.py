@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.render.lamps import importance, point_before
-from warehouse_sim.render.raster.shadows import ATLAS_PX, MAX_SHADOWS, SHADOW_NEAR, ShadowTile
+from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
 from warehouse_sim.schema import Light
 
 MAX_LIGHTS = 16
@@ -39,19 +38,6 @@ class ShadedLight:
 
     light: Light
     tile: ShadowTile | None
-
-
-def choose_lights(lights: Sequence[Light], T_world_camera: Transform) -> tuple[list[Light], list[Light]]:
-    """Return the lamps of a view that have a shadow map, and those that have none, each in the order of the scene.
-
-    Of more than ``MAX_LIGHTS`` lamps, and of more than ``MAX_SHADOWS`` spots that cast shadows, those are taken that
-    could give the most illuminance a few metres before the camera.
-    """
-    place = point_before(T_world_camera)
-    ranked = sorted(range(len(lights)), key=lambda number: -importance(lights[number], place))[:MAX_LIGHTS]
-    casting = [number for number in ranked if lights[number].casts_shadow and lights[number].kind == "spot"]
-    with_map = sorted(casting[:MAX_SHADOWS])
-    return [lights[number] for number in with_map], [lights[number] for number in sorted({*ranked} - {*with_map})]
 
 
 def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> np.ndarray:

@@ -4,15 +4,15 @@ import moderngl
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
-from warehouse_sim.render.lamps import lamp_geometry
+from warehouse_sim.render.lamps import lamp_geometry, point_before, strongest_lights
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
-from warehouse_sim.render.raster.lights import ShadedLight, choose_lights
+from warehouse_sim.render.raster.lights import MAX_LIGHTS, ShadedLight
 from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshLibrary
 from warehouse_sim.render.raster.object_index import ObjectIndex
 from warehouse_sim.render.raster.parts import build_part_table
-from warehouse_sim.render.raster.shadows import ShadowAtlas, ShadowTile
+from warehouse_sim.render.raster.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.schema import SceneChange, SceneSpec
 
@@ -67,13 +67,20 @@ class LoadedScene:
             self._field = before._field
 
     def lighting(self, T_world_camera: Transform) -> Lighting:
-        """Return what decides how bright surfaces are in a view; shadow maps are drawn where it needs other ones."""
-        with_map, without = choose_lights(self._spec.lights, T_world_camera)
-        lamps = tuple(map(lamp_geometry, with_map))
+        """Return what decides how bright surfaces are in a view.
+
+        Shadow maps are drawn for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lamps.
+        """
+        place = point_before(T_world_camera)
+        kept = strongest_lights(self._spec.lights, MAX_LIGHTS, place)
+        casting = [light for light in kept if light.kind == "spot" and light.casts_shadow]
+        lamps = tuple(map(lamp_geometry, casting))
         if self._drawn != lamps:
-            self._drawn, self._tiles = lamps, self._shadows.draw(with_map, self.table, self.batches)
-        lights = [ShadedLight(light, tile) for light, tile in zip(with_map, self._tiles, strict=True)]
-        lights += [ShadedLight(light, None) for light in without]
+            self._drawn, self._tiles = lamps, self._shadows.draw(casting, self.table, self.batches)
+        tile_of = dict(zip(lamps, self._tiles, strict=True))
+        with_map = strongest_lights(casting, MAX_SHADOWS, place)
+        lights = [ShadedLight(light, tile_of[lamp_geometry(light)]) for light in with_map]
+        lights += [ShadedLight(light, None) for light in kept if not any(light is item for item in with_map)]
         return Lighting(lights, self._shadows, self.materials, self._field, self._spec.ambient, self._spec.exposure)
 
     def release(self, after: "LoadedScene | None" = None) -> None:

@@ -1,5 +1,6 @@
-"""Shadow maps of the most important spot lights, drawn into one depth atlas that serves views as long as it can."""
+"""Shadow maps of the most important spot lights, drawn once a scene into one depth atlas."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,9 +19,9 @@ from warehouse_sim.render.raster.shadow_cores import thinned_sheets
 from warehouse_sim.schema import Light
 
 MAX_SHADOWS = 8
-"""Spots that cast shadows; of more, those that matter most to the view. Point lights cast none."""
+"""Maps that a view looks up; of more, those that matter most to it. Point lights have none."""
 ATLAS_PX = 4096
-"""Edge of the atlas that holds all maps: 2 x 2 of them, or 3 x 3 where there are more than four."""
+"""Edge of the atlas that holds all maps: as many columns as rows, at least two."""
 BLOCK_TEXELS = 8
 """Edge of the blocks of which the nearest blocker is kept beside the maps."""
 SHADOW_NEAR = 0.1
@@ -74,7 +75,7 @@ class ShadowAtlas:
         self._find_blockers = FullScreen(context, "blockers.frag", ATLAS_PX=float(ATLAS_PX), BLOCK_TEXELS=BLOCK_TEXELS)
 
     def draw(self, lights: Sequence[Light], table: PartTable, batches: Sequence[MeshBatch]) -> list[ShadowTile]:
-        """Draw the maps of at most ``MAX_SHADOWS`` spots; return where each of them lies."""
+        """Draw the maps of some spots; return where each of them lies."""
         self._target.use()
         clear_to_zero(None, "f")
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
@@ -82,7 +83,7 @@ class ShadowAtlas:
         self._context.front_face = "cw"
         self._context.cull_face = "front"
         casters = table.casts & (table.tops() > _FLOOR)
-        side = 2 if len(lights) <= 4 else 3
+        side = max(math.ceil(math.sqrt(len(lights))), 2)
         tiles = [self._draw_tile(light, number, side, table, casters, batches) for number, light in enumerate(lights)]
         self._target.viewport = (0, 0, *self._target.size)
         self.depth.use(0)
