@@ -20,7 +20,7 @@ import tyro
 from benchmarks.floor_walks import floor_lux_by_walks
 from benchmarks.speed.machine import machine, rounded
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.lighting import light_scene
+from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster

@@ -13,8 +13,7 @@ from jaxtyping import UInt8
 
 from warehouse_sim.dataset.overlay import draw_caption
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.light_meter import LightMeter
-from warehouse_sim.generation.lighting import light_scene, measure_conditions
+from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera

@@ -14,7 +14,7 @@ from jaxtyping import UInt8
 
 from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.lighting import light_scene
+from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
 from warehouse_sim.generation.occlusion.config import Kind
 from warehouse_sim.generation.recipe import Recipe, load_recipe

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.lighting import light_scene
+from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import transform_points

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from warehouse_sim.annotate.film import FilmCaster
-from warehouse_sim.generation.light_meter import LightMeter
+from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneChange, SceneSpec
 

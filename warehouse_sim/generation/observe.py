@@ -8,7 +8,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.generation.instruments import Instruments
-from warehouse_sim.generation.lighting import measure_conditions, target_illuminance
+from warehouse_sim.generation.light import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.lens import LensRenderer

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.lighting import light_scene
+from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import OcclusionReport, request_views
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.twins import Variant, make_variants

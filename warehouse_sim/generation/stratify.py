@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.annotate import targets_in_view
-from warehouse_sim.generation.light_meter import LightMeter
+from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene

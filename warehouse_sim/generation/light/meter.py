@@ -21,8 +21,8 @@ _GATHER = (24, 4)
 """Rays from a point of the floor that gather what other surfaces return, and from the end of each of them."""
 _GLANCE = (1,)
 """Rays that do so for a point that a camera's meter sees."""
-_NEAR_LAMP = 1.0
-"""Nearest (m) that a surface which returns light is taken to be to a lamp: few rays find the bright spot beside one."""
+_NEAR_LIGHT = 1.0
+"""Nearest (m) to a light that a surface which returns some is taken to be: few rays find the bright spot beside one."""
 _MOST_RETURNED = 0.8
 """Largest share of light that surfaces are taken to return on average, for the sum over all bounces."""
 
@@ -43,9 +43,9 @@ class LightMeter:
         # One more row answers for rays that meet nothing, whose material is -1.
         met = [scene.materials[name] for name in caster.materials]
         luminance = np.array([item.base_color for item in met]).reshape(-1, 3) @ LUMINANCE
-        metal, glow = np.array([(item.metallic, item.emission) for item in met]).reshape(-1, 2).T
+        metal, emission = np.array([(item.metallic, item.emission) for item in met]).reshape(-1, 2).T
         self._albedo = np.append(luminance * (1.0 - metal), 0.0)
-        self._glow = np.append(luminance * glow / scene.exposure, 0.0)
+        self._emitted = np.append(luminance * emission / scene.exposure, 0.0)
 
     @cached_property
     def floor_lux(self) -> float:
@@ -54,12 +54,12 @@ class LightMeter:
         return float(self.illuminance(points, up, self.scene.lights, _GATHER).mean())
 
     def illuminance(self, points: Points, normals: Points, lights: Sequence[Light], rays: Sequence[int]) -> Values:
-        """Return the illuminance (lx) of surfaces: from lamps, the even light and other surfaces.
+        """Return the illuminance (lx) of surfaces: from lights, the even light and other surfaces.
 
         Args:
             points: Places on them in the world (m).
             normals: Unit normals there.
-            lights: Lamps that burn.
+            lights: Those that are on.
             rays: How many rays gather the indirect light of a point, bounce after bounce.
         """
         return self.direct(points, normals, lights) + self.gathered(points, normals, rays)
@@ -67,7 +67,7 @@ class LightMeter:
     def direct(self, points: Points, normals: Points, lights: Sequence[Light], nearest: float = 0.01) -> Values:
         """Return the illuminance (lx) straight from ``lights``, with shadows as of points of light.
 
-        What is nearer to a lamp than ``nearest`` (m) counts as that far.
+        What is nearer to a light than ``nearest`` (m) counts as that far.
         """
         total = np.zeros(len(points))
         for light in lights:
@@ -97,7 +97,7 @@ class LightMeter:
         returned = np.zeros(len(starts))
         places = starts[found] + hits.distance[found, None] * directions[found]
         faces = facing(hits.normals[found], directions[found])
-        arriving = self.direct(places, faces, self.scene.lights, _NEAR_LAMP)
+        arriving = self.direct(places, faces, self.scene.lights, _NEAR_LIGHT)
         if len(rays) > 1:
             arriving += self.gathered(places, faces, rays[1:])
         returned[found] = albedo[found] * arriving
@@ -110,7 +110,7 @@ class LightMeter:
         """Return the luminance (cd/m^2) seen from ``origin`` (m) along ``directions``; surfaces are taken as matt."""
         hits = self.caster.cast(np.tile(origin, (len(directions), 1)), directions)
         found = np.flatnonzero(hits.distance < np.inf)
-        albedo, glow = self._albedo[hits.materials], self._glow[hits.materials]
+        albedo, emitted = self._albedo[hits.materials], self._emitted[hits.materials]
         seen = np.full(len(directions), GROUND * self.scene.ambient / np.pi)
         if len(found) == 0:
             return seen
@@ -118,7 +118,7 @@ class LightMeter:
         faces = facing(hits.normals[found], directions[found])
         # So few rays say little of one point, and enough of them all: indirect light varies slowly.
         light = self.direct(places, faces, lights) + self.gathered(places, faces, _GLANCE).mean()
-        seen[found] = albedo[found] * light / np.pi + glow[found]
+        seen[found] = albedo[found] * light / np.pi + emitted[found]
         return seen
 
     @cached_property

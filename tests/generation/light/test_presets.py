@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.lighting import light_scene
+from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera

@@ -8,8 +8,7 @@ import pytest
 from benchmarks.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.drawn import draw_scene
-from warehouse_sim.generation.light_meter import LightMeter
-from warehouse_sim.generation.lighting import light_scene, measure_conditions, target_illuminance
+from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions, target_illuminance
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
@@ -140,9 +139,9 @@ def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:
     assert target_illuminance(LightMeter(scene, caster), view, CAMERA, ids, []) == {}
 
 
-def test_a_hall_without_lamps_over_its_aisle_is_refused() -> None:
+def test_a_hall_without_luminaires_over_its_aisle_is_refused() -> None:
     scene, _ = settled("demo")
     lamps = {item.instance_id for item in scene.instances if scene.model_of(item).class_name == "luminaire"}
     bare = replace(scene, instances=tuple(item for item in scene.instances if item.instance_id not in lamps))
-    with pytest.raises(RecipeError, match="no lamp reaches the aisle's floor"):
+    with pytest.raises(RecipeError, match="no light reaches the aisle's floor"):
         light_scene(bare, LightingConfig(), RayCaster(bare), CAMERA, np.random.default_rng(0))

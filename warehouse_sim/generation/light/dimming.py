@@ -1,0 +1,59 @@
+"""The light of a settled scene: dimmed to the lux that its recipe asks for, and the camera exposed for each view."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from warehouse_sim.errors import RecipeError
+from warehouse_sim.generation.light.meter import LightMeter
+from warehouse_sim.generation.light.metering import metered_exposure
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene.lighting import LightingConfig, floor_points
+from warehouse_sim.scene.lighting.headlights import work_lights
+from warehouse_sim.scene.lighting.luminaires import luminaires_of
+from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
+from warehouse_sim.scene.lighting.switching import draw_lighting
+from warehouse_sim.schema import SceneSpec, Viewpoint
+
+
+def light_scene(
+    scene: SceneSpec, config: LightingConfig, caster: RayCaster, camera: PinholeCamera, rng: np.random.Generator
+) -> SceneSpec:
+    """Return a settled scene in the light of ``config``; instances, models and the viewpoints' poses stay the same.
+
+    Lights, daylight and even light are scaled together until the aisle's floor has the wanted mean illuminance, shadows
+    and light from other surfaces included. Each viewpoint gets its exposure and its vehicle's lights.
+
+    Args:
+        scene: Settled, with its final viewpoints; whatever light it has is replaced.
+        config: The recipe's light with no number left open.
+        caster: Rays in the scene's geometry.
+        camera: What looks from the viewpoints.
+        rng: Source of the light's draws; the same for twins that differ in a setting only.
+
+    Raises:
+        RecipeError: No light reaches the floor of the aisle, so that no lux can be reached.
+    """
+    lighting = draw_lighting(config, luminaires_of(scene), floor_points(scene), rng)
+    if lighting.lux is not None:
+        lighting = _dimmed(lighting, lighting.lux, scene, caster)
+    meter = LightMeter(lighting.applied(scene, scene.exposure), caster)
+    views = tuple(_exposed(viewpoint, lighting, meter, camera) for viewpoint in scene.viewpoints)
+    middle = float(np.median([view.exposure for view in views])) if views else scene.exposure
+    return replace(lighting.applied(scene, middle), viewpoints=views)
+
+
+def _dimmed(lighting: SceneLighting, lux: float, scene: SceneSpec, caster: RayCaster) -> SceneLighting:
+    """Return the lighting scaled to a mean illuminance ``lux`` of the aisle's floor."""
+    reached = LightMeter(lighting.applied(scene, scene.exposure), caster).floor_lux
+    if reached <= 0.0:
+        raise RecipeError(f"lights.preset {lighting.name}: no light reaches the aisle's floor; raise lights.luminaires")
+    return lighting.scaled(lux / reached)
+
+
+def _exposed(viewpoint: Viewpoint, lighting: SceneLighting, meter: LightMeter, camera: PinholeCamera) -> Viewpoint:
+    """Return a viewpoint with its vehicle's lights and the exposure for what it sees in them."""
+    preset = lighting.preset
+    lit = replace(viewpoint, lights=work_lights(viewpoint, preset.white_balance) if preset.headlights else ())
+    return replace(lit, exposure=metered_exposure(meter, lit, camera, preset.exposure))
