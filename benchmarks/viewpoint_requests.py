@@ -106,9 +106,9 @@ def check(
 ) -> None:
     """Check all viewpoints of a settled scene, in which the objects ``fallen`` were knocked down."""
     caster, space = RayCaster(scene), FreeSpace.of_scene(scene)
-    raised, loose = space.solids.extents()[1][:, 2] > FLAT, np.isin(space.owners, fallen)
-    solid, standing = space.solids.subset(raised), space.solids.subset(raised & ~loose)
-    litter = space.solids.subset(raised & loose)
+    raised, loose = space.solids.extents[1][:, 2] > FLAT, np.isin(space.solids.owner, fallen)
+    solid, standing = space.solids.boxes.subset(raised), space.solids.boxes.subset(raised & ~loose)
+    litter = space.solids.boxes.subset(raised & loose)
     targets = {item.instance_id for item in space.targets}
     for view in scene.viewpoints:
         found.views += 1

@@ -1,10 +1,10 @@
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.physics.stacks import find_stacks
-from warehouse_sim.physics.surroundings import Surroundings
-from warehouse_sim.schema import ObjectInstance, SceneSpec
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.schema import ObjectInstance
 
 CARTON = "carton_600x400x400"
 
@@ -16,8 +16,7 @@ def stacks_of(*placed: tuple[str, float, float, int]) -> list[list[int]]:
         centre = np.array([x, 0.0, z + catalog_object(name).size[2] / 2])
         items.append(ObjectInstance(index + 1, name, make_transform(translation=centre), dynamic=True, group=group))
     models = {item.model: catalog_object(item.model) for item in items}
-    scene = SceneSpec(0, 0, models, materials(), tuple(items), (), ())
-    return [[item.instance_id for item in stack] for stack in find_stacks(scene, Surroundings.of(scene))]
+    return [[item.instance_id for item in stack] for stack in find_stacks(items, Solids.of(items, models))]
 
 
 def test_the_pieces_of_a_load_settle_together_and_neighbours_apart() -> None:
@@ -38,5 +37,4 @@ def test_the_lowest_stack_comes_first_and_things_without_a_group_are_loads_of_th
 
 
 def test_nothing_loose_is_no_stack() -> None:
-    scene = SceneSpec(0, 0, {}, {}, (), (), ())
-    assert find_stacks(scene, Surroundings.of(scene)) == []
+    assert find_stacks((), Solids.of((), {})) == []

@@ -7,7 +7,6 @@ import pytest
 from tests.scene.raster import Pile, may_carry
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.lanes import STACKING_LOAD, LanesConfig, fill_lanes
@@ -50,8 +49,7 @@ def test_stacks_do_not_touch_and_each_load_begins_just_above_the_one_below(seed:
     draft = filled(seed, fill=Distribution.constant(1.0), stack=Distribution.choice(2, 3), empties_share=0.3)
     solids = draft.solids()
     group = {item.instance_id: item.group for item in draft.instances}
-    groups = np.array([group[owner] for owner, _ in solids])
-    boxes = BoxStack.of([box for _, box in solids])
+    groups, boxes = np.array([group[owner] for owner in solids.owner]), solids.boxes
     pairs = boxes.pairs(boxes, 0.05)
     pairs = pairs[groups[pairs[:, 0]] < groups[pairs[:, 1]]]
     assert boxes.separation(boxes, pairs).distance.min() >= -1e-9
@@ -65,7 +63,7 @@ def test_stacks_do_not_touch_and_each_load_begins_just_above_the_one_below(seed:
 def test_a_stack_stays_under_the_roof_and_within_what_its_lowest_pallet_bears() -> None:
     for seed in range(3):
         draft = filled(seed, clear_height=2.5, fill=Distribution.constant(1.0), stack=Distribution.constant(4))
-        _, high = BoxStack.of([box for _, box in draft.solids()]).extents()
+        _, high = draft.solids().extents
         assert 1.2 < high[:, 2].max() < 2.5
         for stack in stacks(draft).values():
             upper = {item.group for item in stack[1:]}

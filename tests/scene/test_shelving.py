@@ -3,7 +3,6 @@ from itertools import pairwise
 import numpy as np
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -29,9 +28,9 @@ def test_full_racks_hold_a_pallet_a_slot_and_nothing_overlaps() -> None:
     draft = filled(0, empty_slot_share=0.0)
     assert len(pallets(draft)) == 2 * 3 * 3 * 3
     solids = draft.solids()
-    stack = BoxStack.of([box for _, box in solids])
+    stack = solids.boxes
     group = {item.instance_id: item.group for item in draft.instances}
-    groups = np.array([group[owner] for owner, _ in solids])
+    groups = np.array([group[owner] for owner in solids.owner])
     pairs = stack.pairs(stack, 0.05)
     pairs = pairs[groups[pairs[:, 0]] != groups[pairs[:, 1]]]
     assert stack.separation(stack, pairs).distance.min() > 0.0

@@ -5,6 +5,7 @@ import pytest
 
 from tests.scene.packing.pallets import least_distance
 from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog.loads import DRUMS
 from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -69,7 +70,7 @@ def test_loads_of_every_kind_on_every_pallet_are_sound(seed: int) -> None:
     deck = load.pallet.size[:2] / 2
     corners = np.concatenate([box.corners() for box in solid])
     assert np.all(np.abs(corners[:, :2]).max(axis=0) <= deck + 0.010 + 0.03 + 5 * 0.006)
-    envelope = load.envelope()
+    envelope = load.envelope
     half = envelope.size / 2
     assert np.all(np.abs(corners - envelope.T_parent_box[:3, 3])[:, :2] <= half[:2] + 1e-9)
 
@@ -168,3 +169,20 @@ def test_sacks_are_stacked_up_to_the_mass_that_is_allowed_and_ten_high() -> None
         assert len({round(float(T[2, 3]), 3) for model, T in free.pieces if model.class_name == "sack"}) == 10
     assert safe_working_load(catalog_object("epal1")) == 1500.0
     assert safe_working_load(catalog_object("epal2")) == 1250.0
+
+
+def test_the_envelope_of_a_drum_does_not_grow_when_the_drum_is_turned() -> None:
+    drum = catalog_object(sorted(DRUMS)[0])
+    for angle in (0.0, 0.4, np.pi / 4):
+        load = UnitLoad(((drum, make_transform(rotation_z(angle), np.array([0.0, 0.0, drum.size[2] / 2]))),))
+        assert np.all(load.envelope.size[:2] <= drum.size[:2] * 1.08)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_envelope_of_pallet_and_cartons_is_the_box_around_their_sizes(seed: int) -> None:
+    load = build_unit_load(1.3, UnitLoadConfig(empty_share=0.0), np.random.default_rng(seed))
+    corners = np.concatenate([OrientedBox(T, model.size).corners() for model, T in load.pieces])
+    np.testing.assert_allclose(load.envelope.size[:2], np.ptp(corners[:, :2], axis=0), atol=1e-9)
+    assert load.envelope.T_parent_box[2, 3] - load.envelope.size[2] / 2 == pytest.approx(0.02)
+    assert load.envelope.corners()[:, 2].max() == pytest.approx(corners[:, 2].max())
+    assert load.height == pytest.approx(corners[:, 2].max())

@@ -15,6 +15,10 @@ class OrientedBox:
     T_parent_box: Transform
     size: Float[np.ndarray, " 3"]
 
+    def placed(self, T_frame_parent: Transform) -> "OrientedBox":
+        """Return the same box in the frame that its parent stands in."""
+        return OrientedBox(T_frame_parent @ self.T_parent_box, self.size)
+
     def corners(self) -> Float[np.ndarray, "8 3"]:
         """Return the eight corners in the parent frame (m)."""
         return transform_points(self.T_parent_box, box_corners(self.size))

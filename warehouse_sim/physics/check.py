@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from warehouse_sim.physics.surroundings import Surroundings
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import SceneSpec
 
 _SEARCH = 0.03
@@ -70,8 +70,9 @@ class ContactState:
 
 def contact_state(scene: SceneSpec) -> ContactState:
     """Test the collision boxes of ``scene`` against each other by the separating axis test."""
-    boxes = Surroundings.of(scene)
-    owner, loose, stack = boxes.owner, boxes.loose, boxes.stack()
+    solids = Solids.of(scene.instances, scene.models)
+    owner, stack = solids.owner, solids.boxes
+    loose = solids.of_objects([item.instance_id for item in scene.instances if item.dynamic])
     moving = np.flatnonzero(loose)
     pairs = stack.subset(loose).pairs(stack, _SEARCH)
     pairs[:, 0] = moving[pairs[:, 0]]
@@ -90,7 +91,7 @@ def contact_state(scene: SceneSpec) -> ContactState:
     overlap = np.zeros(len(unique))
     np.maximum.at(overlap, which.reshape(-1), -result.distance[deep])
     bottom = np.full(ids.size, np.inf)
-    np.minimum.at(bottom, np.searchsorted(ids, owner[moving]), boxes.low[moving, 2])
+    np.minimum.at(bottom, np.searchsorted(ids, owner[moving]), solids.extents[0][moving, 2])
     near = [stack.distances_to(view.T_world_camera[:3, 3]).min(initial=np.inf) for view in scene.viewpoints]
     crowded = tuple(index for index, distance in enumerate(near) if distance < _ELBOW_ROOM)
     return ContactState(ids, gap, unique, overlap, bottom, crowded)

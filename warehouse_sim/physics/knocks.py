@@ -12,11 +12,11 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import Transform, matrix_from_quat_wxyz
-from warehouse_sim.physics.rest import Blow, Rest, RestLimits, bring_to_rest
+from warehouse_sim.physics.rest import Blow, Rest, RestLimits, boxes_around, bring_to_rest
 from warehouse_sim.physics.stacks import Stack
-from warehouse_sim.physics.surroundings import Surroundings
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
@@ -61,11 +61,11 @@ class Knocks:
 def knock_loads(
     scene: SceneSpec,
     stacks: Sequence[Stack],
-    surroundings: Surroundings,
+    solids: Solids,
     limits: RestLimits,
     config: KnockConfig,
 ) -> Knocks:
-    """Knock a share of the loads of a scene at rest; ``surroundings`` follow.
+    """Knock a share of the loads of a scene at rest, whose collision boxes are ``solids``.
 
     A load whose pieces do not come to rest in any of a few knocks stays as it was.
     """
@@ -81,9 +81,9 @@ def knock_loads(
             goods = [item for item in load if scene.model_of(item).class_name in _GOODS]
             if len(goods) == len(load) or not goods or load[0].group in bound or rng.random() >= config.share:
                 continue
-            rest = _knock(scene, load, goods, surroundings, limits, config, rng)
+            rest = _knock(scene, load, goods, solids, limits, config, rng)
             if rest is not None:
-                surroundings.move(rest.poses)
+                solids = solids.moved(rest.moved(load), scene.models)
                 poses |= rest.poses
                 rests.append(rest)
                 groups.append(load[0].group)
@@ -100,17 +100,17 @@ def _knock(
     scene: SceneSpec,
     load: list[ObjectInstance],
     goods: list[ObjectInstance],
-    surroundings: Surroundings,
+    solids: Solids,
     limits: RestLimits,
     config: KnockConfig,
     rng: np.random.Generator,
 ) -> Rest | None:
     """Draw knocks until the load comes to rest after one; None when it never does."""
-    low, _ = surroundings.extent_of([item.instance_id for item in load])
-    solids = surroundings.around([item.instance_id for item in load], (_REACH[0], _REACH[1], low[2] + _REACH[2]))
+    low, _ = solids.extent_of([item.instance_id for item in load])
+    boxes = boxes_around(solids, load, (_REACH[0], _REACH[1], low[2] + _REACH[2]))
     for _ in range(_TRIES):
-        rest = bring_to_rest(scene, load, solids, limits, _draw_blow(scene, goods, config, rng))
-        if rest.within(limits) and _inside(rest, low, surroundings):
+        rest = bring_to_rest(scene, load, boxes, limits, _draw_blow(scene, goods, config, rng))
+        if rest.within(limits) and _inside(rest, low, solids):
             return rest
     return None
 
@@ -149,7 +149,7 @@ def _strike(
     data.qvel[start + 3 : start + 6] = turn
 
 
-def _inside(rest: Rest, low: Float[np.ndarray, " 3"], surroundings: Surroundings) -> bool:
+def _inside(rest: Rest, low: Float[np.ndarray, " 3"], solids: Solids) -> bool:
     """Return whether no piece went further than the surroundings that were built, or through the floor."""
     places = np.array([T[:3, 3] for T in rest.poses.values()])
     near = np.abs(places[:, :2] - low[:2]).max() < _REACH[0] + 1.0

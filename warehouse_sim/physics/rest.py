@@ -1,7 +1,7 @@
 """Loose objects under gravity until they rest, in a MuJoCo model of their own."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, matrix_from_quat_wxyz
 from warehouse_sim.physics.build import to_mjspec
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 _CHECK_EVERY = 10
@@ -43,9 +44,19 @@ class Rest:
     turn: float
     """Largest angular speed at the end (rad/s)."""
 
+    def moved(self, members: Iterable[ObjectInstance]) -> list[ObjectInstance]:
+        """Return ``members`` where they came to rest."""
+        return [replace(item, T_world_object=self.poses[item.instance_id]) for item in members]
+
     def within(self, limits: RestLimits) -> bool:
         """Return whether everything rests."""
         return self.speed < limits.speed and self.turn < limits.turn
+
+
+def boxes_around(solids: Solids, members: Sequence[ObjectInstance], reach: Sequence[float]) -> list[OrientedBox]:
+    """Return the boxes of all other objects within ``reach`` (m along each axis) of the box around ``members``."""
+    ids = [item.instance_id for item in members]
+    return solids.listed(solids.near(*solids.extent_of(ids), reach) & ~solids.of_objects(ids))
 
 
 def bring_to_rest(

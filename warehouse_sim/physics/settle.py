@@ -10,10 +10,10 @@ from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.physics.check import contact_state
 from warehouse_sim.physics.knocks import KnockConfig, knock_loads
 from warehouse_sim.physics.report import SettleReport
-from warehouse_sim.physics.rest import Rest, RestLimits, bring_to_rest
+from warehouse_sim.physics.rest import Rest, RestLimits, boxes_around, bring_to_rest
 from warehouse_sim.physics.stacks import find_stacks
-from warehouse_sim.physics.surroundings import Surroundings
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import SceneSpec
 
 _REACH = (0.03, 0.03, 0.06)
@@ -53,18 +53,18 @@ def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, Sett
 
     Stacks keep clear of each other, so one that has come to rest is fixed for the next; the check tells if not.
     """
-    surroundings = Surroundings.of(spec)
+    solids = Solids.of(spec.instances, spec.models)
     limits = RestLimits(config.rest_speed, config.rest_turn, config.max_time)
-    stacks = find_stacks(spec, surroundings)
+    stacks = find_stacks(spec.instances, solids)
     poses: dict[int, Transform] = {}
     rests: list[Rest] = []
     for stack in stacks:
-        solids = surroundings.around([item.instance_id for item in stack], _REACH)
-        rests.append(bring_to_rest(spec, stack, solids, limits))
-        surroundings.move(rests[-1].poses)
-        poses |= rests[-1].poses
+        rest = bring_to_rest(spec, stack, boxes_around(solids, stack, _REACH), limits)
+        solids = solids.moved(rest.moved(stack), spec.models)
+        poses |= rest.poses
+        rests.append(rest)
     calm = _moved(spec, poses)
-    knocks = knock_loads(calm, stacks, surroundings, limits, config.knocks)
+    knocks = knock_loads(calm, stacks, solids, limits, config.knocks)
     settled = replace(_moved(calm, knocks.poses), settled=True)
     rests += knocks.rests
     return settled, _report(spec, calm, settled, rests, len(stacks), knocks.groups, config)

@@ -1,13 +1,14 @@
 """Which loose objects settle together: the pieces of a unit load, and loads that stand on each other."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.broad_phase import overlapping_pairs
-from warehouse_sim.physics.surroundings import Surroundings
-from warehouse_sim.schema import ObjectInstance, SceneSpec
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.schema import ObjectInstance
 
 _SEAM = 0.03
 """A load stands on another when its bottom is within this of the other's top (m)."""
@@ -16,12 +17,12 @@ Stack = tuple[ObjectInstance, ...]
 """Loose objects that settle together."""
 
 
-def find_stacks(scene: SceneSpec, surroundings: Surroundings) -> list[Stack]:
-    """Return the loose objects of ``scene`` stack by stack, the lowest stack first, then by instance id."""
-    loads = _loads(scene)
+def find_stacks(instances: Iterable[ObjectInstance], solids: Solids) -> list[Stack]:
+    """Return the loose ones of ``instances`` stack by stack, the lowest stack first, then by instance id."""
+    loads = _loads(instances)
     if not loads:
         return []
-    extents = [surroundings.extent_of([item.instance_id for item in load]) for load in loads]
+    extents = [solids.extent_of([item.instance_id for item in load]) for load in loads]
     low, high = np.array([low for low, _ in extents]), np.array([high for _, high in extents])
     root = list(range(len(loads)))
     for upper, lower in _standing_on(low, high):
@@ -37,10 +38,10 @@ def find_stacks(scene: SceneSpec, surroundings: Surroundings) -> list[Stack]:
     return [tuple(sorted(stacks[key], key=lambda item: item.instance_id)) for key in ordered]
 
 
-def _loads(scene: SceneSpec) -> list[list[ObjectInstance]]:
+def _loads(instances: Iterable[ObjectInstance]) -> list[list[ObjectInstance]]:
     """Return the loose objects by group; one without a group is a load of its own."""
     loads: dict[tuple[int, int], list[ObjectInstance]] = defaultdict(list)
-    for item in scene.instances:
+    for item in instances:
         if item.dynamic:
             loads[(item.group, 0 if item.group else item.instance_id)].append(item)
     return list(loads.values())

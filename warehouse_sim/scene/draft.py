@@ -7,8 +7,8 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, ObjectModel
 
 
@@ -51,10 +51,6 @@ class SceneDraft:
         self.groups += 1
         return self.groups
 
-    def solids(self) -> list[tuple[int, OrientedBox]]:
-        """Return (instance id, collision box in the world) of everything so far, in order of id."""
-        return [
-            (item.instance_id, OrientedBox(item.T_world_object @ box.T_parent_box, box.size))
-            for item in self.instances
-            for box in self.models[item.model].collision
-        ]
+    def solids(self) -> Solids:
+        """Return the collision boxes in the world of everything so far, in order of id."""
+        return Solids.of(self.instances, self.models)

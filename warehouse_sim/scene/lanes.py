@@ -16,7 +16,7 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
 from warehouse_sim.scene.packing.contents import one_article
-from warehouse_sim.scene.placing import care_after, envelope_of, placed
+from warehouse_sim.scene.placing import jitter_scale
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
 
 STACKING_LOAD = 4000.0
@@ -92,7 +92,7 @@ def fill_lanes(
                     "lanes.offset_mm or lanes.lateral_mm, or widen the lanes"
                 )
             for load, T_stack_load in stack:
-                standing.append(placed(T_world_stack @ T_stack_load, envelope_of(load)))
+                standing.append(load.envelope.placed(T_world_stack @ T_stack_load))
                 load.add_to(draft, T_world_stack @ T_stack_load)
 
 
@@ -166,11 +166,11 @@ def _place(
 ) -> Transform | None:
     for number in range(_TRIES):
         # The place's x points into the lane, its y across it. Where it is tight, stacks stand straighter.
-        care = care_after(number, _TRIES)
-        shift = care * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
-        turn = care * np.deg2rad(config.yaw_deg.draw(rng))
+        scale = jitter_scale(number, _TRIES)
+        shift = scale * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
+        turn = scale * np.deg2rad(config.yaw_deg.draw(rng))
         T_world_stack = T_world_place @ make_transform(rotation_z(turn), shift)
-        boxes = [placed(T_world_stack @ T_stack_load, envelope_of(load)) for load, T_stack_load in stack]
+        boxes = [load.envelope.placed(T_world_stack @ T_stack_load) for load, T_stack_load in stack]
         if all(others.clear_of(box, _CLEARANCE) for box in boxes):
             return T_world_stack
     return None

@@ -15,7 +15,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
-from warehouse_sim.scene.placing import care_after, envelope_of, placed
+from warehouse_sim.scene.placing import jitter_scale
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 
 _CLEARANCE = 0.01
@@ -57,7 +57,7 @@ def fill_rack(
         return
     count = max(1, round((1.0 - config.empty_slot_share) * len(slots)))
     taken = [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])]
-    structure = BoxStack.of([box for _, box in draft.solids()])
+    structure = draft.solids().boxes
     # Loads of other bays and levels are behind an upright or a beam, so each bay is filled for itself.
     for bay, members in groupby(taken, key=lambda slot: slot.bay):
         bay_slots = list(members)
@@ -99,7 +99,7 @@ def _place_all(
         if T_world_load is None:
             return None
         poses.append(T_world_load)
-        envelopes.append(placed(T_world_load, envelope_of(load)))
+        envelopes.append(load.envelope.placed(T_world_load))
     return poses
 
 
@@ -111,14 +111,13 @@ def _place(
     config: ShelvingConfig,
     rng: np.random.Generator,
 ) -> Transform | None:
-    envelope = envelope_of(load)
     for number in range(_TRIES):
         # The slot's x points into the rack, its y along the beams. Where it is tight, pallets stand straighter.
-        care = care_after(number, _TRIES)
-        shift = care * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
-        turn = care * np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
+        scale = jitter_scale(number, _TRIES)
+        shift = scale * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
+        turn = scale * np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
         T_world_load = slot.T_world_slot @ make_transform(rotation_z(turn), shift)
-        box = placed(T_world_load, envelope)
+        box = load.envelope.placed(T_world_load)
         if structure.clear_of(box, _CLEARANCE) and neighbours.clear_of(box, _CLEARANCE):
             return T_world_load
     return None

@@ -12,7 +12,6 @@ from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.placing import envelope_of, placed
 from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
 _HEADROOM = 1.3
@@ -52,11 +51,10 @@ def stage_loads(
     standing: list[OrientedBox] = []
     for number in range(count):
         load, stack = build_unit_load(_HEADROOM, loads, rng), BoxStack.of(standing)
-        envelope = envelope_of(load)
         for _ in range(_TRIES):
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
             T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)
-            box = placed(T_world_load, envelope)
+            box = load.envelope.placed(T_world_load)
             if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance):
                 break
         else:

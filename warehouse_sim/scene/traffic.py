@@ -81,9 +81,9 @@ def add_traffic(
     Raises:
         PlacementError: The floor is too full.
     """
-    solids = BoxStack.of([box for _, box in draft.solids()])
-    low, high = solids.extents()
-    in_the_way = solids.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
+    solids = draft.solids()
+    low, high = solids.extents
+    in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
     placed: list[OrientedBox] = []
     for setting, class_name in _KINDS:
         count = getattr(config, setting).draw_count(rng)

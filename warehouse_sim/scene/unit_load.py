@@ -1,6 +1,8 @@
 """A unit load in its own frame: a pallet, the goods on it and what secures them, before it has a place."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from warehouse_sim.schema import ObjectModel
 
 INITIAL_AIR = 0.0005
 """Gap under a pallet before settling (m)."""
+_UNDERSIDE = 0.02
+"""The envelope of a load begins here (m)."""
 _HEADROOM_LEFT = 0.01
 """Least air over a load (m)."""
 _SAFE_WORKING_LOADS = {1: 1500.0, 2: 1250.0, 3: 1500.0, 4: 750.0, 5: 500.0, 6: 1250.0}
@@ -63,8 +67,8 @@ class UnitLoad:
     @property
     def height(self) -> float:
         """Height over all (m)."""
-        envelope = self.envelope()
-        return float(envelope.T_parent_box[2, 3] + envelope.size[2] / 2)
+        box = _around([OrientedBox(T_load_piece, model.size) for model, T_load_piece in self.pieces])
+        return float(box.T_parent_box[2, 3] + box.size[2] / 2)
 
     @property
     def bearing(self) -> float:
@@ -75,12 +79,19 @@ class UnitLoad:
         """Return whether its uppermost pieces are level and broad enough for a pallet to stand on them."""
         return supported_share(self.pieces, pallet.size[:2].tolist(), T_load_pallet) >= LEAST_SUPPORT
 
+    @cached_property
     def envelope(self) -> OrientedBox:
-        """Return the box around all pieces in the load's frame, from 20 mm up so that the support itself is free."""
-        stack = BoxStack.of([OrientedBox(T_load_piece, model.size) for model, T_load_piece in self.pieces])
-        lows, highs = stack.extents()
-        low, high = np.maximum(lows.min(axis=0), [-np.inf, -np.inf, 0.02]), highs.max(axis=0)
-        return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
+        """The room that it takes: the box around all pieces in the load's frame.
+
+        It goes by the collision boxes: the bounding box of a drum grows when the drum is turned, the drum does not.
+        """
+        return _around(
+            [
+                box.placed(T_load_piece)
+                for model, T_load_piece in self.pieces
+                for box in model.collision or (OrientedBox(np.eye(4), model.size),)
+            ]
+        )
 
     def add_to(self, draft: SceneDraft, T_world_load: Transform) -> None:
         """Add the pieces to ``draft`` as one new group; physics moves those that have collision boxes."""
@@ -145,6 +156,13 @@ def room_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass:
         height=headroom - height - _HEADROOM_LEFT,
         payload=min(safe_working_load(pallet), most_mass - pallet.mass) - _SECURING_MASS,
     )
+
+
+def _around(boxes: Sequence[OrientedBox]) -> OrientedBox:
+    """Return the upright box around ``boxes``, but for the lowest of them, so that the support itself is free."""
+    lows, highs = BoxStack.of(boxes).extents()
+    low, high = np.maximum(lows.min(axis=0), [-np.inf, -np.inf, _UNDERSIDE]), highs.max(axis=0)
+    return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
 
 
 def _draw_pallet(

@@ -7,7 +7,7 @@ from tests.scene.raster import Pile, may_carry
 from warehouse_sim.generation.occlusion.drawing import OccluderStock
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 
 CARTONS = ("carton_600x400x300", "carton_400x300x200")
@@ -26,7 +26,7 @@ def test_occluders_stand_on_the_floor_and_are_high_enough(kind: str, least: floa
     for occluder in found:
         assert occluder.kind == kind
         assert occluder.height >= least
-        low = BoxStack.of(occluder.boxes).extents()[0][:, 2].min()
+        low = Solids.of(occluder.instances, occluder.models).extents[0][:, 2].min()
         assert abs(low) < 0.0035  # a walking person's heel is a little up
         assert np.linalg.norm(occluder.envelope.T_parent_box[:2, 3]) < 0.35  # their frame is in their middle
 

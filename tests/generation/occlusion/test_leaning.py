@@ -23,7 +23,7 @@ def test_a_pallet_leans_against_what_stands_beside_the_target() -> None:
     corners = box.corners()
     assert abs(corners[:, 2].min()) < 0.002  # on the floor
     assert corners[:, 2].max() > 0.7  # on its edge
-    assert -0.003 < stage.floor.gap(box, 0.1) < 0.003  # in contact, not inside
+    assert -0.003 < stage.solids.gap(box, 0.1) < 0.003  # in contact, not inside
     lean = np.degrees(np.arcsin(abs(T[2, 2])))
     assert 8.0 < lean < 17.0
     # Its upper edge is ahead of its lower one.

@@ -16,7 +16,6 @@ from warehouse_sim.generation.occlusion import (
     VisibleFractions,
     request_views,
 )
-from warehouse_sim.generation.occlusion.views import vehicle_boxes
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import level_camera
@@ -29,6 +28,7 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import vehicle_boxes
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
 RANGES = ((0.7, 0.9), (0.4, 0.6), (0.1, 0.3))

@@ -37,7 +37,7 @@ def test_occluders_of_each_kind_leave_any_fraction(kind: str, wanted: float) -> 
     assert fraction_behind(sight, occluder, T) == pytest.approx(wanted, abs=0.02)
     box = box_of(occluder, T)
     assert abs(box.corners()[:, 2].min()) < 0.002
-    assert stage.floor.takes(box, 0.05)
+    assert stage.takes(box, 0.05)
     # What was predicted is what is seen once it stands there.
     stage.add(occluder, T)
     assert sight_of(stage).fraction == pytest.approx(wanted, abs=0.02)

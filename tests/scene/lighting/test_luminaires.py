@@ -5,7 +5,6 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -71,10 +70,10 @@ def test_doors_keep_off_columns_and_racks(bays: int, columns: str) -> None:
     site = build_site(draft, RackAisleConfig(bays=bays), HallConfig(columns=columns), rng)  # type: ignore[arg-type]
     before = len(draft.instances)
     add_doors(draft, site.aisle, site.hall)
-    doors = BoxStack.of([box for owner, box in draft.solids() if owner > before])
-    rest = [box for owner, box in draft.solids() if owner <= before and box.size.max() < 40.0]
-    others = BoxStack.of(rest)
-    pairs = np.array([(a, b) for a in range(len(doors.centre)) for b in range(len(rest))])
+    solids = draft.solids()
+    doors = solids.boxes.subset(solids.owner > before)
+    others = solids.boxes.subset((solids.owner <= before) & (solids.boxes.half.max(axis=1) < 20.0))
+    pairs = np.array([(a, b) for a in range(len(doors.centre)) for b in range(len(others.centre))])
     assert doors.separation(others, pairs).distance.min() > 0.0
 
 

@@ -42,7 +42,7 @@ def test_leaving_out_far_boxes_does_not_change_what_is_in_sight() -> None:
         eye = np.array([rng.uniform(-8, 8), rng.uniform(-9, -1), rng.uniform(0.4, 3.0)])
         size = space.models[target.model].size
         points = transform_points(target.T_world_object, np.vstack([np.zeros(3), 0.8 * box_corners(size)]))
-        hidden = space.solids.subset(space.owners != target.instance_id).block(eye, points)
+        hidden = space.solids.boxes.subset(space.solids.owner != target.instance_id).block(eye, points)
         assert space.sight_share(eye, target) == np.mean(~hidden)
         shares.append(np.mean(~hidden))
     assert min(shares) < 0.3

@@ -63,8 +63,8 @@ def test_every_frame_shows_its_target_and_has_room(trajectory: str, kind: str) -
     for view in views:
         target = next(item for item in space.targets if item.instance_id == view.target)
         assert shows(view, target, space, config)
-        distance = space.solids.distances_to(view.T_world_camera[:3, 3])
-        assert distance[space.owners != 1].min() >= 0.7
+        distance = space.solids.boxes.distances_to(view.T_world_camera[:3, 3])
+        assert distance[space.solids.owner != 1].min() >= 0.7
         if vehicle is not None:
             assert space.admits_bodies(vehicle.boxes(view.T_world_vehicle)[:1])
 

@@ -4,13 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import materials_of
-from warehouse_sim.generation.occlusion.floor import FreeFloor
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.generation.occlusion.stage import Stage, fraction_behind, ground_line
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_x, rotation_z
 from warehouse_sim.physics.rest import RestLimits, bring_to_rest
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 HEIGHT = 1.1
@@ -65,10 +65,10 @@ def lean_before(
     front = target.T_world_object[:2, 3] - way * (0.5 * float(model.size[0]) + _RUN_UP) / (way @ ahead)
     for offset in rng.uniform(-reach, reach, _PLACES):
         start = _edge_up(model, width, tilt, ahead, front + offset * across)
-        T_world_pallet = _pushed(stage.floor, model, start, ahead, length)
+        T_world_pallet = _pushed(stage, model, start, ahead, length)
         if T_world_pallet is None or abs(fraction_behind(sight, occluder, T_world_pallet) - wanted) > tolerance:
             continue
-        resting = _let_go(stage.floor, model, T_world_pallet)
+        resting = _let_go(stage.solids, model, T_world_pallet)
         if resting is not None and abs(fraction_behind(sight, occluder, resting) - wanted) <= tolerance:
             return resting
     return None
@@ -89,7 +89,7 @@ def _edge_up(
 
 
 def _pushed(
-    floor: FreeFloor, model: ObjectModel, T_world_pallet: Transform, ahead: Float[np.ndarray, " 2"], most: float
+    stage: Stage, model: ObjectModel, T_world_pallet: Transform, ahead: Float[np.ndarray, " 2"], most: float
 ) -> Transform | None:
     """Return the pallet pushed ahead until it touches a solid with its upper half; None if it never does, or below.
 
@@ -98,27 +98,27 @@ def _pushed(
     T = T_world_pallet.copy()
     for _ in range(_PUSHES):
         box = OrientedBox(T, model.size)
-        gap = floor.gap(box, most)
-        if gap < 0.0 or not np.isfinite(gap) or not all(floor.area.contains(at, -_BEYOND) for at in box.corners()):
+        gap = stage.solids.gap(box, most)
+        if gap < 0.0 or not np.isfinite(gap) or not all(stage.area.contains(at, -_BEYOND) for at in box.corners()):
             return None
         if gap <= _TOUCH:
-            return T if _touches_high(floor, box) else None
+            return T if _touches_high(stage.solids, box) else None
         T[:2, 3] += gap * ahead
     return None
 
 
-def _touches_high(floor: FreeFloor, box: OrientedBox) -> bool:
+def _touches_high(solids: Solids, box: OrientedBox) -> bool:
     """Return whether what ``box`` touches reaches the upper third of it."""
     top = box.corners()[:, 2].max()
-    return any(solid.corners()[:, 2].max() > 0.67 * top for solid in floor.around(box, _TOUCH))
+    return any(solid.corners()[:, 2].max() > 0.67 * top for solid in solids.listed(solids.near_box(box, _TOUCH)))
 
 
-def _let_go(floor: FreeFloor, model: ObjectModel, T_world_pallet: Transform) -> Transform | None:
+def _let_go(solids: Solids, model: ObjectModel, T_world_pallet: Transform) -> Transform | None:
     """Return where the pallet comes to rest among what is around it; None if it slips or falls."""
     item = ObjectInstance(1, model.name, T_world_pallet, dynamic=True)
     scene = SceneSpec(0, 0, {model.name: model}, materials_of([model]), (item,), (), ())
-    solids = [_FLOOR, *floor.around(OrientedBox(T_world_pallet, model.size), 0.1)]
-    rest = bring_to_rest(scene, [item], solids, _LIMITS)
+    around = solids.listed(solids.near_box(OrientedBox(T_world_pallet, model.size), 0.1))
+    rest = bring_to_rest(scene, [item], [_FLOOR, *around], _LIMITS)
     T = rest.poses[1]
     moved = np.linalg.norm(T[:3, 3] - T_world_pallet[:3, 3])
     return T if rest.within(_LIMITS) and moved < _SLIP else None

@@ -10,10 +10,10 @@ from warehouse_sim.catalog import materials_of
 from warehouse_sim.catalog.building import FLOOR_SIZE
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.physics.settle import SettleConfig, settle_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, SceneSpec
 
 
@@ -33,18 +33,9 @@ class Occluder:
         return caster_of(self.models, self.instances, materials_of(self.models.values()))
 
     @cached_property
-    def boxes(self) -> tuple[OrientedBox, ...]:
-        """Its collision boxes in its own frame."""
-        return tuple(
-            OrientedBox(item.T_world_object @ box.T_parent_box, box.size)
-            for item in self.instances
-            for box in self.models[item.model].collision
-        )
-
-    @cached_property
     def envelope(self) -> OrientedBox:
         """The box around it in its own frame."""
-        lows, highs = BoxStack.of(self.boxes).extents()
+        lows, highs = Solids.of(self.instances, self.models).extents
         low, high = lows.min(axis=0), highs.max(axis=0)
         return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
 

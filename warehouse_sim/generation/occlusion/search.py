@@ -16,10 +16,10 @@ from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.generation.occlusion.stage import Placed, Stage, behind, fraction_behind
 from warehouse_sim.generation.occlusion.standing import needed_height, stand_before
 from warehouse_sim.generation.occlusion.turning import turn_away
-from warehouse_sim.generation.occlusion.views import View, in_nobodys_way, vehicle_boxes, views_of
-from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.generation.occlusion.views import View, views_of
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import keeps_clear, vehicle_boxes
 from warehouse_sim.schema import Viewpoint
 
 FINAL_RAYS = 4000
@@ -213,10 +213,10 @@ class Search:
         if request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
             self.troubles[NO_FIT] += 1
             return None
-        box = OrientedBox(T_world_occluder @ occluder.envelope.T_parent_box, occluder.envelope.size)
+        box = occluder.envelope.placed(T_world_occluder)
         cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.settled)]
-        room = in_nobodys_way(box, cameras, self.config.camera_clearance)
-        if not room or not in_nobodys_way(box, self.later, _ELBOW_ROOM):
+        room = keeps_clear(box, cameras, self.config.camera_clearance)
+        if not room or not keeps_clear(box, self.later, _ELBOW_ROOM):
             self.troubles[NO_FLOOR] += 1
             return None
         for other in self.settled:

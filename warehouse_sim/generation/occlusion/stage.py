@@ -8,16 +8,19 @@ from jaxtyping import Float
 from warehouse_sim.annotate.occluders import KINDS as OCCLUDERS
 from warehouse_sim.annotate.occluders import kinds_by_id
 from warehouse_sim.catalog import materials_of
-from warehouse_sim.generation.occlusion.floor import FreeFloor
 from warehouse_sim.generation.occlusion.occluder import Occluder, caster_of
 from warehouse_sim.generation.occlusion.sight import Sight, cast_in_frame, look_at
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.draft import Area
-from warehouse_sim.scene.viewpoints.free_space import FreeSpace
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.scene.viewpoints.free_space import UNDERFOOT, FreeSpace
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
+BEYOND = 0.2
+"""How far something may stand out over the aisle's edge (m), where there is room."""
 _MARGIN = 0.05
 """How far parts of an object may stand out of its collision boxes (m)."""
 
@@ -32,7 +35,7 @@ class Placed:
 
 
 class Stage:
-    """The scene, rays against it and its free floor, all up to date.
+    """The scene, rays against it and what is solid in its aisle, all up to date.
 
     Args:
         scene: The scene at rest.
@@ -45,7 +48,8 @@ class Stage:
     def __init__(self, scene: SceneSpec, raycaster: RayCaster, camera: PinholeCamera, area: Area, room: float) -> None:
         self.scene = scene
         self.camera = camera
-        self.floor = FreeFloor(scene, area, room)
+        self.area = area
+        self.solids = _in_reach(Solids.of(scene.instances, scene.models), area, room)
         self.targets = tuple(scene.target_instances())
         self.placed: list[Placed] = []
         self.instance_of = {item.instance_id: item for item in scene.instances}
@@ -85,13 +89,18 @@ class Stage:
         )
         self.instance_of |= {item.instance_id: item for item in new}
         self._kinds = kinds_by_id(self.scene)
-        self.floor.add(self.scene, new)
+        self.solids = self.solids.joined(Solids.of(new, models))
         self.placed.append(Placed(occluder, T_world_occluder, tuple(item.instance_id for item in new)))
         return self.placed[-1]
 
     def space(self) -> FreeSpace:
         """Return what views are checked against; what was added is no target."""
-        return self.floor.space(self.scene.models, self.targets)
+        return FreeSpace(self.solids, self.area, self.scene.models, self.targets)
+
+    def takes(self, box: OrientedBox, clearance: float) -> bool:
+        """Return whether ``box`` (world) lies over the aisle, at least ``clearance`` (m) from every solid."""
+        over_aisle = all(self.area.contains(at, -BEYOND) for at in box.corners())
+        return over_aisle and self.solids.gap(box, clearance) >= clearance
 
     def _caster_alone(self, item: ObjectInstance) -> RayCaster:
         """Return the caster of one object in its own frame."""
@@ -102,9 +111,17 @@ class Stage:
         return self._alone[item.model]
 
 
+def _in_reach(solids: Solids, area: Area, room: float) -> Solids:
+    """Return the solids that something in the aisle ``area`` may come within ``room`` (m) of."""
+    low, high = solids.extents
+    near = (high[:, 0] > area.x_min - room) & (low[:, 0] < area.x_max + room)
+    near &= (high[:, 1] > area.y_min - room) & (low[:, 1] < area.y_max + room)
+    return solids.subset(near & (high[:, 2] > UNDERFOOT))
+
+
 def behind(sight: Sight, placed: Placed) -> Sight:
     """Return the sight after an occluder was put into the scene."""
-    middle = (placed.T_world_occluder @ placed.occluder.envelope.T_parent_box)[:3, 3]
+    middle = placed.occluder.envelope.placed(placed.T_world_occluder).T_parent_box[:3, 3]
     if not sight.passes(middle, float(np.linalg.norm(placed.occluder.envelope.size)) / 2 + _MARGIN):
         return sight
     hits = cast_in_frame(placed.occluder.caster, placed.T_world_occluder, sight.eye, sight.directions)

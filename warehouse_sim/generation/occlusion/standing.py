@@ -7,11 +7,9 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.generation.occlusion.floor import BEYOND
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import Stage, fraction_behind, ground_line
-from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.generation.occlusion.stage import BEYOND, Stage, fraction_behind, ground_line
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 
 CLEARANCE = 0.06
@@ -77,8 +75,7 @@ def stand_before(
             if offset is None:
                 break
             T_world_occluder = track.pose(offset)
-            box = OrientedBox(T_world_occluder @ occluder.envelope.T_parent_box, occluder.envelope.size)
-            if stage.floor.takes(box, CLEARANCE):
+            if stage.takes(occluder.envelope.placed(T_world_occluder), CLEARANCE):
                 return T_world_occluder
     return None
 
@@ -96,7 +93,7 @@ def _distances(
     half = float(occluder.envelope.size[:2].min()) / 2
     drawn = rng.uniform(_NEAREST + half, max(length - _FARTHEST, _NEAREST + half), _GUESSES)
     feet = sight.eye[:2] + drawn[:, None] * way
-    fits = np.array([stage.floor.area.contains(foot, half - BEYOND) for foot in feet])
+    fits = np.array([stage.area.contains(foot, half - BEYOND) for foot in feet])
     fits &= line_height(sight, height, drawn / length) < occluder.height
     return drawn[fits & (drawn < length - _FARTHEST)][:_DEPTHS]
 

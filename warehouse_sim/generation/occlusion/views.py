@@ -1,17 +1,14 @@
 """Views of targets that a request can choose from."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.generation.occlusion.stage import Stage
-from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.in_view import targets_in_frame
-from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import Viewpoint
 
@@ -21,8 +18,6 @@ _WITHIN_REACH = 1.2
 """Targets whose middle is below this height (m) are hidden by most occluders."""
 _IN_A_ROW = 40
 """Targets without a view after which there are no more views."""
-_BODY_ROOM = 0.08
-"""Least distance from a placed object to a vehicle (m)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +45,7 @@ def views_of(
     shown.sort(key=lambda number: number != own.target)
     while own.sequence is not None and shown:
         yield from (_view(stage, replace(own, target=number), rays) for number in shown)
-    has_room = space.admits_camera(own.T_world_camera[:3, 3], config.clearance)
-    for number in shown[:1] if has_room and space.admits_bodies(vehicle_boxes(own)) else ():
+    for number in shown[:1] if space.has_room(own, config.clearance) else ():
         yield _view(stage, replace(own, target=number), rays)
     low = [item for item in space.targets if item.T_world_object[2, 3] < _WITHIN_REACH]
     misses = 0
@@ -69,22 +63,3 @@ def _view(stage: Stage, viewpoint: Viewpoint, rays: int) -> View | None:
     assert viewpoint.target is not None
     sight = stage.look(viewpoint.target, viewpoint.T_world_camera, rays)
     return None if sight is None else View(viewpoint, sight)
-
-
-def in_nobodys_way(box: OrientedBox, viewpoints: Sequence[Viewpoint], clearance: float) -> bool:
-    """Return whether ``box`` keeps ``clearance`` (m) from every camera and does not touch what carries it."""
-    single = BoxStack.of([box])
-    for viewpoint in viewpoints:
-        if single.distances_to(viewpoint.T_world_camera[:3, 3])[0] < clearance:
-            return False
-        if not BoxStack.of(vehicle_boxes(viewpoint)).clear_of(box, _BODY_ROOM):
-            return False
-    return True
-
-
-def vehicle_boxes(viewpoint: Viewpoint) -> Sequence[OrientedBox]:
-    """Return the boxes (world) of what carries a camera, forks lowered; none for a camera that nothing carries."""
-    mounting = MOUNTINGS.get(viewpoint.kind)
-    if mounting is None or mounting.vehicle is None or viewpoint.T_world_vehicle is None:
-        return ()
-    return mounting.vehicle.boxes(viewpoint.T_world_vehicle)

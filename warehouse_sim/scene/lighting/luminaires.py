@@ -106,7 +106,8 @@ def _with_own_face(name: str, number: int) -> ObjectModel:
 def _along_wall(draft: SceneDraft, hall: Area) -> list[OrientedBox]:
     """Return the boxes that stand, lower than a door, in the way of one along the front wall."""
     found = []
-    for _, box in draft.solids():
+    solids = draft.solids()
+    for box in solids.listed(solids.owner > 0):
         corners = box.corners()
         near = hall.y_max - GATE_SIZE[1] - 0.05 < corners[:, 1].max() and corners[:, 1].min() < hall.y_max - 1e-6
         if near and corners[:, 2].min() < GATE_SIZE[2] and corners[:, 2].max() > _LOW and box.size.max() < 20.0:

@@ -38,14 +38,11 @@ def renew_lost_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.
 def lost_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> list[int]:
     """Return the numbers of the viewpoints that have lost their room or the sight of their target."""
     target_of = {item.instance_id: item for item in space.targets}
-    mounting = config.mounting
-    vehicle = mounting.vehicle if mounting is not None and not mounting.lifts else None
+    lift = None if config.mounting is not None and config.mounting.lifts else 0.0
     lost = []
     for number, view in enumerate(scene.viewpoints):
-        stands = space.admits_camera(view.T_world_camera[:3, 3], config.clearance)
-        if stands and vehicle is not None and view.T_world_vehicle is not None:
-            stands = space.admits_bodies(vehicle.boxes(view.T_world_vehicle, 0.0))
         target = target_of.get(view.target) if view.target is not None else None
+        stands = space.has_room(view, config.clearance, lift)
         if not stands or (target is not None and not shows(view, target, space, config)):
             lost.append(number)
     return lost

@@ -32,10 +32,7 @@ class Mount:
 
     def has_room(self, pose: FloorPose, space: FreeSpace, clearance: float) -> bool:
         """Return whether camera and vehicle are clear of all objects at ``pose``; ``clearance`` (m) is the camera's."""
-        view, vehicle = self.view(pose), self.mounting.vehicle
-        if view.T_world_vehicle is None or not space.admits_camera(view.T_world_camera[:3, 3], clearance):
-            return False
-        return vehicle is None or space.admits_bodies(vehicle.boxes(view.T_world_vehicle, self.lift))
+        return space.has_room(self.view(pose), clearance, self.lift)
 
 
 @dataclass(frozen=True, eq=False)

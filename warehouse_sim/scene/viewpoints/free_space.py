@@ -5,14 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area
-from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
+from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec, Viewpoint
 
 _EDGE = 0.3
 """Least distance from the camera to the aisle's edge (m)."""
@@ -20,7 +22,7 @@ _ABOVE_FLOOR = 0.21
 """Least height of a camera (m)."""
 _BODY_ROOM = 0.08
 """Least distance from a vehicle to any object (m)."""
-_UNDERFOOT = 0.05
+UNDERFOOT = 0.05
 """What ends below this height (m) is driven over."""
 
 
@@ -28,10 +30,8 @@ _UNDERFOOT = 0.05
 class FreeSpace:
     """The solid boxes of a scene, its aisle and its targets."""
 
-    solids: BoxStack
+    solids: Solids
     """Collision boxes in the world."""
-    owners: Int[np.ndarray, " n"]
-    """Instance id of each."""
     area: Area
     """Floor that cameras stay over."""
     models: Mapping[str, ObjectModel]
@@ -55,10 +55,7 @@ class FreeSpace:
         chosen = tuple(item for item in instances if models[item.model].class_name in targets)
         if not chosen:
             raise PlacementError(f"no object of the scene is of a target class ({', '.join(targets)})")
-        rows = [(item, box) for item in instances for box in models[item.model].collision]
-        boxes = [OrientedBox(item.T_world_object @ box.T_parent_box, box.size) for item, box in rows]
-        owners = np.array([item.instance_id for item, _ in rows], dtype=int)
-        return cls(BoxStack.of(boxes), owners, area, models, chosen)
+        return cls(Solids.of(instances, models), area, models, chosen)
 
     @classmethod
     def of_scene(cls, scene: SceneSpec) -> "FreeSpace":
@@ -70,6 +67,18 @@ class FreeSpace:
         if scene.aisle is None:
             raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
         return cls.of(scene.instances, scene.models, scene.targets, Area(*scene.aisle))
+
+    def has_room(self, viewpoint: Viewpoint, clearance: float, lift: float | None = 0.0) -> bool:
+        """Return whether a camera and the vehicle that carries it are clear of all objects.
+
+        Args:
+            viewpoint: Where they are.
+            clearance: Least distance from the camera to any object (m).
+            lift: How far the forks are raised (m); None where that is not known: then the camera alone counts.
+        """
+        if not self.admits_camera(viewpoint.T_world_camera[:3, 3], clearance):
+            return False
+        return lift is None or self.admits_bodies(vehicle_boxes(viewpoint, lift))
 
     def admits_camera(self, position: Float[np.ndarray, " 3"], clearance: float) -> bool:
         """Return whether ``position`` (m) is over the aisle and ``clearance`` (m) from every object but the floor."""
@@ -87,9 +96,9 @@ class FreeSpace:
     def sight_share(self, eye: Float[np.ndarray, " 3"], target: ObjectInstance) -> float:
         """Return the share of a target's nine sample points that no other object's box hides from ``eye`` (m)."""
         points = transform_points(target.T_world_object, _sample_points(self.models[target.model].size))
-        ends, (low, high) = np.vstack([eye, points]), self._extents
-        between = (low <= ends.max(axis=0)).all(axis=1) & (high >= ends.min(axis=0)).all(axis=1)
-        hidden = self.solids.subset(between & (self.owners != target.instance_id)).block(eye, points)
+        ends = np.vstack([eye, points])
+        between = self.solids.near(ends.min(axis=0), ends.max(axis=0)) & (self.solids.owner != target.instance_id)
+        hidden = self.solids.boxes.subset(between).block(eye, points)
         return float(np.mean(~hidden))
 
     def by_turns(self, aisle_share: float, rng: np.random.Generator) -> list[ObjectInstance]:
@@ -108,17 +117,31 @@ class FreeSpace:
         return np.array([item.T_world_object[:3, 3] for item in self.targets])
 
     @cached_property
-    def _extents(self) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-        return self.solids.extents()
-
-    @cached_property
     def _standing(self) -> BoxStack:
         """All but the floor, which may be nearer: only what stands on it limits a camera."""
-        return self.solids.subset(self.solids.centre[:, 2] > 0.0)
+        return self.solids.boxes.subset(self.solids.boxes.centre[:, 2] > 0.0)
 
     @cached_property
     def _obstacles(self) -> BoxStack:
-        return self.solids.subset(self._extents[1][:, 2] > _UNDERFOOT)
+        return self.solids.boxes.subset(self.solids.extents[1][:, 2] > UNDERFOOT)
+
+
+def vehicle_boxes(viewpoint: Viewpoint, lift: float = 0.0) -> Sequence[OrientedBox]:
+    """Return the boxes (world) of what carries a camera, forks raised by ``lift`` (m); none where nothing does."""
+    mounting = MOUNTINGS.get(viewpoint.kind)
+    if mounting is None or mounting.vehicle is None or viewpoint.T_world_vehicle is None:
+        return ()
+    return mounting.vehicle.boxes(viewpoint.T_world_vehicle, lift)
+
+
+def keeps_clear(box: OrientedBox, viewpoints: Iterable[Viewpoint], clearance: float) -> bool:
+    """Return whether ``box`` (world) is ``clearance`` (m) from every camera and does not touch what carries it."""
+    single = BoxStack.of([box])
+    return all(
+        single.distances_to(viewpoint.T_world_camera[:3, 3])[0] >= clearance
+        and BoxStack.of(vehicle_boxes(viewpoint)).clear_of(box, _BODY_ROOM)
+        for viewpoint in viewpoints
+    )
 
 
 def _sample_points(size: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "9 3"]:

@@ -40,7 +40,7 @@ def candidate_viewpoints(
     for _ in range(tries):
         viewpoint, lift = draw_view(target, space, config, rng)
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
-        if not is_good or not has_room(viewpoint, lift, space, config):
+        if not is_good or not space.has_room(viewpoint, config.clearance, lift):
             continue
         if sight == (0.0, 1.0) or sight[0] <= space.sight_share(viewpoint.T_world_camera[:3, 3], target) <= sight[1]:
             yield viewpoint
@@ -59,16 +59,6 @@ def draw_view(
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
     T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch)
     return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
-
-
-def has_room(viewpoint: Viewpoint, lift: float, space: FreeSpace, config: ViewpointsConfig) -> bool:
-    """Return whether camera and vehicle, its forks lifted by ``lift`` (m), are clear of all objects."""
-    if not space.admits_camera(viewpoint.T_world_camera[:3, 3], config.clearance):
-        return False
-    vehicle = config.mounting.vehicle if config.mounting else None
-    if vehicle is None or viewpoint.T_world_vehicle is None:
-        return True
-    return space.admits_bodies(vehicle.boxes(viewpoint.T_world_vehicle, lift))
 
 
 def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float]:
