@@ -1,7 +1,7 @@
 """What sensors read: every reading is a set of named arrays, whatever else it is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -41,6 +41,8 @@ class ChannelReading:
 
     channels: Channels
     """Arrays by name; what they mean is told by the sensor."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """What the numbers of a channel are in ("m"), where that is known."""
 
 
 @dataclass(frozen=True, eq=False)
