@@ -10,7 +10,7 @@ from warehouse_sim.render import Renderer
 from warehouse_sim.render.raster.antialias import EdgeSmoother
 from warehouse_sim.schema import Material, SceneSpec
 
-WHITE = {"white": Material("white", (1.0, 1.0, 1.0), emission=0.8), "black": Material("black", (0.0, 0.0, 0.0))}
+WHITE = {"white": Material("white", (1.0, 1.0, 1.0), emission=0.8 / 0.015), "black": Material("black", (0.0, 0.0, 0.0))}
 
 
 def linear(values: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ def test_every_channel_agrees_with_ray_casting(tracer: Any, wall: SceneSpec, cam
 
 def test_colours_lie_where_ids_lie() -> None:
     """A glowing box in the dark: it covers more than half of the pixels whose centre it covers, and of no other."""
-    paint = {**MATERIALS, "kraft": Material("kraft", (1.0, 1.0, 1.0), emission=1.0)}
+    paint = {**MATERIALS, "kraft": Material("kraft", (1.0, 1.0, 1.0), emission=1.0 / 0.015)}
     view = level_camera(np.array([0.0, 0.0, 1.2]), 0.0, roll=0.1)
     with open_pathtracer(samples=256) as sharp:
         for yaw in (0.4, 1.0, 2.0):

@@ -174,7 +174,7 @@ def test_glow_is_seen_and_lights_nothing() -> None:
         renderer.load(scene)
         views = [level_camera(np.array([x, 0.0, 10.0]), 0.0, -np.pi / 2) for x in (0.0, 0.5)]
         panel, floor = (renderer.luminance(SPOT_METER, T) for T in views)
-    np.testing.assert_allclose(panel, np.broadcast_to(np.array([0.8, 0.4, 0.2]) * 5.0 / 0.02, panel.shape), rtol=1e-5)
+    np.testing.assert_allclose(panel, np.broadcast_to(np.array([0.8, 0.4, 0.2]) * 5.0, panel.shape), rtol=1e-5)
     assert (floor == 0.0).all()
 
 

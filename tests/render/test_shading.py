@@ -148,12 +148,13 @@ def test_the_back_of_a_thin_sheet_hardly_shades_its_front(renderer: Renderer, in
     assert np.abs(shaded - unshaded)[shown].mean() < 3.0
 
 
-def test_emission_needs_no_lamp(renderer: Renderer) -> None:
-    paint = {**MATERIALS, "kraft": Material("kraft", (1.0, 1.0, 1.0), emission=0.5)}
-    scene = replace(floor_scene([], with_box=True, ambient=0.0), materials=paint)
-    image = picture(renderer, scene)
-    assert image[pixel_of(0, 0, 0.6)] == pytest.approx([to_code(0.5)] * 3, abs=1.5)
-    assert (image[pixel_of(1.5, 0)] == 0).all()
+def test_emission_needs_no_light_and_obeys_exposure(renderer: Renderer) -> None:
+    paint = {**MATERIALS, "kraft": Material("kraft", (1.0, 1.0, 1.0), emission=50.0)}
+    for exposure in (0.01, 0.002):
+        scene = replace(floor_scene([], with_box=True, ambient=0.0, exposure=exposure), materials=paint)
+        image = picture(renderer, scene)
+        assert image[pixel_of(0, 0, 0.6)] == pytest.approx([to_code(50.0 * exposure)] * 3, abs=1.5)
+        assert (image[pixel_of(1.5, 0)] == 0).all()
 
 
 @pytest.fixture

@@ -102,7 +102,7 @@ _ALL = (
     Material("chrome", (0.60, 0.60, 0.60), 0.2, metallic=1.0, remission=1.2),
     Material("lamp_orange", (0.90, 0.25, 0.01), 0.3, remission=0.60),
     Material("cone_orange", (0.88, 0.10, 0.010), 0.6, remission=0.65),
-    Material("led_panel", (0.9, 0.9, 0.9), 0.5, remission=0.80, emission=12.0),
+    Material("led_panel", (0.9, 0.9, 0.9), 0.5, remission=0.80, emission=12_000.0),
 )
 
 

@@ -90,7 +90,7 @@ class SceneSpec:
     ambient: float = 30.0
     """Illuminance (lx) of the even light from everywhere above."""
     exposure: float = 0.01
-    """Factor from scene luminance (cd/m^2) to linear image values before tone mapping."""
+    """Factor from luminance (cd/m^2) to linear image values before tone mapping, where a viewpoint has no own."""
     settled: bool = False
     lighting: str = "nominal"
     """Name of the light preset."""

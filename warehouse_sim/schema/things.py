@@ -30,7 +30,7 @@ class Material:
     remission: float = 0.5
     """Relative LiDAR remission at 905 nm and normal incidence, 1 = white plaster."""
     emission: float = 0.0
-    """Emitted luminance relative to a white diffuse surface under the scene's exposure."""
+    """Luminance (cd/m^2) that it emits, in the colour ``base_color``."""
     opacity: float = 1.0
     """Share of light that the surface stops, 0-1; below 1 it is a film that what lies behind shines through."""
 

@@ -14,7 +14,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.lighting import PRESETS, ExposureConfig, LightingConfig, exposure_of_ev
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema import SceneChange, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(612, 185, 361.0)
 RECIPES = ("demo", "conveyor_pickup", "dock_staging")
@@ -115,6 +115,19 @@ def test_exposure_is_metered_for_each_view_or_fixed() -> None:
     for before, after in zip(low.viewpoints, high.viewpoints, strict=True):
         assert before.exposure is not None
         assert after.exposure == pytest.approx(before.exposure / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("preset", ["failing", "night"])
+def test_the_light_of_a_viewpoint_does_not_depend_on_the_scenes_other_viewpoints(preset: str) -> None:
+    scene, caster = settled("demo")
+    config, every = LightingConfig(preset=preset), lit("demo", preset)  # type: ignore[arg-type]
+    for number in (0, 7):
+        alone = replace(scene, viewpoints=scene.viewpoints[number : number + 1])
+        alone = light_scene(alone, config, caster, CAMERA, np.random.default_rng(0))
+        one, other = alone.seen_from(alone.viewpoints[0]), every.seen_from(every.viewpoints[number])
+        assert one.exposure == other.exposure
+        assert one.materials == other.materials
+        assert not SceneChange.between(one, other).lights
 
 
 def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:

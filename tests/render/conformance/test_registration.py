@@ -29,7 +29,7 @@ class Offsets:
 
 def glowing_box() -> SceneSpec:
     """A box at the world's origin that shines evenly in the dark: its picture is its silhouette."""
-    glow = {"glow": Material("glow", (0.5, 0.5, 0.5), emission=0.6)}
+    glow = {"glow": Material("glow", (0.5, 0.5, 0.5), emission=0.6 / 0.015)}
     return make_scene([box_model("box", SIZE, "glow")], [("box", np.eye(4))], materials=glow, ambient=0.0)
 
 

@@ -38,15 +38,16 @@ def light_scene(
     lighting = draw_lighting(config, luminaires_of(scene), floor_points(scene), rng)
     if lighting.lux is not None:
         lighting = _dimmed(lighting, lighting.lux, scene, caster)
-    meter = LightMeter(lighting.applied(scene, scene.exposure), caster)
+    meter = LightMeter(lighting.applied(scene), caster)
     views = tuple(_exposed(viewpoint, lighting, meter, camera) for viewpoint in scene.viewpoints)
+    # For whoever looks from elsewhere; the scene's own viewpoints have theirs.
     middle = float(np.median([view.exposure for view in views])) if views else scene.exposure
-    return replace(lighting.applied(scene, middle), viewpoints=views)
+    return replace(lighting.applied(scene), exposure=middle, viewpoints=views)
 
 
 def _dimmed(lighting: SceneLighting, lux: float, scene: SceneSpec, caster: RayCaster) -> SceneLighting:
     """Return the lighting scaled to a mean illuminance ``lux`` of the aisle's floor."""
-    reached = LightMeter(lighting.applied(scene, scene.exposure), caster).floor_lux
+    reached = LightMeter(lighting.applied(scene), caster).floor_lux
     if reached <= 0.0:
         raise RecipeError(f"lights.preset {lighting.name}: no light reaches the aisle's floor; raise lights.luminaires")
     return lighting.scaled(lux / reached)

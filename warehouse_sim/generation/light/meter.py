@@ -23,6 +23,8 @@ _GLANCE = (1,)
 """Rays that do so for a point that a camera's meter sees."""
 _NEAR_LIGHT = 1.0
 """Nearest (m) to a light that a surface which returns some is taken to be: few rays find the bright spot beside one."""
+_SATURATED = 50.0
+"""Image value at the scene's exposure, of which 4 is about white, beyond which a meter sees no brighter source."""
 _MOST_RETURNED = 0.8
 """Largest share of light that surfaces are taken to return on average, for the sum over all bounces."""
 
@@ -45,6 +47,7 @@ class LightMeter:
         luminance = np.array([item.base_color for item in met]).reshape(-1, 3) @ LUMINANCE
         metal, emission = np.array([(item.metallic, item.emission) for item in met]).reshape(-1, 2).T
         self._albedo = np.append(luminance * (1.0 - metal), 0.0)
+        emission = np.minimum(emission * scene.exposure, _SATURATED)
         self._emitted = np.append(luminance * emission / scene.exposure, 0.0)
 
     @cached_property

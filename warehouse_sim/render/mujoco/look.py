@@ -53,7 +53,7 @@ def add_background(spec: mujoco.MjSpec, scene: SceneSpec) -> None:
     spec.add_texture(name="background", type=kind, builtin=fill, rgb1=color, rgb2=color, width=8, height=48)
 
 
-def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: float) -> None:
+def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: float, exposure: float) -> None:
     """Add ``material``; a texture set contributes its albedo, and is added when it is first named.
 
     Blinn's exponent for a GGX lobe of width a is 2 / a^2 - 2 (Karis 2013), its peak (exponent + 8) / 8 * F0.
@@ -64,7 +64,7 @@ def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: floa
         brightest = albedo_factor(material.texture).max() / NO_CHANGE
         texture = _texture(spec, material.texture)
     shown = to_display((base * brightest * white)[None, None])[0, 0] / 255.0
-    glow = to_display((base * material.emission)[None, None])[0, 0] / 255.0
+    glow = to_display((base * material.emission * exposure)[None, None])[0, 0] / 255.0
     exponent = 2.0 / max(material.roughness, 0.1) ** 4 - 2.0
     f0 = float(np.mean(0.04 * (1.0 - material.metallic) + base * material.metallic))
     item = spec.add_material(

@@ -67,7 +67,7 @@ def _add_meshes(spec: mujoco.MjSpec, scene: SceneSpec, name: str, white: float) 
     meshes = {}
     for number, (material, painted) in enumerate(painted_meshes(scene.models[name], scene.materials).items()):
         if spec.material(material) is None:
-            add_material(spec, material, scene.materials[material], white)
+            add_material(spec, material, scene.materials[material], white, scene.exposure)
         meshes[material] = f"{name}:{number}"
         _add_mesh(spec, meshes[material], lit_at_vertices(painted))
     return meshes

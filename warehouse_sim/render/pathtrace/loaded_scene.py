@@ -47,7 +47,7 @@ class LoadedScene:
         self.lamps = Lamps(spec.lights)
         self.sky = Sky(spec.ambient)
         self.exposure = spec.exposure
-        glow = [np.array(group.material.base_color) * group.material.emission / spec.exposure for group in solid]
+        glow = [np.array(group.material.base_color) * group.material.emission for group in solid]
         self.emission = mi.Float(np.concatenate([*glow, np.zeros(3)]).astype(np.float32))
         """Luminance (cd/m^2) of each solid material, three values each."""
         self.lone_shapes = LoneShapes(spec)

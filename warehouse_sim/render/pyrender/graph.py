@@ -27,7 +27,7 @@ class SceneGraph:
 
     def __init__(self, scene: SceneSpec) -> None:
         pyrender = import_pyrender()
-        looks = Looks(scene.materials)
+        looks = Looks(scene.materials, scene.exposure)
         self.graph = pyrender.Scene(bg_color=background(scene), ambient_light=ambient_light(scene))
         self.node_of: dict[int, Any] = {}
         """Node that draws each instance id; an object that is all film has none."""

@@ -25,8 +25,8 @@ _GAMMA = 2.2  # pyrender returns light to the power 1 / 2.2
 class Looks:
     """pyrender's materials of a scene, made when they are first asked for; textures are shared."""
 
-    def __init__(self, materials: dict[str, Material]) -> None:
-        self._materials = materials
+    def __init__(self, materials: dict[str, Material], exposure: float) -> None:
+        self._materials, self._exposure = materials, exposure
         self._made: dict[str, Any] = {}
         self._textures: dict[str, tuple[Any, float]] = {}
 
@@ -43,7 +43,7 @@ class Looks:
                 self._textures[material.texture] = _texture(albedo_factor(material.texture))
             texture, brightest = self._textures[material.texture]
         base = np.array(material.base_color)
-        glow = base * material.emission / HEADROOM
+        glow = base * material.emission * self._exposure / HEADROOM
         return import_pyrender().MetallicRoughnessMaterial(
             baseColorFactor=np.append(np.clip(base * brightest, 0.0, 1.0), 1.0),
             baseColorTexture=texture,

@@ -1,5 +1,7 @@
 """Light for a scene that has just been drawn, by formulas alone; shadows are counted in when it has settled."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from warehouse_sim.scene.lighting.config import LightingConfig
@@ -25,4 +27,4 @@ def light_without_shadows(scene: SceneSpec, config: LightingConfig, rng: np.rand
         lux = lighting.lux or lux
     luminance = np.array([max(lux, 0.01) * _ALBEDO / np.pi])
     ev = lighting.preset.exposure.ev_for(luminance, np.ones(1))
-    return lighting.applied(scene, exposure_of_ev(ev))
+    return replace(lighting.applied(scene), exposure=exposure_of_ev(ev))

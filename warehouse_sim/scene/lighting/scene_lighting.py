@@ -12,8 +12,6 @@ from warehouse_sim.schema import Light, Material, SceneSpec
 
 _OPAL = (0.42, 0.42, 0.40)
 """Albedo of a luminaire's cover over dark LEDs; an estimate."""
-_BRIGHTEST = 50.0
-"""Image value at which emission is cut; white begins at about 4."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,21 +40,20 @@ class SceneLighting:
         lights = tuple(light and replace(light, intensity=light.intensity * factor) for light in self.lights)
         return replace(self, lights=lights, ambient=self.ambient * factor)
 
-    def applied(self, scene: SceneSpec, exposure: float) -> SceneSpec:
-        """Return ``scene`` in this light: its lights, ambient, exposure and how its luminaires look."""
+    def applied(self, scene: SceneSpec) -> SceneSpec:
+        """Return ``scene`` in this light: its lights, ambient and how its luminaires look."""
         pairs = zip(self.luminaires, self.lights, strict=True)
-        faces = {item.face.material: _face_material(item, light, exposure) for item, light in pairs}
+        faces = {item.face.material: _face_material(item, light) for item, light in pairs}
         return replace(
             scene,
             lights=self.switched_on,
             ambient=self.ambient,
-            exposure=exposure,
             lighting=self.name,
             materials={**scene.materials, **faces},
         )
 
 
-def _face_material(item: Luminaire, light: Light | None, exposure: float) -> Material:
+def _face_material(item: Luminaire, light: Light | None) -> Material:
     """Return how a luminous face looks: as in the catalog when it is off, else as bright as its light makes it."""
     catalog, face = materials()[item.face.catalog_material], item.face
     if light is None:
@@ -64,5 +61,4 @@ def _face_material(item: Luminaire, light: Light | None, exposure: float) -> Mat
         return replace(dark, base_color=_OPAL) if catalog.emission > 0.0 else dark
     luminance = luminous_flux(light) / (np.pi * face.area)  # of a Lambertian face
     red, green, blue = (np.array(light.color) / max(light.color)).tolist()
-    emission = min(luminance * exposure, _BRIGHTEST)
-    return replace(catalog, name=face.material, base_color=(red, green, blue), texture=None, emission=emission)
+    return replace(catalog, name=face.material, base_color=(red, green, blue), texture=None, emission=luminance)

@@ -30,7 +30,7 @@ void main() {
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
     ADD_LAMPS                     // as in shade.frag
     reflect_lamps(lamps, s, matt, gloss);
-    matt = displayed(matt * exposure + s.base * s.emission);
+    matt = displayed((matt + s.base * s.emission) * exposure);
     // What the gloss adds to a surface of middle brightness, as a share of what is left to white.
     vec3 behind = displayed(vec3(MIDDLE));
     gloss = (displayed(MIDDLE + gloss * exposure) - behind) / (1.0 - behind);

@@ -25,7 +25,7 @@ void main() {
     LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
     ADD_LAMPS                     // add_lamp(0, seen[0][0], s, lamps); ...: constant indices cost a CPU far less
     reflect_lamps(lamps, s, matt, gloss);
-    vec3 linear = (matt + gloss) * exposure + s.base * s.emission;
+    vec3 linear = (matt + gloss + s.base * s.emission) * exposure;
     if (nothing) linear = vec3((dot(ray, up) >= 0.0 ? sky : ground) * exposure);
     out_color = vec4(srgb(tone_map(linear)), float(face_hash(words)) / 255.0);
 }
