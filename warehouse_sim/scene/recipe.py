@@ -43,7 +43,7 @@ class SceneRecipe:
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     """People, trucks and what lies about on the floor of the aisle."""
     lights: LightingConfig = field(default_factory=LightingConfig)
-    """Lamps, daylight and exposure."""
+    """Luminaires, daylight and exposure."""
     viewpoints: ViewpointsConfig = field(default_factory=ViewpointsConfig)
     """Where cameras look from, single or on drives."""
     observations_per_scene: Annotated[int, Range(1, 1000)] = 8

@@ -1,4 +1,4 @@
-"""What stands around the racks: the hall's shell and structure, lamps, docks, conveyors and what is on the floor.
+"""What stands around the racks: the hall's shell and structure, luminaires, docks, conveyors and what is on the floor.
 
 Origin at the centre of the bounding box, z up.
 """

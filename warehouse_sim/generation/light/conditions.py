@@ -20,8 +20,8 @@ _STRIDE = 3
 
 def measure_conditions(meter: LightMeter, viewpoint: Viewpoint) -> Conditions:
     """Return what is stored of the light with an observation."""
-    exposure = meter.scene.exposure if viewpoint.exposure is None else viewpoint.exposure
-    return Conditions(lighting=meter.scene.lighting, floor_lux=meter.floor_lux, exposure_ev=ev_of_exposure(exposure))
+    seen = meter.scene.seen_from(viewpoint)
+    return Conditions(lighting=seen.lighting, floor_lux=meter.floor_lux, exposure_ev=ev_of_exposure(seen.exposure))
 
 
 def target_illuminance(
