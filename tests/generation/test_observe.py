@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.scene import settled_scene
 from warehouse_sim.generation.twins import Variant, base_variant
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.ranges import Range, ranged
@@ -58,8 +58,7 @@ def renderer() -> Iterator[Renderer]:
 
 @pytest.fixture(scope="module")
 def scene() -> SceneSpec:
-    settled, _ = settled_scene(load_recipe("smoke"), 0, 0)
-    return settled
+    return draw_scene(load_recipe("smoke"), 0, 0).scene
 
 
 def same(a: Observation, b: Observation) -> None:

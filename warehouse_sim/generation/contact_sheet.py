@@ -1,4 +1,4 @@
-"""One picture that shows everything an observation holds."""
+"""One image that shows everything an observation holds."""
 
 from collections.abc import Mapping
 from pathlib import Path

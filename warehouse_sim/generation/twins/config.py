@@ -43,7 +43,7 @@ class MaterialTwin:
     name: str
     """Name of the variant; unique among the twins."""
     swap: dict[str, str]
-    """Material of the scene -> material of the catalog whose look and remission it takes."""
+    """Material of the scene -> material of the catalog whose appearance and remission it takes."""
 
     def __post_init__(self) -> None:
         known = materials()
@@ -81,7 +81,7 @@ class TwinsConfig:
     materials: tuple[MaterialTwin, ...] = ()
     """Only surfaces are changed."""
     noise: tuple[NoiseTwin, ...] = ()
-    """Only the noise of the RGB-D camera is changed."""
+    """Only the noise of cameras, and of other sensors that read light, is changed."""
     without_occluders: bool = False
     """Whether there is a twin without the objects that ``occlusion`` put before the targets."""
 

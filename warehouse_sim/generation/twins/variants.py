@@ -64,10 +64,10 @@ def make_variants(
 
 
 def _resurfaced(scene: SceneSpec, twin: MaterialTwin) -> SceneSpec:
-    """Return the scene with the look of some materials replaced; names stay, since parts refer to them."""
-    looks = materials()
+    """Return the scene with the appearance of some materials replaced; names stay, since parts refer to them."""
+    appearances = materials()
 
-    def look(name: str, material: Material) -> Material:
-        return replace(looks[twin.swap[name]], name=name) if name in twin.swap else material
+    def appearance(name: str, material: Material) -> Material:
+        return replace(appearances[twin.swap[name]], name=name) if name in twin.swap else material
 
-    return replace(scene, materials={name: look(name, item) for name, item in scene.materials.items()})
+    return replace(scene, materials={name: appearance(name, item) for name, item in scene.materials.items()})

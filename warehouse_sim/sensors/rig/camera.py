@@ -74,7 +74,7 @@ class CameraConfig:
 
 
 def _require_sane_view(camera: PinholeCamera) -> None:
-    """Refuse a camera that sees next to nothing, or more than a plane picture can show.
+    """Refuse a camera that sees next to nothing, or more than a plane image can show.
 
     Raises:
         ValueError: Names its angles.
@@ -101,6 +101,6 @@ CAMERA_PRESETS = {
         Distortion(k1=-0.3691481, k2=0.1968681, p1=0.001353473, p2=0.0005677587, k3=-0.06770705),
     ),
     # A mast camera that overlooks an aisle, 95 x 53 deg: its lens shows equal angles as equal lengths, r' = arctan r,
-    # to 0.003 up to 55 deg off the axis (least squares), which is wider than a pinhole picture would stand.
+    # to 0.003 up to 55 deg off the axis (least squares), which is wider than a pinhole image would stand.
     "wide": CameraConfig(1280, 720, 770.0, distortion=Distortion(k1=-0.31, k2=0.115, k3=-0.0208)),
 }

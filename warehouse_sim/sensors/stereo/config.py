@@ -37,4 +37,4 @@ class StereoConfig:
     baseline: Annotated[float, Range(0.001, 2, "m")] = 0.54
     """Distance of the optical centres (m), 0.001-2; KITTI's is 0.54."""
     matching: SgbmConfig | None = field(default_factory=SgbmConfig)
-    """How a disparity is matched from the two noisy pictures; null = none is."""
+    """How a disparity is matched from the two noisy images; null = none is."""

@@ -1,4 +1,4 @@
-"""Disparity of a rectified pair: true from depth, or matched from two pictures."""
+"""Disparity of a rectified pair: true from depth, or matched from two images."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,7 @@ from warehouse_sim.sensors.stereo.config import SgbmConfig
 _STEPS = 16.0
 """OpenCV tells disparities in sixteenths of a pixel."""
 _SAME_PX = 1.0
-"""How far apart disparities of one surface may be in the two pictures (px)."""
+"""How far apart disparities of one surface may be in the two images (px)."""
 
 
 def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
@@ -22,15 +22,15 @@ def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline:
 
 
 def seen_in_both(left: Float32[np.ndarray, "h w"], right: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """Return which pixels of the left picture the right camera sees, too.
+    """Return which pixels of the left image the right camera sees, too.
 
-    A pixel at column u with disparity d is seen at u - d, if that is in the right picture and one of the two columns
+    A pixel at column u with disparity d is seen at u - d, if that is in the right image and one of the two columns
     there has the same disparity. This is the check of left against right (Fua 1993) on the truth; what fails it is
     hidden by something nearer, or outside.
 
     Args:
-        left: True disparity of the left picture (px), 0 = nothing there.
-        right: True disparity of the right picture (px), 0 = nothing there.
+        left: True disparity of the left image (px), 0 = nothing there.
+        right: True disparity of the right image (px), 0 = nothing there.
     """
     height, width = left.shape
     there = np.arange(width, dtype=np.float32) - left
@@ -46,10 +46,10 @@ def seen_in_both(left: Float32[np.ndarray, "h w"], right: Float32[np.ndarray, "h
 def match_sgbm(
     left: UInt8[np.ndarray, "h w 3"], right: UInt8[np.ndarray, "h w 3"], config: SgbmConfig
 ) -> Float32[np.ndarray, "h w"]:
-    """Return the disparity (px) of the left picture that semi-global matching finds, 0 = none.
+    """Return the disparity (px) of the left image that semi-global matching finds, 0 = none.
 
     The costs of steps of one and of more pixels are 8 and 32 times channels times block area, as OpenCV advises. The
-    mode with five directions runs on one thread, so that the same pictures give the same bytes.
+    mode with five directions runs on one thread, so that the same images give the same bytes.
     """
     area = 3 * config.block_size**2
     matcher = cv2.StereoSGBM.create(
@@ -64,7 +64,7 @@ def match_sgbm(
         speckleRange=2,
         mode=cv2.STEREO_SGBM_MODE_SGBM,
     )
-    # OpenCV gives no value in the first columns, where the largest disparity would leave the picture: a margin does it.
+    # OpenCV gives no value in the first columns, where the largest disparity leaves the image: a margin does it.
     margin = config.disparities
     wide = [cv2.copyMakeBorder(_grey(rgb), 0, 0, margin, 0, cv2.BORDER_REPLICATE) for rgb in (left, right)]
     found = matcher.compute(*wide)[:, margin:].astype(np.float32) / np.float32(_STEPS)

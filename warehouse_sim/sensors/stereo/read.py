@@ -80,16 +80,16 @@ def read_stereo(
     config: StereoConfig,
     rng: np.random.Generator,
 ) -> StereoReading:
-    """Return what the right camera reads, and disparities of the left picture.
+    """Return what the right camera reads, and disparities of the left image.
 
     Args:
         left: The left camera's clean truth.
         left_rgb: What the left camera read.
         right: The right camera's clean truth.
-        right_capture: How the right picture is taken.
+        right_capture: How the right image is taken.
         color: Noise of both.
         config: Baseline and matcher.
-        rng: Source of the right picture's errors alone.
+        rng: Source of the right image's errors alone.
     """
     right_rgb = read_color(right, right_capture, color, rng)
     disparities = [true_disparity(seen.depth, right_capture.camera.fx, config.baseline) for seen in (left, right)]

@@ -15,12 +15,12 @@ from warehouse_sim.sensors.stereo.disparity import match_sgbm, seen_in_both
 def both_see(
     left: Float32[np.ndarray, "h w"], right: Float32[np.ndarray, "h w"], camera: PinholeCamera
 ) -> Bool[np.ndarray, "h w"]:
-    """Return which pixels of the left picture the right camera sees, too; see ``seen_in_both``.
+    """Return which pixels of the left image the right camera sees, too; see ``seen_in_both``.
 
     Args:
-        left: f b / z in the left picture (px), 0 = nothing there.
-        right: f b / z in the right picture (px), 0 = nothing there.
-        camera: That of both pictures.
+        left: f b / z in the left image (px), 0 = nothing there.
+        right: f b / z in the right image (px), 0 = nothing there.
+        camera: That of both images.
     """
     if camera.distortion is None:
         return seen_in_both(left, right)
@@ -33,13 +33,13 @@ def both_see(
 def match(
     left: UInt8[np.ndarray, "h w 3"], right: UInt8[np.ndarray, "h w 3"], config: SgbmConfig, camera: PinholeCamera
 ) -> Float32[np.ndarray, "h w"]:
-    """Return the disparity (px at the camera's focal length) of the left picture by ``match_sgbm``, 0 = none.
+    """Return the disparity (px at the camera's focal length) of the left image by ``match_sgbm``, 0 = none.
 
     Args:
-        left: Left picture.
-        right: Right picture.
+        left: Left image.
+        right: Right image.
         config: The matcher.
-        camera: That of both pictures.
+        camera: That of both images.
     """
     if camera.distortion is None:
         return match_sgbm(left, right, config)
@@ -51,5 +51,5 @@ def match(
 
 @lru_cache(maxsize=2)
 def _places(camera: PinholeCamera) -> Float32[np.ndarray, "sh sw 2"]:
-    """Return where in the camera's picture each pixel of the rectified one looks."""
+    """Return where in the camera's image each pixel of the rectified one looks."""
     return camera.project(lens_map(camera).source.rays()).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Colour cameras: a clean picture becomes what a sensor behind a lens makes of it."""
+"""Colour cameras: a clean image becomes what a sensor behind a lens makes of it."""
 
 from warehouse_sim.sensors.rgbd.color.camera import read_color
 from warehouse_sim.sensors.rgbd.color.config import IDEAL_COLOR, ColorConfig

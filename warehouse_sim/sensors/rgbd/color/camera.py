@@ -19,7 +19,7 @@ from warehouse_sim.sensors.rgbd.color.noise import add_noise
 def read_color(
     buffers: RenderBuffers, capture: Capture, config: ColorConfig, rng: np.random.Generator
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return the picture that a colour camera takes of a clean rendering.
+    """Return the image that a colour camera takes of a clean rendering.
 
     In this order: motion blur, errors of exposure and white balance, vignetting, shot and read noise at the gain that
     the exposure value asks for, the colour filter, the display curve, JPEG.
@@ -70,6 +70,6 @@ def _falloff(camera: PinholeCamera, share: float) -> Float32[np.ndarray, "h w 1"
 
 
 def _compressed(rgb: UInt8[np.ndarray, "h w 3"], quality: int) -> UInt8[np.ndarray, "h w 3"]:
-    """Return the picture after JPEG."""
+    """Return the image after JPEG."""
     _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
     return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)

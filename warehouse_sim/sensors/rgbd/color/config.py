@@ -11,7 +11,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 @dataclass(frozen=True)
 @ranged
 class ColorConfig:
-    """Light and errors of a colour camera; in YAML also ``ideal``, which reads the clean picture."""
+    """Light and errors of a colour camera; in YAML also ``ideal``, which reads the clean image."""
 
     shot_noise: Annotated[float, Range(0, 1)] = 0.0001
     """Variance of linear light (1 = saturation) per linear value at ISO 100, 0-1; 1 / full well in electrons."""
@@ -24,17 +24,17 @@ class ColorConfig:
     max_shutter_ms: Annotated[float, Range(0.001, 10_000, "ms")] = 10.0
     """Longest exposure (ms), 0.001-10,000; where it is too short for the scene, the gain rises."""
     exposure_error: Annotated[float, Range(0, 10, "stops")] = 0.1
-    """Standard deviation of a picture's exposure (stops), 0-10."""
+    """Standard deviation of an image's exposure (stops), 0-10."""
     white_balance_error: Share = 0.015
     """Standard deviation of the gains of red and blue, relative, 0-1."""
     vignetting: Share = 0.2
     """Share of the natural falloff cos^4 that the lens and its correction leave, 0-1."""
     motion_blur: bool = True
-    """Whether what moves in the picture while the shutter is open is blurred."""
+    """Whether what moves in the image while the shutter is open is blurred."""
     bayer: bool = False
     """Whether each pixel sees one colour only, and the others are interpolated."""
     jpeg_quality: Annotated[int, Range(1, 100)] | None = None
-    """Quality at which the picture was compressed, 1-100; null = it was not."""
+    """Quality at which the image was compressed, 1-100; null = it was not."""
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "ColorConfig":
@@ -67,4 +67,4 @@ class ColorConfig:
 IDEAL_COLOR = ColorConfig(
     noise_scale=0.0, exposure_error=0.0, white_balance_error=0.0, vignetting=0.0, motion_blur=False
 )
-"""A camera that reads the clean picture."""
+"""A camera that reads the clean image."""

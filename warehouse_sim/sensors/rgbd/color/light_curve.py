@@ -1,4 +1,4 @@
-"""Between the bytes of a rendered picture and the linear light behind them: the display curve, both ways."""
+"""Between the bytes of a rendered image and the linear light behind them: the display curve, both ways."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What moves in a picture while the shutter is open, because the camera moves."""
+"""What moves in an image while the shutter is open, because the camera moves."""
 
 import cv2
 import numpy as np
@@ -24,7 +24,7 @@ def blur_by_motion(
     motion: Motion,
     shutter: float,
 ) -> Float32[np.ndarray, "h w 3"]:
-    """Return the mean of the light along each pixel's way through the picture, a few places per way.
+    """Return the mean of the light along each pixel's way through the image, a few places per way.
 
     Each pixel follows its own surface; what passes before it at the edge of a nearer thing is left out. Ways are long
     where things are near: each block of pixels looks at as many places as its own longest way asks for.
@@ -59,7 +59,7 @@ def _mean_along(
     """Return the mean of the light along the ways of a block of pixels; ``flow`` is used up.
 
     Args:
-        linear: The whole picture.
+        linear: The whole image.
         flow: Of the block's pixels while the shutter is open (px).
         corner: Column and row of the block's first pixel.
         longest: Length of its longest way (px).
@@ -85,7 +85,7 @@ def _mean_along(
 def image_flow(
     depth: Float32[np.ndarray, "h w"], camera: PinholeCamera, motion: Motion
 ) -> Float32[np.ndarray, "h w 2"]:
-    """Return how fast each pixel's surface, at rest in the world, moves in the picture (px/s).
+    """Return how fast each pixel's surface, at rest in the world, moves in the image (px/s).
 
     Longuet-Higgins & Prazdny 1980, "The interpretation of a moving retinal image".
 
