@@ -94,7 +94,7 @@ def _twins(recipe: Recipe) -> tuple[Twin, ...]:
 def target_models(recipe: Recipe) -> list[ObjectModel]:
     """Return each geometry that a label of the recipe can name, once, in order of obj_id.
 
-    Looks and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
+    Appearance and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
     """
     loads = recipe.scene.loads
     names = (*loads.pallets, *loads.cartons, *recipe.scene.traffic.objects)
