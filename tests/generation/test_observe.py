@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 import pytest
 
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, WarehouseSimError
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
@@ -100,6 +100,20 @@ def test_a_further_camera_sees_what_the_second_of_a_pair_sees_from_the_same_plac
     assert np.array_equal(channels["rgb"], seen.stereo.buffers.rgb)
     assert np.array_equal(channels["depth"], seen.stereo.buffers.depth)
     assert not np.array_equal(channels["rgb"], seen.buffers.rgb)
+
+
+@dataclass(frozen=True)
+class Mute:
+    """Reads a bare array."""
+
+    def read(self, view: SensorView, rng: np.random.Generator) -> np.ndarray:
+        return np.zeros(3)
+
+
+def test_what_is_no_reading_is_refused_in_one_line(scene: SceneSpec, renderer: Renderer) -> None:
+    rig = replace(load_recipe("smoke").sensors, more={"mute": FurtherSensor("mute_one", Mute())})  # type: ignore[arg-type]
+    with pytest.raises(WarehouseSimError, match=r"mute \(mute_one\) gave ndarray, which is no reading"):
+        next(observe_scene(scene, rig, renderer))
 
 
 def test_a_pair_that_is_mounted_askew_is_refused(scene: SceneSpec, renderer: Renderer) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.instruments import Instruments
 from warehouse_sim.generation.light import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
@@ -146,6 +147,11 @@ def _read(moment: _Moment, sensors: Mapping[str, MountedSensor], known: Readings
         )
         stream = mounted.stream_of(moment.index, moment.variant.noise_draw)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
+        if not isinstance(getattr(reading, "channels", None), Mapping):
+            raise WarehouseSimError(
+                f"sensors: {name} ({mounted.kind}) gave {type(reading).__name__}, which is no reading: "
+                "read() must return an object whose channels are arrays by name"
+            )
         found[name] = MountedReading(view.T_camera_sensor, reading)
     return found
 
