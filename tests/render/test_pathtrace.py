@@ -12,7 +12,7 @@ import pytest
 from tests.render.pathtracing import open_pathtracer
 from tests.render.referee import cast_image
 from tests.render.scenes import MATERIALS, at, box_model, make_scene, rack_wall, spot
-from warehouse_sim.errors import RenderError
+from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
@@ -185,7 +185,7 @@ def test_use_before_load_and_after_close_is_refused(wall: SceneSpec) -> None:
     fresh.close()
     with pytest.raises(RenderError, match="closed"):
         fresh.load(wall)
-    with pytest.raises(RenderError, match="samples must be >= 1"):
+    with pytest.raises(ConfigError, match="samples must be 1-1,000,000, found 0"):
         open_pathtracer(samples=0)
 
 

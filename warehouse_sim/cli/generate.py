@@ -40,14 +40,14 @@ def generate(
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.render import backend_options as checked_options
+    from warehouse_sim.render import option_settings
 
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
         formats=formats,
         backend=backend,
-        backend_options=checked_options(backend, backend_options),
+        backend_options=option_settings(backend, backend_options),
         workers=workers or os.cpu_count() or 1,
         resume=resume,
     )

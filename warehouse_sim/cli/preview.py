@@ -32,9 +32,9 @@ def preview(
     from warehouse_sim.generation.contact_sheet import draw_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.render import backend_options as checked_options
+    from warehouse_sim.render import option_settings
 
-    options = checked_options(backend, backend_options)
+    options = option_settings(backend, backend_options)
     say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
     chosen = load_recipe(recipe)
     if difficulty is not None:

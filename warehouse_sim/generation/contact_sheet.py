@@ -43,7 +43,7 @@ def draw_contact_sheet(
         scene_index: Which scene.
         out: PNG file.
         backend: Render backend.
-        backend_options: Its options, see ``render.backend_options``.
+        backend_options: Its options, see ``render.option_settings``.
     """
     scene = prepare_scene(recipe, seed, scene_index).scene
     with open_renderer(backend, **backend_options) as renderer:

@@ -36,7 +36,7 @@ class GenerateConfig:
     backend: str = "raster"
     """Render backend."""
     backend_options: dict[str, Any] = field(default_factory=dict)
-    """Options of the backend that are not its defaults, see ``render.backend_options``."""
+    """Options of the backend that are not its defaults, see ``render.option_settings``."""
     workers: Annotated[int, Range(1, 256)] = 1
     """Processes, 1-256; 1 works in this process."""
     resume: bool = False

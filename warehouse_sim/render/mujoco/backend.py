@@ -1,12 +1,14 @@
 """The mujoco backend: one context, one loaded scene, any number of views."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
 from warehouse_sim.render.mujoco.model import MAX_LAMPS, build_visual_model
@@ -15,46 +17,53 @@ from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
+@dataclass(frozen=True)
+@ranged
+class MujocoOptions:
+    """What the mujoco backend can be told."""
+
+    platform: Literal["egl", "osmesa"] | None = None
+    """What to draw through; null asks the environment variable MUJOCO_GL, then EGL. A process cannot use both."""
+    device: Annotated[int, Range(0, 1023)] | None = None
+    """Number of the EGL device, 0-1,023; null = the first that works."""
+    samples: Annotated[int, Range(0, 64)] = 4
+    """Samples a pixel of the picture, 0-64, 0 for no antialiasing; depth and ids always have one."""
+    shadow_px: Annotated[int, Range(0, 16_384, "px")] = 2048
+    """Edge of each lamp's shadow map, 0-16,384, all drawn again for each picture; 0 = no shadows."""
+
+
 class MujocoRenderer:
     """MuJoCo's classic renderer; see ``render.renderer.Renderer`` for the methods.
 
     Args:
-        platform: "egl" or "osmesa"; None asks the environment variable MUJOCO_GL, then EGL. A process that has drawn
-            through one cannot use the other.
-        device: Number of the EGL device; None = the first that works.
-        samples: Samples a pixel of the picture, 0 for no antialiasing; depth and ids always have one.
-        shadow_px: Edge of the shadow map of each lamp, all of which are drawn again for each picture; 0 = no shadows.
+        options: What draws, and how finely.
 
     Raises:
         RenderError: No context can be opened.
     """
 
-    def __init__(
-        self,
-        platform: Literal["egl", "osmesa"] | None = None,
-        device: int | None = None,
-        samples: int = 4,
-        shadow_px: int = 2048,
-    ) -> None:
-        chosen = choose_platform(platform)
-        self._context, driver = open_device(chosen, device)
+    Options = MujocoOptions
+
+    def __init__(self, options: MujocoOptions | None = None) -> None:
+        self._options = options or MujocoOptions()
+        chosen = choose_platform(self._options.platform)
+        self._context, driver = open_device(chosen, self._options.device)
         self.description = f"mujoco on {driver} through {chosen}"
-        self._samples, self._shadow_px = samples, shadow_px
         self._scene: LoadedScene | None = None
 
     @property
     def capabilities(self) -> Capabilities:
         """No normals: nothing in fixed-function OpenGL draws them exactly."""
-        return Capabilities(normals=False, shadows=self._shadow_px > 0, max_lights=MAX_LAMPS)
+        return Capabilities(normals=False, shadows=self._options.shadow_px > 0, max_lights=MAX_LAMPS)
 
     def load(self, scene: SceneSpec) -> None:
         """Compile ``scene`` and upload it."""
         self._make_current()
         require_drawable(scene)
-        visual = build_visual_model(scene, self._shadow_px)
+        visual = build_visual_model(scene, self._options.shadow_px)
         if self._scene is not None:
             self._scene.release()
-        self._scene = LoadedScene(scene, visual, self._samples)
+        self._scene = LoadedScene(scene, visual, self._options.samples)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Draw the loaded scene."""

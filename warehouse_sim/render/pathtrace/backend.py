@@ -1,8 +1,9 @@
 """The path tracing backend: one loaded scene, any number of views."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
+from typing import Annotated, Self
 
 import mitsuba as mi
 import numpy as np
@@ -11,6 +12,7 @@ from jaxtyping import Float
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
@@ -21,13 +23,24 @@ from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
+@dataclass(frozen=True)
+@ranged
+class PathtraceOptions:
+    """What the path tracer can be told."""
+
+    samples: Annotated[int, Range(1, 1_000_000)] = 64
+    """Paths a pixel, 1-1,000,000, spread evenly over its square."""
+    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
+    """Of all random numbers, 0-4,294,967,295; the same seed gives the same bytes."""
+    bounces: Annotated[int, Range(0, 1000)] = 8
+    """Reflections after the first surface that are followed, 0-1,000."""
+
+
 class PathtraceRenderer:
     """Reference renderer with global illumination; see ``render.renderer.Renderer`` for the methods.
 
     Args:
-        samples: Paths a pixel, spread evenly over its square.
-        seed: Of all random numbers; the same seed gives the same bytes.
-        bounces: Reflections after the first surface that are followed.
+        options: How many paths, and how long.
 
     Raises:
         RenderError: No LLVM is installed that can compile the path tracer.
@@ -35,11 +48,11 @@ class PathtraceRenderer:
 
     capabilities = Capabilities(global_illumination=True)
 
-    def __init__(self, samples: int = 64, seed: int = 0, bounces: int = 8) -> None:
-        if samples < 1 or bounces < 0:
-            raise RenderError(f"samples must be >= 1 and bounces >= 0, found {samples} and {bounces}")
-        self._samples, self._seed, self._bounces = samples, seed, bounces
-        version = use_llvm_variant()
+    Options = PathtraceOptions
+
+    def __init__(self, options: PathtraceOptions | None = None) -> None:
+        self._options = options or PathtraceOptions()
+        version, samples = use_llvm_variant(), self._options.samples
         self.description = f"pathtrace on Mitsuba {mi.__version__}, LLVM {version}, {samples} paths a pixel"
         self._scene: LoadedScene | None = None
         self._closed = False
@@ -64,7 +77,8 @@ class PathtraceRenderer:
     def luminance(self, camera: PinholeCamera, T_world_camera: Transform) -> Float[np.ndarray, "h w 3"]:
         """Return the luminance (cd/m^2) of three channels of each pixel of the loaded scene, before any exposure."""
         require_view(camera, T_world_camera)
-        return trace_picture(self._loaded_scene(), camera, T_world_camera, self._samples, self._seed, self._bounces)
+        how = self._options
+        return trace_picture(self._loaded_scene(), camera, T_world_camera, how.samples, how.seed, how.bounces)
 
     def silhouettes(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]

@@ -1,8 +1,9 @@
 """The pyrender backend: one context a process, one loaded scene, any number of views."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ from jaxtyping import Bool, Float32, Int32
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
 from warehouse_sim.render.painted_mesh import require_drawable
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
@@ -23,22 +25,35 @@ _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 """From OpenCV's camera axes to OpenGL's, y up and z backwards."""
 
 
+@dataclass(frozen=True)
+@ranged
+class PyrenderOptions:
+    """What the pyrender backend can be told."""
+
+    device: Annotated[int, Range(0, 1023)] = 0
+    """Number of the EGL device, 0-1,023; 0 = the first."""
+    shadows: bool = True
+    """Whether spots cast shadows; pyrender knows all or none."""
+
+
 class PyrenderRenderer:
     """pyrender through EGL; see ``render.renderer.Renderer`` for the methods. A process can have one open.
 
     Args:
-        device: Number of the EGL device, 0 = the first.
-        shadows: Whether spots cast shadows; pyrender knows all or none.
+        options: What draws, and whether with shadows.
 
     Raises:
         RenderError: No context can be opened, or another renderer of this kind is open.
         MissingPackageError: pyrender is not installed.
     """
 
-    def __init__(self, device: int = 0, shadows: bool = True) -> None:
-        self._offscreen, package_and_driver = open_offscreen(device)
+    Options = PyrenderOptions
+
+    def __init__(self, options: PyrenderOptions | None = None) -> None:
+        options = options or PyrenderOptions()
+        self._offscreen, package_and_driver = open_offscreen(options.device)
         self.description = package_and_driver
-        self._shadows = shadows
+        self._shadows = options.shadows
         self._scene: SceneSpec | None = None
         self._graph: SceneGraph | None = None
         self._display = display_table()

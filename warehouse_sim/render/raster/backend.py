@@ -1,14 +1,16 @@
 """The raster backend: one context, one loaded scene, any number of views."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
+from typing import Annotated, Self
 
 import moderngl
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.raster.context import describe, open_context
 from warehouse_sim.render.raster.film_pass import FilmPass
 from warehouse_sim.render.raster.geometry_pass import GeometryPass
@@ -27,18 +29,29 @@ from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
+@dataclass(frozen=True)
+@ranged
+class RasterOptions:
+    """What the raster backend can be told."""
+
+    device: Annotated[int, Range(0, 1023)] = 0
+    """Number of the EGL device, 0-1,023; 0 = the first."""
+
+
 class RasterRenderer:
     """Deferred renderer on OpenGL 4.5; see ``render.renderer.Renderer`` for the methods.
 
     Args:
-        device: Number of the EGL device, 0 = the first.
+        options: Which device draws.
 
     Raises:
         RenderError: No context can be opened.
     """
 
-    def __init__(self, device: int = 0) -> None:
-        self._context: moderngl.Context | None = open_context(device)
+    Options = RasterOptions
+
+    def __init__(self, options: RasterOptions | None = None) -> None:
+        self._context: moderngl.Context | None = open_context((options or RasterOptions()).device)
         self.description = f"raster on {describe(self._context)}"
         with self._context:
             self._geometry = GeometryPass(self._context)

@@ -1,0 +1,59 @@
+"""The settings that a render backend declares for itself, read from text or keywords and checked."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from warehouse_sim.config import from_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.registry import Registry
+from warehouse_sim.yaml_file import parse_yaml
+
+BACKENDS = Registry("render backend")
+"""Each name stands for a class; it may have ``Options``, a frozen dataclass of defaults that its constructor takes."""
+BACKENDS.add("raster", "warehouse_sim.render.raster.backend:RasterRenderer")
+BACKENDS.add("mujoco", "warehouse_sim.render.mujoco.backend:MujocoRenderer")
+BACKENDS.add("pyrender", "warehouse_sim.render.pyrender.backend:PyrenderRenderer")
+BACKENDS.add("pathtrace", "warehouse_sim.render.pathtrace.backend:PathtraceRenderer")
+
+
+def backend_options(name: str, pairs: Mapping[str, Any]) -> Any:
+    """Return the options of a backend as the dataclass that it declares; None for a backend that declares none.
+
+    Args:
+        name: A name of ``BACKENDS``.
+        pairs: Values by the name of the option; text is read as in a recipe ("0.5" is a number).
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: The backend has no such option, or the value is none that it takes.
+    """
+    where = f"options of the render backend {name}"
+    kind = getattr(BACKENDS.get(name), "Options", None)
+    if kind is not None:
+        return from_mapping(kind, {key: _plain(value, f"{where}: {key}") for key, value in pairs.items()}, where)
+    if pairs:
+        raise ConfigError(f"{where}: {', '.join(pairs)} given, but it takes none; leave them out")
+    return None
+
+
+def option_settings(name: str, pairs: Sequence[str]) -> dict[str, Any]:
+    """Return the checked settings that ``key=value`` texts give, as ``open_renderer`` takes them.
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: A text is no pair, a key comes twice, or the backend has no such option or not with this value.
+    """
+    given: dict[str, str] = {}
+    for pair in pairs:
+        key, is_pair, value = pair.partition("=")
+        if not is_pair or key in given:
+            raise ConfigError(
+                f"options of the render backend {name}: expected key=value, each key once; found {pair!r}"
+            )
+        given[key] = value
+    checked = backend_options(name, given)
+    return {key: getattr(checked, key) for key in given}
+
+
+def _plain(value: Any, where: str) -> Any:
+    return parse_yaml(value, where) if isinstance(value, str) else value
