@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.annotate import annotate
 from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.annotate.occluders import WRAP
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(160, 120, 120.0)

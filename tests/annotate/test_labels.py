@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene, pallet_model, rack_wall
 from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert, level_camera
 from warehouse_sim.render import Silhouette, open_renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, pallet_model, rack_wall
 from warehouse_sim.schema import ObjectAnnotation, RenderBuffers, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(40, 30, 30.0)

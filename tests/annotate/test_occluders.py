@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.annotate.occluders import KINDS, WRAP, hidden_by, kind_of, kinds_by_id
 from warehouse_sim.annotate.visibility import window_in_image
@@ -9,6 +8,7 @@ from warehouse_sim.catalog import catalog_names, catalog_object
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import SceneSpec
 
 CAMERA = PinholeCamera.from_focal(120, 80, 100.0)

@@ -2,8 +2,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.render.scenes import rack_wall
 from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.schema import SceneSpec
 
 

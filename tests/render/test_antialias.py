@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raster.antialias import EdgeSmoother
 from warehouse_sim.schema import Material, SceneSpec
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene, rack_wall
 from warehouse_sim.errors import RenderError, UnknownNameError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, rack_wall
 from warehouse_sim.schema import Part, SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -47,7 +47,7 @@ def test_the_same_bytes_come_again_and_from_another_renderer(renderer: Renderer,
 def test_the_number_of_driver_threads_changes_no_byte(renderer: Renderer, wall: SceneSpec) -> None:
     root = Path(__file__).resolve().parents[2]
     script = (
-        "from tests.render.scenes import rack_wall; from tests.render.test_backend import digest\n"
+        "from warehouse_sim.render.conformance.scenes import rack_wall; from tests.render.test_backend import digest\n"
         "from warehouse_sim.render import open_renderer\n"
         "with open_renderer() as renderer: print(digest(renderer, rack_wall()))"
     )

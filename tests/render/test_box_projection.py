@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mitsuba")
-from tests.render.scenes import rack_wall
+from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.pathtrace.box_projection import edge_order, texture_shift, tile_coordinates
 from warehouse_sim.render.raster.parts import build_part_table
 

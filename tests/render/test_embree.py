@@ -3,11 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.render.scenes import at
 from warehouse_sim.errors import MissingPackageError
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render import embree
+from warehouse_sim.render.conformance.scenes import at
 from warehouse_sim.render.embree import PlacedMeshes
 
 

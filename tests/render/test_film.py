@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.schema import Material, ObjectModel, RenderBuffers, SceneSpec
 
 pytestmark = pytest.mark.gl

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import rack_wall, spot
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.render import Renderer, Silhouette
+from warehouse_sim.render.conformance.scenes import rack_wall, spot
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.schema import SceneSpec, Viewpoint
 

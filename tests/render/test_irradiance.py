@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import AXES, IrradianceField, LightGatherer, direct_irradiance
 from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.render.light_grid import lay_grid

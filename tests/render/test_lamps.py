@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene, spot
 from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, spot
 from warehouse_sim.render.lamps import even_illuminance, facing_illuminance, looked_at, point_before, strongest_lights
 from warehouse_sim.schema import Viewpoint
 

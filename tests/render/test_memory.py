@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.render.scenes import rack_wall
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render.conformance.scenes import rack_wall
 
 pytestmark = pytest.mark.gl
 

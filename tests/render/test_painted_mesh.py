@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import MATERIALS, box_model, pallet_model
 from warehouse_sim.errors import RenderError
+from warehouse_sim.render.conformance.scenes import MATERIALS, box_model, pallet_model
 from warehouse_sim.render.mujoco.tessellate import lit_at_vertices, tessellate
 from warehouse_sim.render.painted_mesh import PaintedMesh, albedo_factor, painted_meshes
 

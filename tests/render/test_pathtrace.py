@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from tests.render.pathtracing import open_pathtracer
-from tests.render.referee import cast_image
-from tests.render.scenes import MATERIALS, at, box_model, make_scene, rack_wall, spot
 from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.referee import cast_image
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, rack_wall, spot
 from warehouse_sim.schema import Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(320, 200, 190.0)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.render.pathtracing import open_pathtracer
-from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.schema import Light, Material, ObjectModel, Part, SceneSpec
 
 FLOOR = box_model("floor", (40, 40, 0.1), "concrete", "floor", 90)

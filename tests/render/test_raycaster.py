@@ -1,6 +1,6 @@
 import numpy as np
 
-from tests.render.scenes import MATERIALS, at, box_model, make_scene
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
 

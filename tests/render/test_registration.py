@@ -4,9 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.render.known_box import OFF_CENTRE, SIZE, polygon_centroid, random_placements, ray_box_depth
-from tests.render.referee import cast_image
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import (
@@ -15,6 +12,15 @@ from warehouse_sim.geometry.pose import (
     transform_points,
 )
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.known_box import (
+    OFF_CENTRE,
+    SIZE,
+    polygon_centroid,
+    random_placements,
+    ray_box_depth,
+)
+from warehouse_sim.render.conformance.referee import cast_image
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import SceneSpec
 
 pytestmark = pytest.mark.gl

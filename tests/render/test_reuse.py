@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, rack_wall, spot
 from tests.render.test_backend import CAMERA, digest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render.conformance.scenes import at, rack_wall, spot
 from warehouse_sim.render.lamps import lamp_geometry
 from warehouse_sim.render.raster import loaded_scene
 from warehouse_sim.render.raster.mesh_batch import MeshBatch

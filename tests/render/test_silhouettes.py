@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer, Silhouette
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import SceneSpec
 
 pytestmark = pytest.mark.gl

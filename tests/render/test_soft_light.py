@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.render.scenes import MATERIALS, at, box_model, make_scene, spot
 from tests.render.test_shading import CAMERA, LOOK_DOWN, pixel_of
 from warehouse_sim.catalog.building.shell import clad_wall
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.raster.soft_light import spiral
 from warehouse_sim.schema import Light, Material, SceneSpec
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import at
+from warehouse_sim.render.conformance.scenes import at
 from warehouse_sim.schema import Viewpoint
 from warehouse_sim.sensors.ego_motion import EgoMotion
 

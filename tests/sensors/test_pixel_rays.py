@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.render.scenes import rack_wall
 from tests.sensors.targets import CAMERA, capture_of, plane, step
 from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.rgbd.color.camera import _falloff
 from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import MATERIALS, at, box_model, make_scene
 from tests.sensors.targets import CAMERA, capture_of, plane
 from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces, sent_back
 

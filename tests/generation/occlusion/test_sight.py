@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from tests.generation.occlusion.scenes import CAMERA, EYE, VIEW, hall, stage_of
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.occlusion.sight import Sight, look_at
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 

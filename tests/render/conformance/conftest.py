@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.render.conformance.subject import Subject
 from warehouse_sim.errors import MissingPackageError, RenderError
 from warehouse_sim.render import BACKENDS, open_renderer
+from warehouse_sim.render.conformance import Subject
 
 _QUICK: dict[str, dict[str, int]] = {"pathtrace": {"samples": 4}}
 """Options that make a slow backend quick; geometry does not depend on them."""

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.render.known_box import SIZE, ray_box_depth
-from tests.render.referee import cast_image
-from tests.render.scenes import at, box_model, make_scene
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.known_box import SIZE, ray_box_depth
+from warehouse_sim.render.conformance.referee import cast_image
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.lens import LensRenderer, lens_map
 from warehouse_sim.schema import SceneSpec
 

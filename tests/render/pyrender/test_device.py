@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.render.scenes import rack_wall
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import Renderer
+from warehouse_sim.render.conformance.scenes import rack_wall
 
 ROOT = Path(__file__).resolve().parents[3]
 CAMERA = PinholeCamera.from_focal(120, 80, 90.0)
@@ -24,7 +24,7 @@ def test_one_is_open_at_a_time_and_closing_it_ends_no_other_backend(renderer: Re
     """pyrender's own clean-up ends EGL for the whole process: other contexts must survive a close."""
     pytest.importorskip("pyrender")
     script = """
-from tests.render.scenes import rack_wall
+from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
 from warehouse_sim.sensors.lidar import LidarConfig, scan

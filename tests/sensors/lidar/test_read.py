@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.scenes import at, box_model, make_scene, rack_wall
 from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, rack_wall
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material
 from warehouse_sim.sensors.ego_motion import EgoMotion

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.render.scenes import rack_wall
 from tests.sensors.rig.reprojection import residuals
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, rotation_y, rotation_z
+from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec, Viewpoint
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, scan

@@ -12,7 +12,7 @@ SIZE = np.array([0.6, 0.4, 0.3])
 
 
 def random_placements(count: int, margin: int) -> list[np.ndarray]:
-    """Poses of the box in the camera frame that keep it whole in the image of ``OFF_CENTRE``, ``margin`` px inside."""
+    """Return poses of the box in the camera frame that keep it ``margin`` px inside the image of ``OFF_CENTRE``."""
     rng = np.random.default_rng(7)
     high = (OFF_CENTRE.width - 1 - margin, OFF_CENTRE.height - 1 - margin)
     found: list[np.ndarray] = []
@@ -28,6 +28,7 @@ def random_placements(count: int, margin: int) -> list[np.ndarray]:
 
 
 def polygon_centroid(points: np.ndarray) -> np.ndarray:
+    """Return the centre of gravity of a polygon by its corners (n 2)."""
     x, y = points.T
     x2, y2 = np.roll(x, -1), np.roll(y, -1)
     cross = x * y2 - x2 * y

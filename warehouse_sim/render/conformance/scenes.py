@@ -1,4 +1,4 @@
-"""Small scenes from schema objects only, so that the renderer is tested without catalog, recipe and physics."""
+"""Small scenes from schema objects only, so that renderers are checked without catalog, recipe and physics."""
 
 from collections.abc import Sequence
 
@@ -29,17 +29,19 @@ CARTON_SIZES = ((0.6, 0.4, 0.3), (0.4, 0.3, 0.25), (0.6, 0.4, 0.4))
 
 
 def box_part(size: Sequence[float], at: Sequence[float] = (0, 0, 0), material: str = "wood") -> Part:
+    """Return a box (m) as a part of a model."""
     return Part(unit_box(), np.array(size, float), make_transform(None, np.array(at, float)), material)
 
 
 def box_model(
     name: str, size: Sequence[float], material: str = "kraft", class_name: str = "carton", obj_id: int = 2
 ) -> ObjectModel:
+    """Return a model that is one box (m)."""
     return ObjectModel(name, class_name, obj_id, np.array(size, float), (box_part(size, material=material),), ())
 
 
 def pallet_model() -> ObjectModel:
-    """EPAL 1, board by board."""
+    """Return an EPAL 1, board by board."""
     rows = ((-0.35, 0.1), (0.0, 0.145), (0.35, 0.1))
     deck = ((-0.3275, 0.145), (-0.16375, 0.1), (0.0, 0.145), (0.16375, 0.1), (0.3275, 0.145))
     parts = [box_part((1.2, width, 0.022), (0, y, 0.061)) for y, width in deck]
@@ -58,7 +60,7 @@ def make_scene(
     ambient: float = 30.0,
     exposure: float = 0.015,
 ) -> SceneSpec:
-    """Objects get the ids 1, 2, ... in the order given."""
+    """Return a scene whose objects have the ids 1, 2, ... in the order given."""
     return SceneSpec(
         scene_index=0,
         seed=0,
@@ -73,17 +75,18 @@ def make_scene(
 
 
 def at(x: float, y: float, z: float, yaw: float = 0.0) -> Transform:
+    """Return the pose of an object that stands upright (m, rad)."""
     return make_transform(rotation_z(yaw), np.array([x, y, z], float))
 
 
 def spot(position: Sequence[float], intensity: float = 4000.0, casts_shadow: bool = True) -> Light:
-    """A lamp that shines straight down."""
+    """Return a lamp that shines straight down."""
     down = np.array([0.0, 0.0, -1.0])
     return Light("spot", np.array(position, float), down, intensity, casts_shadow=casts_shadow)
 
 
 def rack_wall(bays: int = 2, levels: int = 2, seed: int = 0) -> SceneSpec:
-    """Loaded pallets between uprights and beams, seen from four places."""
+    """Return loaded pallets between uprights and beams, seen from four places."""
     rng = np.random.default_rng(seed)
     models = [pallet_model(), box_model("floor", (60, 40, 0.1), "concrete", "floor", 90)]
     models += [box_model(f"carton{k}", size) for k, size in enumerate(CARTON_SIZES)]

@@ -13,6 +13,8 @@ from warehouse_sim.schema import SceneSpec
 
 @dataclass(frozen=True, eq=False)
 class Truth:
+    """What exact rays see in an image."""
+
     instance_ids: np.ndarray
     depth: np.ndarray
     normals: np.ndarray
@@ -30,6 +32,7 @@ class Truth:
 
 
 def cast_image(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform) -> Truth:
+    """Cast a ray through the centre of each pixel."""
     rays = camera.rays().reshape(-1, 3)
     R = T_world_camera[:3, :3]
     hits = RayCaster(scene).cast(np.broadcast_to(T_world_camera[:3, 3], rays.shape), rays @ R.T)

@@ -1,0 +1,84 @@
+"""Depth, ids and normals of a backend against exact rays through the pixels' centres."""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool
+
+from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.render.conformance.referee import Truth
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.conformance.subject import KITTI, Subject, View, view
+from warehouse_sim.schema import RenderBuffers
+
+
+def check_view(subject: Subject, seen: View) -> None:
+    """Compare every channel of a view with exact rays."""
+    exact, inside = seen.truth, seen.truth.inside()
+    has_normals = subject.renderer.capabilities.normals
+    buffers = subject.draw(seen.scene, seen.camera, seen.T_world_camera, normals=has_normals)
+    same = buffers.instance_ids == exact.instance_ids
+    subject.expect(buffers.instance_ids.dtype == np.int32, f"ids are {buffers.instance_ids.dtype}, not int32")
+    subject.expect(same[inside].mean() >= 0.999, f"{same[inside].mean():.2%} of the ids inside surfaces are right")
+    subject.expect(same.mean() >= 0.997, f"{same.mean():.2%} of all ids are right")
+    compared = inside & (exact.instance_ids > 0) & same
+    error = np.quantile((np.abs(buffers.depth - exact.depth) - 0.001 * exact.depth)[compared], 0.9999)
+    subject.expect(buffers.depth.dtype == np.float32, f"depth is {buffers.depth.dtype}, not float32")
+    subject.expect(error < 0.001, f"depth is {error:.4f} m beyond 0.1 % from that of rays")
+    nothing = buffers.instance_ids == 0
+    subject.expect(((buffers.depth == 0.0) == nothing).all(), "depth and ids must be zero in the same pixels")
+    known = {0, *(item.instance_id for item in seen.scene.instances)}
+    subject.expect(set(np.unique(buffers.instance_ids)) <= known, "ids that no object has: are they blended?")
+    subject.expect(buffers.rgb.shape == (*exact.depth.shape, 3), f"the picture has the shape {buffers.rgb.shape}")
+    if has_normals:
+        _check_normals(subject, buffers, exact, compared)
+
+
+def _check_normals(subject: Subject, buffers: RenderBuffers, exact: Truth, compared: Bool[np.ndarray, "h w"]) -> None:
+    normals = buffers.normals
+    if normals is None:
+        raise RenderError(f"the {subject.name} backend does not conform: it declares normals and returns none")
+    cosine = (normals * exact.normals).sum(axis=-1)[compared]
+    angle = np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.9999)
+    subject.expect(angle < 1.0, f"normals are {angle:.2f} deg from those of rays")
+    length = np.linalg.norm(normals[compared], axis=-1)
+    subject.expect(np.allclose(length, 1.0, rtol=0, atol=1e-3), "normals are not of unit length")
+    subject.expect((normals[buffers.instance_ids == 0] == 0.0).all(), "normals must be zero where nothing is")
+
+
+def check_depth_of_a_plane(subject: Subject) -> None:
+    """Compare the depth of a floor, seen level and from above, with the closed form."""
+    scene = make_scene([box_model("floor", (120, 120, 0.1), "concrete")], [("floor", at(0, 0, -0.05))])
+    height, camera = 1.65, KITTI.crop(300, 0, 600, 370)
+    for pitch in (0.0, -0.3):
+        T = level_camera(np.array([0.0, 0.0, height]), 0.3, pitch)
+        depth = subject.draw(scene, camera, T).depth
+        down = -(camera.rays() @ T[:3, :3].T)[..., 2]
+        exact = np.where(down > 0, height / np.where(down > 0, down, 1.0), np.inf)
+        on_floor = exact < 35.0
+        error = np.abs(depth[on_floor] - exact[on_floor])
+        subject.expect(
+            (error < 0.001 + 0.001 * exact[on_floor]).all(), f"a floor is {error.max():.4f} m from its depth"
+        )
+        subject.expect(np.median(error) < 0.001, f"a floor is {np.median(error):.4f} m from its depth in the median")
+        subject.expect((depth[exact > 120.0] == 0.0).all(), "depth beyond the end of a floor")
+
+
+def check_window(subject: Subject) -> None:
+    """Compare a window of the image with the image of the cropped camera, whose principal point may lie anywhere."""
+    seen = view("whole image")
+    whole = subject.draw(seen.scene, KITTI, seen.T_world_camera)
+    for left, top, width, height in ((500, 40, 400, 300), (1000, 300, 224, 70)):
+        part = subject.renderer.render(KITTI.crop(left, top, width, height), seen.T_world_camera)
+        window = (slice(top, top + height), slice(left, left + width))
+        same = part.instance_ids == whole.instance_ids[window]
+        # Drivers round vertices to 1/256 px: a few outlines move by that much.
+        subject.expect(
+            same.mean() >= 0.9995, f"{same.mean():.2%} of the ids of a cropped camera are those of the whole"
+        )
+        error = np.quantile(np.abs(part.depth - whole.depth[window])[same], 0.999)
+        subject.expect(error < 0.001, f"the depth of a cropped camera is {error:.4f} m from that of the whole")
+        # Colours are those of the same surfaces: means over 8 x 8 pixels, so that a path tracer's noise averages out.
+        colors = (cv2.blur(image.astype(np.float32), (8, 8))[4:-4, 4:-4] for image in (part.rgb, whole.rgb[window]))
+        apart = np.median(np.abs(np.subtract(*colors)))
+        subject.expect(apart < 3.0, f"the colours of a cropped camera are {apart:.1f} from those of the whole")
