@@ -1,6 +1,7 @@
 """The bricks of the catalog: painted boxes and other solids, and boxes that physics collides with."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +26,11 @@ def box_part(size: Triple, centre: Triple, material: str, rotation: Float[np.nda
     """
     T_object_part = make_transform(rotation, np.asarray(centre, dtype=float))
     return Part(unit_box(), np.asarray(size, dtype=float), T_object_part, material)
+
+
+def in_role(parts: Sequence[Part], role: str) -> list[Part]:
+    """Return ``parts`` as pieces of one role in their object."""
+    return [replace(part, role=role) for part in parts]
 
 
 def collision_boxes(parts: Sequence[Part]) -> tuple[OrientedBox, ...]:

@@ -45,6 +45,8 @@ class Part:
     T_object_part: Transform
     material: str
     """Name of a material of the scene."""
+    role: str = ""
+    """What the piece is in its object where something asks, as wear does of a pallet's: "deck", "block", ..."""
 
     def placed(self) -> TriangleMesh:
         """Return the part's mesh in the object frame (m)."""
@@ -102,6 +104,8 @@ class ObjectModel:
     """Where light comes out of it; None for what is no luminaire."""
     materials: tuple[Material, ...] = ()
     """Materials of its parts that the catalog does not hold: what comes from elsewhere brings its own."""
+    make: str = ""
+    """Whose make it is ("EPAL", "POOL"), where that is branded on it."""
 
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""

@@ -37,6 +37,9 @@ PALLETS: dict[str, Callable[[str], ObjectModel]] = {
 """Catalog name -> builder; looks of one geometry share its obj_id."""
 
 
+_EPAL1_LOOKS = ("epal1", "epal1_new", "epal1_grey")
+
+
 def pallet(name: str) -> ObjectModel:
     """Build the pallet called ``name``.
 
@@ -54,9 +57,8 @@ def epal1(name: str = "epal1") -> ObjectModel:
     Raises:
         UnknownNameError: ``name`` is none of the three looks.
     """
-    looks = [look for look in PALLETS if look.split("_")[0] == "epal1"]
-    if name not in looks:
-        raise UnknownNameError("look of the EPAL 1 pallet", name, looks)
+    if name not in _EPAL1_LOOKS:
+        raise UnknownNameError("look of the EPAL 1 pallet", name, list(_EPAL1_LOOKS))
     return pallet(name)
 
 

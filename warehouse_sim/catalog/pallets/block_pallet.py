@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
-from warehouse_sim.catalog.parts import box_part, collision_boxes, solid_box
+from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
@@ -58,6 +58,9 @@ class BlockPallet:
         """Height over all (m)."""
         return round(3 * self.board + self.block, 6)
 
+    make: str = "EPAL"
+    """Whose mark it bears."""
+
     @property
     def size(self) -> Float[np.ndarray, " 3"]:
         """Outer edge lengths (m)."""
@@ -84,8 +87,9 @@ def build(plan: BlockPallet, name: str, board: str, block: str) -> ObjectModel:
         board: Material of the boards.
         block: Material of the wooden blocks.
     """
-    deck = _deck_boards(plan, board)
-    frame = [*_stringer_boards(plan, board), *_wooden_blocks(plan, block), *_base_boards(plan, board)]
+    deck, blocks = in_role(_deck_boards(plan, board), "deck"), in_role(_wooden_blocks(plan, block), "block")
+    cross, base = in_role(_stringer_boards(plan, board), "cross"), in_role(_base_boards(plan, board), "base")
+    frame = [*cross, *blocks, *base]
     # Physics sees the deck as one plate: nothing that stands on it is small enough to feel the gaps.
     x, y, height = (float(edge) for edge in plan.size)
     plate = solid_box((x, y, plan.board), (0.0, 0.0, (plan.deck_bottom + height) / 2.0 - height / 2.0))
@@ -94,11 +98,12 @@ def build(plan: BlockPallet, name: str, board: str, block: str) -> ObjectModel:
         class_name="pallet",
         obj_id=plan.obj_id,
         size=plan.size,
-        parts=(*deck, *frame, *_brackets(plan)),
+        parts=(*deck, *frame, *in_role(_brackets(plan), "bracket")),
         collision=(plate, *collision_boxes(frame), *_bracket_solids(plan)),
         mass=plan.mass,
         symmetry=SymmetryGroup.turns("z", 2),
         pockets=pockets_behind(_windows(plan), plan.size),
+        make=plan.make,
     )
 
 

@@ -109,6 +109,7 @@ BLUE_BLOCK = BlockPallet(
     board=0.021,
     base="perimeter",
     deck_along="y",
+    make="POOL",
 )
 """1200 x 1000 x 162 mm pool pallet, painted blue, on a full perimeter base.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from warehouse_sim.catalog.pallets.moulded import Rectangle, grid_deck, nesting_foot, ribbed_block
 from warehouse_sim.catalog.pallets.pockets import pockets_behind, window_between
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
+from warehouse_sim.catalog.parts import box_part, in_role, solid_box, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
@@ -58,7 +58,15 @@ def on_runners(name: str, plastic: str) -> ObjectModel:
     plate = solid_box((LENGTH, WIDTH, RUNNER_DECK), (0.0, 0.0, (RUNNER_HEIGHT - RUNNER_DECK) / 2))
     size = np.array([LENGTH, WIDTH, RUNNER_HEIGHT])
     return ObjectModel(
-        name, "pallet", 8, size, tuple(parts), (plate, *solids), 18.0, _half_turn(), pockets_behind(windows, size)
+        name,
+        "pallet",
+        8,
+        size,
+        tuple(in_role(parts, "moulded")),
+        (plate, *solids),
+        18.0,
+        _half_turn(),
+        pockets_behind(windows, size),
     )
 
 
@@ -81,7 +89,15 @@ def on_feet(name: str, plastic: str) -> ObjectModel:
     windows = {"-x": ends, "+x": ends, "-y": sides, "+y": sides}
     size = np.array([LENGTH, WIDTH, NEST_HEIGHT])
     return ObjectModel(
-        name, "pallet", 9, size, tuple(parts), (plate, *solids), 6.0, _half_turn(), pockets_behind(windows, size)
+        name,
+        "pallet",
+        9,
+        size,
+        tuple(in_role(parts, "moulded")),
+        (plate, *solids),
+        6.0,
+        _half_turn(),
+        pockets_behind(windows, size),
     )
 
 

@@ -12,7 +12,7 @@ the stringers, y along the boards.
 import numpy as np
 
 from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
-from warehouse_sim.catalog.parts import box_part, collision_boxes, solid_box, solid_part
+from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, solid_box, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.solids import Outline, prism
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -45,7 +45,7 @@ def build(name: str, board: str, stringer: str) -> ObjectModel:
         class_name="pallet",
         obj_id=6,
         size=size,
-        parts=(*top, *stringers, *bottom),
+        parts=(*in_role(top, "deck"), *in_role(stringers, "stringer"), *in_role(bottom, "base")),
         collision=(plate, *_stringer_solids(), *collision_boxes(bottom)),
         mass=18.0,
         symmetry=SymmetryGroup.turns("z", 2),

@@ -20,8 +20,8 @@ POSES = {
     "walking": Pose((24.0, -16.0), (10.0, -38.0), (-24.0, 22.0), (-4.0, 44.0), (8.0, -26.0)),
 }
 """Pose in the catalog name -> angles."""
-PEOPLE = tuple(f"person_{stature}_{pose}" for stature in WORKERS for pose in POSES)
-"""Catalog names."""
+PEOPLE = {f"person_{stature}_{pose}": (stature, pose) for stature in WORKERS for pose in POSES}
+"""Catalog name -> stature and pose."""
 
 
 def person(name: str) -> ObjectModel:
@@ -32,7 +32,7 @@ def person(name: str) -> ObjectModel:
     """
     if name not in PEOPLE:
         raise UnknownNameError("person", name, list(PEOPLE))
-    _, stature, stance = name.split("_")
+    stature, stance = PEOPLE[name]
     figure = Figure(WORKERS[stature], POSES[stance])
     obj_id = WORKERS[stature].obj_id + list(POSES).index(stance)
     return assembled(name, "person", obj_id, figure.parts, figure.boxes, WORKERS[stature].mass)

@@ -15,6 +15,8 @@ from warehouse_sim.scene.draft import Area, SceneDraft
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _FLOORS = {"concrete": "floor_slab", "jointed": "floor_slab_jointed", "epoxy": "floor_slab_epoxy"}
 _WALLS = {"panels": "wall", "cladding": "wall_clad"}
+_, _CURVE = _TYRE_MARKS = ("tyre_mark_straight", "tyre_mark_curve")
+"""Straight ones lie along the aisle, bends any way."""
 _LINE_LENGTHS = (6.0, 3.0, 1.0)
 _COLUMN_PITCH = 12.0
 """Distance between columns and between trusses (m); 10-24 m are usual in halls."""
@@ -78,9 +80,9 @@ def module_x(index: int) -> float:
 def add_tyre_marks(draft: SceneDraft, count: int, area: Area, rng: np.random.Generator) -> None:
     """Leave tyre marks on the floor of ``area``."""
     for _ in range(count):
-        name = str(rng.choice(["tyre_mark_straight", "tyre_mark_curve"]))
+        name = str(rng.choice(_TYRE_MARKS))
         x, y = rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max)
-        yaw = rng.uniform(-np.pi, np.pi) if name.endswith("curve") else rng.normal(0.0, 0.15)
+        yaw = rng.uniform(-np.pi, np.pi) if name == _CURVE else rng.normal(0.0, 0.15)
         # Each a little higher than the one before, so that crossing marks do not share a plane.
         z = catalog_object(name).size[2] / 2 + 0.0001 * (1 + rng.random())
         draft.add(name, make_transform(rotation_z(yaw), np.array([x, y, z])))

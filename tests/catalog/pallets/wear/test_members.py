@@ -9,14 +9,14 @@ from warehouse_sim.catalog.pallets.wear.members import in_order, members_of, par
 ROLES = {
     "epal1": {"deck": 5, "cross": 3, "block": 9, "base": 3},
     "epal2": {"deck": 9, "cross": 3, "block": 9, "base": 5},
-    "epal7": {"deck": 5, "cross": 3, "block": 3, "base": 3, "fixture": 18},
-    "gma_48x40": {"deck": 7, "fixture": 3, "base": 5},
-    "plastic_runners": {"fixture": 13},
+    "epal7": {"deck": 5, "cross": 3, "block": 3, "base": 3, "bracket": 18},
+    "gma_48x40": {"deck": 7, "stringer": 3, "base": 5},
+    "plastic_runners": {"moulded": 13},
 }
 
 
 @pytest.mark.parametrize("name", ROLES)
-def test_pieces_are_told_apart_by_where_they_are(name: str) -> None:
+def test_each_piece_has_its_role(name: str) -> None:
     assert Counter(member.role for member in members_of(catalog_object(name))) == ROLES[name]
 
 

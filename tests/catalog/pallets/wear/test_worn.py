@@ -1,4 +1,4 @@
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from tests.catalog.pallets.touching import hits, is_closed, prism_of
 from tests.catalog.pallets.wear.used import KINDS, ruined
 from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.pallets import PALLETS, WearConfig
+from warehouse_sim.catalog.pallets import PALLETS, WearConfig, worn
 from warehouse_sim.catalog.pallets.wear.damage import FARTHEST
 
 ALL = WearConfig(**dict.fromkeys((item.name for item in fields(WearConfig)), 1.0))
@@ -68,3 +68,22 @@ def test_the_same_stream_wears_alike_and_another_does_not() -> None:
 def test_a_share_out_of_range_is_refused() -> None:
     with pytest.raises(ValueError, match=r"broken must be 0-1, found 1\.5"):
         WearConfig(broken=1.5)
+
+
+@pytest.mark.parametrize("name", ["epal1", "blue_block_1200x1000", "plastic_runners", "gma_48x40"])
+def test_what_use_does_to_a_pallet_does_not_depend_on_what_it_is_called(name: str) -> None:
+    model = catalog_object(name)
+    wear = WearConfig(age=0.0, missing=0.6, broken=0.5, displaced=0.5, twisted=0.5, stamps=1.0)
+    one = worn(model, wear, np.random.default_rng(3))
+    other = worn(replace(model, name="plastic_of_my_own"), wear, np.random.default_rng(3))
+    assert [part.material for part in one.parts] == [part.material for part in other.parts]
+    for mine, theirs in zip(one.parts, other.parts, strict=True):
+        np.testing.assert_array_equal(mine.T_object_part, theirs.T_object_part)
+
+
+def test_pieces_without_a_role_stay_where_they_are() -> None:
+    model = catalog_object("epal1")
+    plain = replace(model, make="", parts=tuple(replace(part, role="") for part in model.parts))
+    used = worn(plain, WearConfig(missing=1.0, broken=1.0, displaced=1.0, twisted=1.0), np.random.default_rng(0))
+    for before, after in zip(plain.parts, used.parts, strict=True):
+        np.testing.assert_array_equal(before.T_object_part, after.T_object_part)

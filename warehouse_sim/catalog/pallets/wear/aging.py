@@ -6,16 +6,20 @@ import numpy as np
 
 from warehouse_sim.catalog.pallets.wear.members import Member
 
+PAINTED = ("pallet_blue", "pallet_blue_worn")
+"""Paint on wood from new to old."""
 STAGES = (
     ("pallet_wood_new", "pallet_wood", "pallet_wood_tan", "pallet_wood_grey", "pallet_wood_dark"),
     ("pallet_block_new", "pallet_block", "pallet_block_grey"),
-    ("pallet_blue", "pallet_blue_worn"),
+    PAINTED,
     ("plastic_grey", "plastic_grey_dusty"),
     ("plastic_black", "plastic_black_dusty"),
     ("plastic_blue", "plastic_blue_dusty"),
 )
 """Materials from new to old, one line a kind of surface."""
 
+_REPLACED = ("deck", "base", "cross", "block")
+"""Roles of the pieces that a repair puts new ones in place of."""
 _REPAIRED_SHARE = 0.12
 _UNEVENNESS = 0.22
 
@@ -29,7 +33,7 @@ def aged(members: list[Member], age: float, rng: np.random.Generator) -> list[Me
         rng: Stream to draw from.
     """
     moulded = _Draw.of(age, rng)  # what is moulded in one piece ages as one
-    return [_older(member, age, moulded if _is_plastic(member) else _Draw.of(age, rng)) for member in members]
+    return [_older(member, age, moulded if member.role == "moulded" else _Draw.of(age, rng)) for member in members]
 
 
 @dataclass(frozen=True)
@@ -44,17 +48,13 @@ class _Draw:
         return cls(rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_SHARE * age))
 
 
-def _is_plastic(member: Member) -> bool:
-    return member.body.material.startswith("plastic")
-
-
 def _older(member: Member, age: float, draw: _Draw) -> Member:
     stages = next((line for line in STAGES if member.body.material in line), ())
     if not stages:
         return member
     first, last = stages.index(member.body.material), len(stages) - 1
     share = np.clip(age + draw.unevenness * np.sqrt(age), 0.0, 1.0) ** 1.2
-    is_new = draw.repaired and member.role != "fixture"
+    is_new = draw.repaired and member.role in _REPLACED
     stage = 0 if is_new else first + int(np.round(share * (last - first)))
     body = replace(member.body, material=stages[stage])
     return replace(member, body=body, parts=(body,))

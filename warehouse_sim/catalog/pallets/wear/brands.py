@@ -21,6 +21,8 @@ _IPPC_US = (("IPPC", "US-497", "HT"),)
 _OVAL_SIZE, _IPPC_SIZE, _OWNER_SIZE = (0.095, 0.050), (0.088, 0.056), (0.105, 0.042)
 _LEAST_FACE = 0.09
 _SAME = 1e-6
+_MARKED = ("block", "bracket", "stringer")
+"""Roles of the pieces that bear marks."""
 
 
 def branded(members: list[Member], model: ObjectModel, legible: float, rng: np.random.Generator) -> list[Member]:
@@ -32,7 +34,7 @@ def branded(members: list[Member], model: ObjectModel, legible: float, rng: np.r
 def _branded(member: Member, model: ObjectModel, licence: int, legible: float, rng: np.random.Generator) -> Member:
     (x, y, z), (length, width, height) = member.centre, _outer_size(member)
     half = float(model.size[1]) / 2
-    tall = height > 0.05 and length >= _LEAST_FACE and not member.body.material.startswith("plastic")
+    tall = height > 0.05 and length >= _LEAST_FACE and member.role in _MARKED
     side = float(np.sign(y))
     if not tall or abs(abs(y) + width / 2 - half) > _SAME:
         return member
@@ -55,10 +57,10 @@ def _outer_size(member: Member) -> tuple[float, float, float]:
 
 def _mark(model: ObjectModel, central: bool, licence: int) -> tuple[TriangleMesh, tuple[float, float], str] | None:
     """Return mesh, size (m) and material of the mark on a central or a corner block of this make."""
-    if model.name.startswith("epal"):
+    if model.make == "EPAL":
         if central:
             return framed_brand(_IPPC[licence]), _IPPC_SIZE, "brand_mark"
-        return oval_brand("EPAL"), _OVAL_SIZE, "brand_mark"
-    if model.name.startswith("blue"):
-        return None if central else (lettering(("POOL",)), _OWNER_SIZE, "stencil_white")
+        return oval_brand(model.make), _OVAL_SIZE, "brand_mark"
+    if model.make == "POOL":
+        return None if central else (lettering((model.make,)), _OWNER_SIZE, "stencil_white")
     return (framed_brand(_IPPC_US[0]), _IPPC_SIZE, "brand_mark") if central else None

@@ -7,26 +7,27 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import ObjectModel, Part
 
-Role = Literal["deck", "base", "cross", "block", "fixture"]
-"""A deck board, a board on the ground, a board between, a wooden block, and all that wear leaves in place."""
-
-_THICKEST_BOARD = 0.03
-_SAME = 1e-6
+Role = Literal["deck", "base", "cross", "block", "stringer", "bracket", "moulded"]
+"""A deck board, a board on the ground, a board between, a wooden block; a beam, steel or plastic that wear leaves in
+place. What has another role, or none, only ages."""
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
     """One piece of a pallet."""
 
-    role: Role
     body: Part
     """The piece as built; a wooden one is a box parallel to the object's axes."""
     parts: tuple[Part, ...]
     """What it looks like now, in the object frame."""
+
+    @property
+    def role(self) -> str:
+        """What it is in the pallet, one of ``Role``."""
+        return self.body.role
 
     @property
     def axis(self) -> int:
@@ -59,7 +60,7 @@ class Member:
 
 def members_of(model: ObjectModel) -> list[Member]:
     """Return the members of ``model`` in the order of its parts."""
-    return [Member(_role(part, model), part, (part,)) for part in model.parts]
+    return [Member(part, (part,)) for part in model.parts]
 
 
 def in_order(members: Sequence[Member], role: Role) -> list[int]:
@@ -71,15 +72,3 @@ def in_order(members: Sequence[Member], role: Role) -> list[int]:
 def parallel(members: Sequence[Member], indices: Sequence[int]) -> bool:
     """Return whether the members at ``indices`` all run the same way."""
     return len({members[index].axis for index in indices}) <= 1
-
-
-def _role(part: Part, model: ObjectModel) -> Role:
-    metal = part.material == "galvanised"
-    if part.mesh is not unit_box() or metal or part.material.startswith("plastic"):
-        return "fixture"
-    thickness, z, half = float(part.scale[2]), float(part.T_object_part[2, 3]), float(model.size[2]) / 2.0
-    if thickness > _THICKEST_BOARD:
-        return "block"
-    if abs(z + thickness / 2 - half) < _SAME:
-        return "deck"
-    return "base" if abs(z - thickness / 2 + half) < _SAME else "cross"

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 
+from warehouse_sim.catalog.pallets.wear.aging import PAINTED
 from warehouse_sim.catalog.pallets.wear.members import Member
 from warehouse_sim.catalog.parts import solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
@@ -33,9 +34,7 @@ def stained(members: list[Member], share: float, rng: np.random.Generator) -> li
 
 def _nailed(board: Member, members: list[Member]) -> Member:
     carriers = {
-        round(float(member.centre[board.axis]), 6)
-        for member in members
-        if member.role in ("cross", "fixture") and member.body.material.startswith("pallet")
+        round(float(member.centre[board.axis]), 6) for member in members if member.role in ("cross", "stringer")
     }
     half, side = board.along("size") / 2 - NAIL_HEAD, board.aside("size") / 2 - _NAIL_INSET
     # Carriers at the ends are as wide as a board; the nails go through their middles.
@@ -59,7 +58,7 @@ def nail_heads(places: tuple[tuple[float, float], ...]) -> TriangleMesh:
 def _stained(board: Member, rng: np.random.Generator) -> Member:
     parts: list[Part] = []
     # From painted boards the paint comes off; on bare ones oil and water stay.
-    material = "pallet_wood_tan" if board.body.material.startswith("pallet_blue") else "wood_stain"
+    material = "pallet_wood_tan" if board.body.material in PAINTED else "wood_stain"
     for _ in range(int(rng.integers(1, 5))):
         width = board.aside("size") * (0.08 + 0.85 * rng.random() ** 2)
         length = min(width * rng.uniform(1.0, 4.0), 0.9 * board.along("size"))
