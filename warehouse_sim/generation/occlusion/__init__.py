@@ -8,13 +8,13 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
 from warehouse_sim.generation.occlusion.drawing import OccluderStock
 from warehouse_sim.generation.occlusion.report import OcclusionReport, RequestOutcome
-from warehouse_sim.generation.occlusion.search import NO_VIEW, Request, Search, Settled
+from warehouse_sim.generation.occlusion.search import NO_VIEW, Answer, Request, RequestedView, Search
 from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.recipe import SceneRecipe
-from warehouse_sim.schema import SceneSpec, Viewpoint
+from warehouse_sim.schema import SceneSpec
 
 __all__ = [
     "FractionRange",
@@ -55,27 +55,41 @@ def request_views(
     room = max(0.8, recipe.viewpoints.clearance, config.camera_clearance)
     stage = Stage(scene, raycaster, camera, Area(*scene.aisle), room)
     fixed = [viewpoint for viewpoint in scene.viewpoints if viewpoint.sequence is not None]
-    search = Search(stage, recipe.viewpoints, config, OccluderStock(recipe.loads, rng), fixed, rng)
-    ends: list[tuple[Settled | None, int, str]] = []
-    requests = []
+    stock = OccluderStock(recipe.loads, rng)
+    requests: list[Request] = []
+    answers: list[Answer] = []
     for number, own in enumerate(scene.viewpoints):
-        requests.append(Request(*config.request(scene.scene_index * len(scene.viewpoints) + number, rng)))
-        search.later = scene.viewpoints[number + 1 :]
-        found = search.run(requests[-1], own)
-        ends.append((found, search.tries, search.reason()))
-    by_camera = {id(item.viewpoint): item for item in search.settled}
-    viewpoints, outcomes = [], []
-    for number, (found, tries, reason) in enumerate(ends):
-        # Later occluders change earlier sights, within their ranges: the last measurement counts.
-        last = by_camera[id(found.viewpoint)] if found is not None else None
-        outcomes.append(_outcome(number, requests[number], last, tries, reason))
-        viewpoints.append(_marked(scene.viewpoints[number] if last is None else last.viewpoint, requests[number]))
+        request = Request(*config.request(scene.scene_index * len(scene.viewpoints) + number, rng))
+        search = Search(
+            stage=stage,
+            request=request,
+            own=own,
+            views=recipe.viewpoints,
+            config=config,
+            stock=stock,
+            fixed=fixed,
+            rng=rng,
+            later=scene.viewpoints[number + 1 :],
+            earlier=list(answers[-1].views) if answers else [],
+        )
+        requests.append(request)
+        answers.append(search.run())
+    # Later occluders change earlier sights, within their ranges: the last measurement counts.
+    views = answers[-1].views if answers else ()
+    outcomes = [
+        _outcome(number, request, view, answer)
+        for number, (request, view, answer) in enumerate(zip(requests, views, answers, strict=True))
+    ]
+    viewpoints = [
+        replace(own if view is None else view.viewpoint, visible_request=(request.low, request.high))
+        for own, view, request in zip(scene.viewpoints, views, requests, strict=True)
+    ]
     return replace(stage.scene, viewpoints=tuple(viewpoints)), OcclusionReport(tuple(outcomes))
 
 
-def _outcome(number: int, request: Request, last: Settled | None, tries: int, reason: str) -> RequestOutcome:
+def _outcome(number: int, request: Request, last: RequestedView | None, answer: Answer) -> RequestOutcome:
     if last is None:
-        return RequestOutcome(number, 0, request.low, request.high, 0.0, "none", "view", (), tries, NO_VIEW)
+        return RequestOutcome(number, 0, request.low, request.high, 0.0, "none", "view", (), answer.tries, NO_VIEW)
     return RequestOutcome(
         observation=number,
         target=last.sight.target,
@@ -85,10 +99,6 @@ def _outcome(number: int, request: Request, last: Settled | None, tries: int, re
         kind=last.kind,
         means=last.means,
         placed=last.placed,
-        tries=tries,
-        reason="" if last.met else reason,
+        tries=answer.tries,
+        reason="" if last.met else answer.reason,
     )
-
-
-def _marked(viewpoint: Viewpoint, request: Request) -> Viewpoint:
-    return replace(viewpoint, visible_request=(request.low, request.high))

@@ -65,7 +65,7 @@ class Request:
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class RequestedView:
     """The view that a request ended with."""
 
     viewpoint: Viewpoint
@@ -84,12 +84,28 @@ class Settled:
         return self.request.off(self.sight.fraction) == 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a search came to."""
+
+    views: tuple[RequestedView | None, ...]
+    """The views of the requests up to this one, as they are now; None where no target can be seen at all."""
+    tries: int
+    """Views and occluders tried."""
+    reason: str
+    """What failed most often."""
+
+
 @dataclass
 class Search:
-    """All searches in one scene."""
+    """The search for one request."""
 
     stage: Stage
     """What is put into it stays."""
+    request: Request
+    """What is asked for."""
+    own: Viewpoint
+    """The scene's viewpoint for this observation; it stays when it belongs to a drive."""
     views: ViewpointsConfig
     """Which cameras look from where."""
     config: OcclusionConfig
@@ -97,54 +113,46 @@ class Search:
     fixed: Sequence[Viewpoint]
     """Viewpoints that are not exchanged; nothing is put in their way."""
     rng: np.random.Generator
-    later: Sequence[Viewpoint] = ()
+    later: Sequence[Viewpoint]
     """The scene's viewpoints whose requests are still to come."""
-    settled: list[Settled] = field(default_factory=list)
-    tries: int = 0
-    """Views and occluders tried for the present request."""
-    troubles: Counter[str] = field(default_factory=Counter)
-    """Why tries for the present request failed."""
+    earlier: list[RequestedView | None]
+    """The views of the requests before; what is put into the scene may hide more of their targets."""
+    tries: int = field(default=0, init=False)
+    troubles: Counter[str] = field(default_factory=Counter, init=False)
+    """Why tries failed."""
 
-    def run(self, request: Request, own: Viewpoint) -> Settled | None:
-        """Return the first view within the range, or else the nearest one; None when no target can be seen at all.
+    def run(self) -> Answer:
+        """Return the first view within the range, or else the nearest one, after those of the requests before."""
+        found = self._find()
+        reason = self.troubles.most_common(1)[0][0] if self.troubles else NO_VIEW
+        return Answer((*self.earlier, found), self.tries, reason)
 
-        Args:
-            request: What is asked for.
-            own: The scene's viewpoint for this observation; it stays when it belongs to a drive.
-        """
-        self.tries, self.troubles = 0, Counter()
+    def _find(self) -> RequestedView | None:
         kinds = [self.config.kinds[index] for index in self.rng.permutation(len(self.config.kinds))]
         # The border always works: unless it is drawn first, it is the last resort.
         kinds = [kinds[0], *sorted(kinds[1:], key=lambda kind: kind == "border")]
-        supply = views_of(self.stage, own, self.views, self.config.rays, self.rng)
+        supply = views_of(self.stage, self.own, self.views, self.config.rays, self.rng)
         nearest: View | None = None
         while self.tries < self.config.tries:
             drawn = [view for _, view in zip(range(_ROUND), supply, strict=False)]
             self.tries += len(drawn)
             fresh = [view for view in drawn if view is not None]
             for kind in kinds:
-                found = self._by_kind(kind, request, fresh)
+                found = self._by_kind(kind, fresh)
                 if found is not None:
-                    self.settled.append(found)
                     return found
             known = fresh if nearest is None else [nearest, *fresh]
-            nearest = min(known, key=lambda view: request.off(view.sight.fraction), default=None)
+            nearest = min(known, key=lambda view: self.request.off(view.sight.fraction), default=None)
             if not drawn:
                 break
-        if nearest is None:
-            return None
-        self.settled.append(self._measured(request, nearest.viewpoint))
-        return self.settled[-1]
+        return None if nearest is None else self._measured(nearest.viewpoint)
 
-    def reason(self) -> str:
-        """Return why the present request was missed: what failed most often."""
-        return self.troubles.most_common(1)[0][0] if self.troubles else NO_VIEW
-
-    def _by_kind(self, kind: Kind, request: Request, views: Sequence[View]) -> Settled | None:
+    def _by_kind(self, kind: Kind, views: Sequence[View]) -> RequestedView | None:
         """Meet the request with a kind of occluder: one that stands there already, or one that is added."""
+        request = self.request
         for view in views:
             if request.off(view.sight.fraction) == 0.0 and self.stage.main_kind(view.sight) in (kind, "none"):
-                found = self._measured(request, view.viewpoint)
+                found = self._measured(view.viewpoint)
                 if found.met:
                     return found
         if kind != "border" and kind not in self.stock.kinds:
@@ -155,11 +163,9 @@ class Search:
             self.troubles[TOO_HIDDEN] += 1
         for view in sorted(clear, key=self._out_of_reach)[:_VIEWS_A_KIND]:
             wanted = self.rng.uniform(0.7 * request.low + 0.3 * request.high, 0.3 * request.low + 0.7 * request.high)
-            hide = (
-                self._turned(request, view, wanted) if kind == "border" else self._hidden(kind, request, view, wanted)
-            )
-            if hide is not None:
-                return hide
+            found_view = self._turned(view, wanted) if kind == "border" else self._hidden(kind, view, wanted)
+            if found_view is not None:
+                return found_view
         return None
 
     def _out_of_reach(self, view: View) -> bool:
@@ -169,30 +175,30 @@ class Search:
     def _needed_height(self, view: View) -> float:
         return needed_height(view.sight, float(self.stage.instance_of[view.target].T_world_object[2, 3]))
 
-    def _turned(self, request: Request, view: View, wanted: float) -> Settled | None:
+    def _turned(self, view: View, wanted: float) -> RequestedView | None:
         """Let the image's border cut the target."""
         self.tries += 1
         if view.viewpoint.sequence is not None:
             return None
         side = float(self.rng.choice([-1.0, 1.0]))
         rays, target = self.config.rays, view.target
-        viewpoint = turn_away(self.stage, view.viewpoint, target, wanted, request.tolerance, rays, side)
+        viewpoint = turn_away(self.stage, view.viewpoint, target, wanted, self.request.tolerance, rays, side)
         if viewpoint is None or not self.stage.space().admits_bodies(vehicle_boxes(viewpoint)):
             self.troubles[NO_FIT] += 1
             return None
-        found = self._measured(request, viewpoint)
+        found = self._measured(viewpoint)
         return replace(found, means="border") if found.met and found.kind == "border" else None
 
-    def _hidden(self, kind: str, request: Request, view: View, wanted: float) -> Settled | None:
+    def _hidden(self, kind: str, view: View, wanted: float) -> RequestedView | None:
         """Put an occluder of a kind before the target."""
         self.tries += 1
-        least = self._needed_height(view)
+        request, least = self.request, self._needed_height(view)
         if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_SHARE:
             pallet = leaning_pallet(catalog_object(self.stock.draw_pallet()))
             # Where it finds a hold it cannot be slid, so that anything within the range does.
             middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2
             T_world_pallet = lean_before(self.stage, view.sight, pallet, least, middle, half, self.rng)
-            found = None if T_world_pallet is None else self._put(request, view.viewpoint, pallet, T_world_pallet)
+            found = None if T_world_pallet is None else self._put(view.viewpoint, pallet, T_world_pallet)
             if found is not None:
                 return found
         occluder = self.stock.draw(kind, least)
@@ -203,38 +209,40 @@ class Search:
         if T_world_occluder is None:
             self.troubles[NO_FLOOR] += 1
             return None
-        return self._put(request, view.viewpoint, occluder, T_world_occluder)
+        return self._put(view.viewpoint, occluder, T_world_occluder)
 
-    def _put(
-        self, request: Request, viewpoint: Viewpoint, occluder: Occluder, T_world_occluder: Transform
-    ) -> Settled | None:
+    def _put(self, viewpoint: Viewpoint, occluder: Occluder, T_world_occluder: Transform) -> RequestedView | None:
         """Put an occluder into the scene if it does for this view what was asked, and to no other what was not."""
-        before = self._measured(request, viewpoint)
-        if request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
+        before = self._measured(viewpoint)
+        if self.request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
             self.troubles[NO_FIT] += 1
             return None
         box = occluder.envelope.placed(T_world_occluder)
-        cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.settled)]
+        cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.earlier if item is not None)]
         room = keeps_clear(box, cameras, self.config.camera_clearance)
         if not room or not keeps_clear(box, self.later, _ELBOW_ROOM):
             self.troubles[NO_FLOOR] += 1
             return None
-        for other in self.settled:
-            if other.met and other.request.off(fraction_behind(other.sight, occluder, T_world_occluder)) > 0.0:
+        for other in self.earlier:
+            if (
+                other is not None
+                and other.met
+                and other.request.off(fraction_behind(other.sight, occluder, T_world_occluder)) > 0.0
+            ):
                 self.troubles[BREAKS] += 1
                 return None
         placed = self.stage.add(occluder, T_world_occluder)
-        self.settled = [self._after(other, placed) for other in self.settled]
+        self.earlier = [other and self._after(other, placed) for other in self.earlier]
         return replace(self._after(before, placed), means=occluder.kind, placed=placed.instance_ids)
 
-    def _after(self, item: Settled, placed: Placed) -> Settled:
+    def _after(self, item: RequestedView, placed: Placed) -> RequestedView:
         """Return a view as it is after an occluder was put into the scene."""
         sight = behind(item.sight, placed)
         return replace(item, sight=sight, kind=self.stage.main_kind(sight))
 
-    def _measured(self, request: Request, viewpoint: Viewpoint) -> Settled:
+    def _measured(self, viewpoint: Viewpoint) -> RequestedView:
         """Return a view with its last measurement."""
         assert viewpoint.target is not None
         sight = self.stage.look(viewpoint.target, viewpoint.T_world_camera, FINAL_RAYS)
         assert sight is not None
-        return Settled(viewpoint, sight, request, self.stage.main_kind(sight))
+        return RequestedView(viewpoint, sight, self.request, self.stage.main_kind(sight))
