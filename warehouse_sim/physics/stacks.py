@@ -4,7 +4,9 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from warehouse_sim.geometry.broad_phase import overlapping_pairs
 from warehouse_sim.scene.solids import Solids
@@ -24,14 +26,12 @@ def find_stacks(instances: Iterable[ObjectInstance], solids: Solids) -> list[Sta
         return []
     extents = [solids.extent_of([item.instance_id for item in load]) for load in loads]
     low, high = np.array([low for low, _ in extents]), np.array([high for _, high in extents])
-    root = list(range(len(loads)))
-    for upper, lower in _standing_on(low, high):
-        a, b = sorted((_find(root, int(upper)), _find(root, int(lower))))
-        root[b] = a
+    upper, lower = _standing_on(low, high).T
+    touching = coo_array((np.ones(len(upper)), (upper, lower)), shape=(len(loads), len(loads)))
+    _, stack_of = connected_components(touching, directed=False)
     stacks: dict[int, list[ObjectInstance]] = defaultdict(list)
     bottom: dict[int, float] = {}
-    for index, load in enumerate(loads):
-        key = _find(root, index)
+    for index, (load, key) in enumerate(zip(loads, stack_of.tolist(), strict=True)):
         stacks[key] += load
         bottom[key] = min(bottom.get(key, np.inf), float(low[index, 2]))
     ordered = sorted(stacks, key=lambda key: (round(bottom[key], 3), stacks[key][0].instance_id))
@@ -47,18 +47,10 @@ def _loads(instances: Iterable[ObjectInstance]) -> list[list[ObjectInstance]]:
     return list(loads.values())
 
 
-def _standing_on(low: Float[np.ndarray, "n 3"], high: Float[np.ndarray, "n 3"]) -> list[tuple[int, int]]:
-    """Return (upper, lower) of loads that stand on each other."""
+def _standing_on(low: Float[np.ndarray, "n 3"], high: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "k 2"]:
+    """Return rows (upper, lower) of loads that stand on each other."""
     foot = high.copy()
     foot[:, 2], sole = low[:, 2] + _SEAM, low - [0.0, 0.0, _SEAM]
     head = low.copy()
     head[:, 2] = high[:, 2]
-    pairs = overlapping_pairs(sole, foot, head, high)
-    return [(int(upper), int(lower)) for upper, lower in pairs if upper != lower]
-
-
-def _find(root: list[int], index: int) -> int:
-    while root[index] != index:
-        root[index] = root[root[index]]
-        index = root[index]
-    return index
+    return overlapping_pairs(sole, foot, head, high)
