@@ -6,7 +6,7 @@ from warehouse_sim.geometry.pose import invert
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig, candidate_viewpoints, shows
-from warehouse_sim.scene.viewpoints.in_view import angles_to
+from warehouse_sim.scene.viewpoints.framing import angles_to
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import Viewpoint
 

@@ -8,7 +8,7 @@ import numpy as np
 from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
-from warehouse_sim.scene.viewpoints.in_view import targets_in_frame
+from warehouse_sim.scene.viewpoints.framing import targets_in_frame
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import Viewpoint
 

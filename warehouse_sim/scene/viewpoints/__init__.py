@@ -2,8 +2,8 @@
 
 from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import shows
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.in_view import shows
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 
 __all__ = ["FreeSpace", "ViewpointsConfig", "candidate_viewpoints", "choose_viewpoints", "shows"]

@@ -6,8 +6,8 @@ import numpy as np
 
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import shows
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.in_view import shows
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import SceneSpec, Viewpoint
 

@@ -5,8 +5,8 @@ import numpy as np
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import shows
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.in_view import shows
 from warehouse_sim.scene.viewpoints.sequences import choose_drives
 from warehouse_sim.scene.viewpoints.single import TRIES, candidate_viewpoints
 from warehouse_sim.schema import Viewpoint

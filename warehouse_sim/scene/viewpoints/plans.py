@@ -13,8 +13,8 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.drives import Drive, Mount
 from warehouse_sim.scene.viewpoints.entries import entries_of, pose_before
+from warehouse_sim.scene.viewpoints.framing import shows, target_in_view
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.in_view import shows, target_in_view
 from warehouse_sim.scene.viewpoints.mountings import Mounting
 from warehouse_sim.scene.viewpoints.paths import Arc, FloorPose, Path, SpeedProfile
 from warehouse_sim.scene.viewpoints.single import draw_lift, draw_mount

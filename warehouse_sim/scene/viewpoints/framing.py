@@ -1,4 +1,7 @@
-"""Which targets a camera has well in view: near enough to its axis and hardly hidden."""
+"""What a recipe asks of a chosen view: targets near enough to its axis and hardly hidden, judged by boxes.
+
+Which targets an image can show at all is ``annotate.in_view``; how much of one it shows, by rays, ``occlusion.sight``.
+"""
 
 import numpy as np
 from jaxtyping import Float
