@@ -158,3 +158,16 @@ def test_a_finished_dataset_is_taken_up_again(made: Path, tmp_path: Path) -> Non
     store.begin([PALLET], CAMERA, resume=True)
     store.finish()
     assert (root / "manifest.json").read_bytes() == before
+
+
+def test_a_further_camera_is_stored_as_any_further_sensor(tmp_path: Path) -> None:
+    def with_low(observation: Observation) -> Observation:
+        return observation.with_reading("low", observation.rgbd, T_CAMERA_RING)
+
+    reader = DatasetReader(make(tmp_path / "low", with_low))
+    image = next(iter(reader.images("train")))
+    ((name, item),) = reader.readings(image).items()
+    truth = observe(make_scene(image.scene_id))[image.image_id].rgbd
+    assert name == "low"
+    assert np.array_equal(item.reading.channels["depth"], truth.depth)
+    assert np.array_equal(item.reading.channels["rgb"], truth.rgb)

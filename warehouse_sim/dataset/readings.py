@@ -13,19 +13,11 @@ import numpy as np
 from warehouse_sim.dataset.contents import SENSOR_NAME, ChannelContents, ReadingContents
 from warehouse_sim.dataset.plain import is_rigid
 from warehouse_sim.errors import DatasetError, shown
-from warehouse_sim.schema import (
-    ChannelReading,
-    LidarScan,
-    MountedReading,
-    Observation,
-    Reading,
-    RgbdReading,
-    StereoReading,
-)
+from warehouse_sim.schema import CAMERA, RIGHT, ChannelReading, LidarScan, MountedReading, Observation, Reading
 
 POSE = "T_camera_sensor"
 """What the sensor's pose is called among the arrays."""
-_HELD_BY_FORMATS = (RgbdReading, LidarScan, StereoReading)
+_HELD_BY_FORMATS = (CAMERA, RIGHT)
 _NUMBERS = "biuf"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, SyntaxError)
@@ -34,8 +26,12 @@ Described = Mapping[str, ChannelContents]
 
 
 def other_readings(observation: Observation) -> dict[str, MountedReading[Reading]]:
-    """Return the readings of an observation that formats do not hold, by the name of their sensor."""
-    return {name: item for name, item in observation.readings.items() if not isinstance(item.reading, _HELD_BY_FORMATS)}
+    """Return the readings that formats do not hold, by the name of their sensor: LiDARs and the pair are theirs."""
+    return {
+        name: item
+        for name, item in observation.readings.items()
+        if name not in _HELD_BY_FORMATS and not isinstance(item.reading, LidarScan)
+    }
 
 
 def describe(name: str, reading: Reading) -> dict[str, ChannelContents]:
