@@ -97,7 +97,7 @@ def test_turns_and_listed_boxes(tmp_path: Path) -> None:
         ({"file": "ghost.obj"}, r"crate\.yaml: file: 'ghost\.obj' does not exist"),
         ({"file": "../crate.obj"}, r"crate\.yaml: file: '\.\./crate\.obj' leaves the folder"),
         ({"file": "/etc/hostname"}, r"crate\.yaml: file: '/etc/hostname' leaves the folder"),
-        ({"file": "crate.yaml"}, r"crate\.yaml: file: crate\.yaml has the suffix '\.yaml'; known: \.obj, \.ply, \.glb"),
+        ({"file": "crate.yaml"}, r"crate\.yaml: file: crate\.yaml has the suffix '\.yaml'; known: \.obj, \.ply, \.stl"),
         ({"name": "epal1"}, r"crate\.yaml: name: 'epal1' is an object of the catalog"),
         ({"name": "My crate"}, r"crate\.yaml: name: 'My crate' must be lower case"),
         ({"obj_id": 7}, r"crate\.yaml: obj_id must be 1,000-999,999, found 7"),

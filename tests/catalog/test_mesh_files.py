@@ -45,6 +45,18 @@ def test_ply_has_one_part_called_as_the_file(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.ptp(parts["block"].vertices, axis=0), EXTENTS, atol=1e-6)
 
 
+@pytest.mark.parametrize("kind", ["ply", "stl", "stl_ascii"])
+def test_other_dialects_are_the_same_box(tmp_path: Path, kind: str) -> None:
+    content = trimesh.creation.box(extents=EXTENTS).export(
+        file_type=kind, **({"encoding": "ascii"} if kind == "ply" else {})
+    )
+    path = tmp_path / f"block.{kind[:3]}"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    (part,) = read_parts(path, None, None).values()
+    np.testing.assert_allclose(np.ptp(part.vertices, axis=0), EXTENTS, atol=1e-6)
+    assert volume(part) == pytest.approx(float(np.prod(EXTENTS)), rel=1e-5)
+
+
 def write_usd(path: Path, up: str, metres: float, left_handed: bool = False) -> None:
     from pxr import Gf, Usd, UsdGeom
 
@@ -106,7 +118,7 @@ def test_obj_names_parts_by_object_and_counts_backwards(tmp_path: Path) -> None:
         ("a.glb", "no glb at all", r"a\.glb cannot be read"),
         ("a.ply", "no ply at all", r"a\.ply cannot be read"),
         ("a.usda", "no usd at all", r"a\.usda cannot be read"),
-        ("a.stl", "", r"a\.stl has the suffix '\.stl'; known: \.obj, \.ply, \.glb, \.usd"),
+        ("a.dae", "", r"a\.dae has the suffix '\.dae'; known: \.obj, \.ply, \.stl, \.glb, \.usd"),
     ],
 )
 def test_a_broken_file_is_named(tmp_path: Path, name: str, content: str, message: str) -> None:

@@ -88,19 +88,23 @@ def test_black_image_is_found_without_bop_files(tmp_path: Path) -> None:
 
 LABEL_READERS = {"kitti labels", "kitti points in boxes", "kitti and bop labels"}
 DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
-    ("symmetry is no group", edit_json("objects.json", lambda d: turn_symmetry(d["1"])), {"objects"}),
+    ("symmetry is no group", edit_json("objects.json", lambda d: turn_symmetry(d["1"])), {"objects", "bop models"}),
     (
         "diameter differs",
         edit_json("bop/models_eval/models_info.json", lambda d: d["1"].update(diameter=9.0)),
-        {"objects"},
+        {"bop models"},
     ),
-    ("model size differs", edit_json("bop/models/models_info.json", lambda d: d["1"].update(size_x=9.0)), {"objects"}),
+    (
+        "model size differs",
+        edit_json("bop/models/models_info.json", lambda d: d["1"].update(size_x=9.0)),
+        {"bop models"},
+    ),
     (
         "symmetry not in BOP",
         edit_json("bop/models/models_info.json", lambda d: d["1"].pop("symmetries_discrete")),
-        {"objects"},
+        {"bop models"},
     ),
-    ("mesh missing", remove("bop/models_eval/obj_000001.ply"), {"objects"}),
+    ("mesh missing", remove("bop/models_eval/obj_000001.ply"), {"objects", "bop models"}),
     ("record of another split", edit_json("scenes/000001.json", lambda d: d.update(split="test")), {"scene records"}),
     ("record too many", copy("scenes/000001.json", "scenes/000003.json"), {"scene records"}),
     (
@@ -325,8 +329,12 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         {"objects"},
     ),
     ("false symmetry", quarter_turns, {"objects"}),
-    ("diameter a little off", edit_json("objects.json", lambda d: d["1"].update(diameter=1.42)), {"objects"}),
-    ("flipped byte of a mesh", flip("bop/models_eval/obj_000001.ply", -9, 1), {"objects"}),
+    (
+        "diameter a little off",
+        edit_json("objects.json", lambda d: d["1"].update(diameter=1.42)),
+        {"objects", "bop models"},
+    ),
+    ("flipped byte of a mesh", flip("bop/models_eval/obj_000001.ply", -9, 1), {"objects", "bop models"}),
     ("camera of one pixel", edit_json("bop/camera.json", lambda d: d.update(fx=1.0)), {"bop cameras"}),
     (
         "another camera in one image",

@@ -1,4 +1,4 @@
-"""Read the parts of an object from OBJ, PLY, GLB or USD, in metres and with z up."""
+"""Read the parts of an object from OBJ, PLY, STL, GLB or USD, in metres and with z up."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from warehouse_sim.catalog.mesh_size import refuse_large_file, refuse_many
 from warehouse_sim.catalog.obj_file import read_obj
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.mesh_file import load_parts, placed
 from warehouse_sim.geometry.pose import rotation_x, rotation_y
 from warehouse_sim.optional import require
 
@@ -81,22 +82,10 @@ def _read_glb(path: Path) -> MeshFile:
 
 
 def _read_with_trimesh(path: Path) -> dict[str, TriangleMesh]:
-    trimesh = require("trimesh", "interchange", f"to read {path.suffix} files")
     try:
-        # From an open file, so that nothing beside it can be reached.
-        with path.open("rb") as file:
-            loaded = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), process=False)
-    except Exception as problem:  # trimesh raises whatever its parsers stumble over
+        return {name: placed(*part) for name, part in load_parts(path).items()}
+    except ValueError as problem:
         raise ConfigError(f"{path.name} cannot be read ({problem}); export it again") from problem
-    parts = {}
-    for node in sorted(loaded.graph.nodes_geometry):
-        T_file_part, name = loaded.graph[node]
-        geometry = loaded.geometry[name]
-        if hasattr(geometry, "faces"):
-            parts[path.stem if len(loaded.geometry) == 1 else node] = _placed(
-                geometry.vertices, geometry.faces, T_file_part
-            )
-    return parts
 
 
 def _read_usd(path: Path) -> MeshFile:
@@ -127,8 +116,9 @@ def _read_usd(path: Path) -> MeshFile:
                 faces = faces[:, ::-1]
             # USD multiplies row vectors from the left, so its matrices are the transpose of ours.
             T_file_part = np.array(geom.Xformable(prim).ComputeLocalToWorldTransform(usd.TimeCode.Default())).T
+            points = np.array(mesh.GetPointsAttr().Get() or (), float).reshape(-1, 3)
             name = prim.GetName() if prim.GetName() not in parts else str(prim.GetPath())
-            parts[name] = _placed(np.array(mesh.GetPointsAttr().Get() or ()).reshape(-1, 3), faces, T_file_part)
+            parts[name] = placed(TriangleMesh(points, faces), T_file_part)
     up: Up = "y" if geom.GetStageUpAxis(stage) == geom.Tokens.y else "z"
     return MeshFile(parts, up, float(geom.GetStageMetersPerUnit(stage)))
 
@@ -146,17 +136,10 @@ def fans(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return corners[np.stack([first, first + step + 1, first + step + 2], axis=1)].astype(np.int32)
 
 
-def _placed(vertices: np.ndarray, faces: np.ndarray, T_file_part: np.ndarray) -> TriangleMesh:
-    """Return the mesh where the file's scene has it; a mirrored one is turned right side out."""
-    linear = T_file_part[:3, :3]
-    placed = np.asarray(vertices, float) @ linear.T + T_file_part[:3, 3]
-    faces = np.asarray(faces, np.int32)
-    return TriangleMesh(placed, np.ascontiguousarray(faces[:, ::-1]) if np.linalg.det(linear) < 0 else faces)
-
-
 _READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".obj": _read_obj,
     ".ply": _read_ply,
+    ".stl": _read_ply,
     ".glb": _read_glb,
     **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _read_usd),
 }

@@ -14,6 +14,7 @@ from warehouse_sim.dataset.png import encode_png, png_header_size_wh, require_wh
 from warehouse_sim.errors import DatasetError
 
 _LARGEST = 65535
+_END_OF_JPEG, _TRAILER = b"\xff\xd9", 64
 DISPARITY_STEPS = 256.0
 """Steps of a pixel in a disparity image (KITTI stereo 2012 and 2015)."""
 
@@ -115,6 +116,39 @@ def decode_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
     return image
 
 
+def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    """Read an 8-bit image that others made, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
+    image = _decode_any(path)
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
+        raise DatasetError(f"{path}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}")
+    if image.ndim == 2 or image.shape[2] == 1:
+        return np.repeat(image.reshape(*image.shape[:2], 1), 3, axis=2)
+    return cv2.cvtColor(np.ascontiguousarray(image[..., :3]), cv2.COLOR_BGR2RGB)
+
+
+def decode_any_depth(path: Path) -> np.ndarray:
+    """Read a depth image that others made, PNG or TIFF, in the file's own steps, 0 = no reading."""
+    image = _decode_any(path)
+    if image.ndim != 2 or image.dtype.kind not in "uf" or not np.isfinite(image).all() or image.min(initial=0) < 0:
+        raise DatasetError(f"{path}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
+    return image
+
+
+def decode_any_mask(path: Path) -> Bool[np.ndarray, "h w"]:
+    """Read a mask that others made: set where any channel is not 0."""
+    image = _decode_any(path)
+    found: Bool[np.ndarray, "h w"] = np.any(image.reshape(*image.shape[:2], -1), axis=2)
+    return found
+
+
+def image_size_wh(path: Path) -> tuple[int, int]:
+    """Return width and height of an image that others made."""
+    if path.suffix.lower() == ".png":
+        return png_size_wh(path)
+    height, width = _decode_any(path).shape[:2]
+    return width, height
+
+
 def png_size_wh(path: Path) -> tuple[int, int]:
     """Return width and height of a PNG from its header, without decoding it."""
     try:
@@ -132,7 +166,26 @@ def _decode(path: Path) -> np.ndarray:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
     # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header asks for.
     require_whole_png(data, str(path))
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    return _pixels(data, path)
+
+
+def _decode_any(path: Path) -> np.ndarray:
+    if path.suffix.lower() == ".png":
+        return _decode(path)
+    try:
+        data = path.read_bytes()
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+    if path.suffix.lower() in (".jpg", ".jpeg") and _END_OF_JPEG not in data[-_TRAILER:]:
+        raise DatasetError(f"{path}: is a damaged JPEG image, its end is missing; copy it again")
+    return _pixels(data, path)
+
+
+def _pixels(data: bytes, path: Path) -> np.ndarray:
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # nothing at all, or more pixels than it takes
+        image = None
     if image is None:
-        raise DatasetError(f"{path}: is not a readable image; generate the dataset again")
+        raise DatasetError(f"{path}: is not a readable image; copy or generate the dataset again")
     return image

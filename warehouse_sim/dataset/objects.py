@@ -49,6 +49,8 @@ class ObjectInfo:
     """Folder of the dataset."""
     read_mesh: MeshReader | None = None
     """Where its surface comes from; None in a dataset without meshes."""
+    is_scan: bool = False
+    """Whether others described it, whose meshes are measured: declared symmetries need not be exact."""
 
     def mesh(self) -> TriangleMesh:
         """Read the CAD surface (m, object frame).

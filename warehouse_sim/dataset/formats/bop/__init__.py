@@ -7,6 +7,7 @@ from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 
 
@@ -38,14 +39,20 @@ class BopFormat:
         return BopWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader:
-        """Return a reader of ``root/bop``."""
-        from warehouse_sim.dataset.formats.bop.reader import BopReader
+        """Return a reader of ``root/bop``, or of a folder that others made."""
+        if DatasetLayout(root).manifest.is_file():
+            from warehouse_sim.dataset.formats.bop.reader import BopReader
 
-        return BopReader(root)
+            return BopReader(root)
+        from warehouse_sim.dataset.formats.bop.others import OthersReader, folder_of_others
+
+        return OthersReader(folder_of_others(root) or root)
 
     def recognises(self, root: Path) -> bool:
-        """Return whether the folder is a BOP dataset of others; not yet."""
-        return False
+        """Return whether the folder, or ``bop`` in it, holds models of BOP."""
+        from warehouse_sim.dataset.formats.bop.others import folder_of_others
+
+        return folder_of_others(root) is not None
 
 
 FORMAT = BopFormat()
