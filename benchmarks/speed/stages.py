@@ -38,7 +38,7 @@ _FUNCTIONS: list[tuple[Any, str, str]] = [
     (observe, "target_illuminance", "labels"),
     (observe, "measure_conditions", "labels"),
     (FilmCaster, "image", "labels"),
-    (RasterRenderer, "load", "upload and shadow maps"),
+    (RasterRenderer, "load", "upload and indirect light"),
     (RasterRenderer, "render", DRAW),
     (RasterRenderer, "silhouettes", "silhouettes"),
     (ImageTargets, "read", READ_BACK),

@@ -8,7 +8,7 @@ from warehouse_sim.geometry.solids import prism
 
 def test_a_box_has_six_planes_and_six_parallelograms() -> None:
     found = facets(unit_box())
-    pair, turn = parallelograms(unit_box(), found)
+    pair, turn = parallelograms(found)
     assert found.inner.sum(axis=1).tolist() == [1] * 12
     assert sorted(pair.ravel().tolist()) == list(range(12))
     assert found.inner[pair, turn].all()
@@ -36,5 +36,5 @@ def test_an_edge_of_three_sheets_has_no_one_on_the_other_side() -> None:
 def test_vertices_at_one_place_are_one() -> None:
     triangles = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
     soup = TriangleMesh(triangles.reshape(-1, 3), np.arange(6, dtype=np.int32).reshape(2, 3))
-    pair, _ = parallelograms(soup, facets(soup))
+    pair, _ = parallelograms(facets(soup))
     assert pair.tolist() == [[0, 1]]

@@ -33,7 +33,9 @@ def detail_levels(mesh: TriangleMesh) -> tuple[DetailLevel, ...]:
     """
     levels = [DetailLevel(mesh, 0.0)]
     found = facets(mesh)
-    pair, error = _rims(mesh, found)
+    pair, turn = parallelograms(found)
+    rim, error = _rims(found, pair, turn, plane_regions(found))
+    pair = pair[rim]
     for step in range(_MOST):
         gone = error <= _FIRST * 2.0**step
         left = len(found.faces) - 2 * np.count_nonzero(gone)
@@ -44,10 +46,11 @@ def detail_levels(mesh: TriangleMesh) -> tuple[DetailLevel, ...]:
     return tuple(levels)
 
 
-def _rims(mesh: TriangleMesh, found: Facets) -> tuple[Int[np.ndarray, "r 2"], Float[np.ndarray, " r"]]:
-    """Return the pairs of triangles that form rim faces, and half the width of each (m)."""
-    pair, turn = parallelograms(mesh, found)
-    points = mesh.vertices[found.faces]
+def _rims(
+    found: Facets, pair: Int[np.ndarray, "q 2"], turn: Int[np.ndarray, "q 2"], region: Int[np.ndarray, " m"]
+) -> tuple[Bool[np.ndarray, " q"], Float[np.ndarray, " r"]]:
+    """Return which of the ``parallelograms`` are rim faces, and half the width of each of these (m)."""
+    points = found.points
     row, (i, j) = np.arange(len(pair)), turn.T
     corner = points[pair[:, 0], i]
     sides = np.stack([points[pair[:, 0], (i + k) % 3] - corner for k in (1, 2)], axis=1)
@@ -60,20 +63,19 @@ def _rims(mesh: TriangleMesh, found: Facets) -> tuple[Int[np.ndarray, "r 2"], Fl
         found.across[pair[:, 0], np.where(long == 0, (i + 2) % 3, (i + 1) % 3)],
         found.across[pair[:, 1], np.where(long == 0, (j + 2) % 3, (j + 1) % 3)],
     ]
-    region = plane_regions(found)
-    region_width = _region_widths(mesh, found, region)
+    region_width = _region_widths(found, region)
     alone = np.bincount(region)[region[pair[:, 0]]] == 2
     wider = alone.copy()
     for edge in beyond:
         wider &= (edge >= 0) & (region_width[region[edge // 3]] > 1.2 * width)
     leaned_on = _touched(region, beyond, row[wider])
     rim = wider & ~leaned_on[region[pair[:, 0]]]
-    return pair[rim], width[rim] / 2
+    return rim, width[rim] / 2
 
 
-def _region_widths(mesh: TriangleMesh, found: Facets, region: Int[np.ndarray, " m"]) -> Float[np.ndarray, " k"]:
+def _region_widths(found: Facets, region: Int[np.ndarray, " m"]) -> Float[np.ndarray, " k"]:
     """Return about how wide each flat region is across its longest direction (m)."""
-    points = mesh.vertices[found.faces]
+    points = found.points
     doubled = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
     count = region.max(initial=-1) + 1
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)

@@ -15,6 +15,8 @@ class Facets:
     """The triangles of a mesh that have an area, and their neighbours; edge k is opposite corner k."""
 
     faces: Int[np.ndarray, "m 3"]
+    points: Float[np.ndarray, "m 3 3"]
+    """Positions of their corners (m)."""
     normals: Float[np.ndarray, "m 3"]
     """Unit outward normals, rounded so that those of coplanar triangles are equal."""
     across: Int[np.ndarray, "m 3"]
@@ -40,16 +42,17 @@ def facets(mesh: TriangleMesh) -> Facets:
     across, _ = _twins(edge)
     partner, shared = _twins(in_plane)
     shape = faces.shape
-    return Facets(faces, normals, across.reshape(shape), shared.reshape(shape), partner.reshape(shape))
+    points = mesh.vertices[faces]
+    return Facets(faces, points, normals, across.reshape(shape), shared.reshape(shape), partner.reshape(shape))
 
 
-def parallelograms(mesh: TriangleMesh, found: Facets) -> tuple[Int[np.ndarray, "q 2"], Int[np.ndarray, "q 2"]]:
+def parallelograms(found: Facets) -> tuple[Int[np.ndarray, "q 2"], Int[np.ndarray, "q 2"]]:
     """Return the pairs of coplanar triangles that halve a parallelogram along the longest edge of both.
 
     Returns:
         The two triangles of each pair, and for each of them which of its edges that is.
     """
-    points = mesh.vertices[found.faces]
+    points = found.points
     edges = points[:, [2, 0, 1]] - points[:, [1, 2, 0]]
     longest = np.round(np.linalg.norm(edges, axis=2), 9).argmax(axis=1)
     rows = np.arange(len(points))

@@ -6,6 +6,12 @@ could lie there, looking along the axes (the "ambient cube" of McTaggart 2004, "
 which is exact for the walls, shelves and cartons that fill a warehouse.
 
 Glowing materials light nothing here: in a warehouse they are the faces of luminaires, and those are lamps already.
+
+The light meter of ``generation`` solves the same equation and stays apart: it is an instrument, this is a part of a
+picture. The meter asks for a few points of exact triangles by random walks, to scale the lamps and to label targets,
+and must not change with what draws; this needs thousands of points at once, on coarse geometry, smooth enough for the
+eye and cheap enough for every scene. They share the falloff of lamps (``photometry``), the ground's share of the sky
+(``lamps.GROUND``) and the one binding of Embree, so that a lamp means the same to both.
 """
 
 from collections.abc import Sequence
@@ -14,9 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.coarse_scene import CoarseScene
 from warehouse_sim.render.lamps import GROUND, lamp_geometry
-from warehouse_sim.render.light_grid import LightGrid, lay_grid, neighbours
+from warehouse_sim.render.light_grid import CoarseScene, LightGrid, lay_grid, neighbours
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 

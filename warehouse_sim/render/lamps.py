@@ -6,14 +6,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.light_grid import aisle_places
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
 GROUND = 0.3
 """How bright the lower half of the even environment is, as a share of the upper half."""
 _AHEAD = 4.0  # metres before a camera where its picture is taken to be
-_PITCH = 2.0  # metres between the places that stand for an aisle, about
-_HEIGHTS = (0.7, 2.0, 3.3)  # metres above the floor
 
 
 def even_illuminance(scene: SceneSpec) -> float:
@@ -48,19 +47,6 @@ def looked_at(scene: SceneSpec) -> Float64[np.ndarray, "n 3"]:
     targets = [item.T_world_object[:3, 3] for item in scene.target_instances()]
     lit = [light.position + _AHEAD * light.direction for light in scene.lights]
     return np.array(targets or lit, float).reshape(-1, 3)
-
-
-def aisle_places(aisle: tuple[float, float, float, float]) -> Float64[np.ndarray, "n 3"]:
-    """Return places (m) all over an aisle, at the heights that cameras and goods have.
-
-    Args:
-        aisle: As ``SceneSpec.aisle``.
-    """
-    across = []
-    for low, high in (aisle[:2], aisle[2:]):
-        count = max(round((high - low) / _PITCH), 1)
-        across.append(low + (np.arange(count) + 0.5) / count * (high - low))
-    return np.stack(np.meshgrid(*across, _HEIGHTS, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:

@@ -1,25 +1,86 @@
-"""A grid of points in a scene and all that rays from them hit: the geometry of light from the surroundings."""
+"""A grid of points in a scene and all that rays from them hit: the geometry of light from the surroundings.
+
+Rays meet a coarse copy of the scene: small curved parts are boxes, tiny ones are left out.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.coarse_scene import CoarseScene
-from warehouse_sim.render.lamps import aisle_places
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.render.embree import PlacedMeshes
+from warehouse_sim.schema import Part, SceneSpec
 
 RAYS = 80
 """Rays from each point."""
 _POINTS = 2200  # of the grid, about
 _SPACING = 0.6  # least distance between two (m)
 _FARTHEST = 7.0  # metres from where cameras may stand that the grid reaches
+_PITCH = 2.0  # metres between the places that stand for an aisle, about
+_HEIGHTS = (0.7, 2.0, 3.3)  # metres above its floor
 _LOOKS = 200  # directions from each such place that tell what can be seen
 _AROUND, _ABOVE = 3.0, 1.0  # metres beside and over a target from where it may be looked at
 _SIDES = 8  # of a target
 _BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
 _LIFT = 2e-3  # metres by which points on surfaces are lifted off them
 _SOLID = 0.25  # share of rays that meet the inner side of a face from which on a point lies in something
+_TINY = 0.15
+"""Parts that fit into a ball of this radius (m) turn no light that matters."""
+_SMALL = 0.75
+"""Parts that fit into a ball of this radius (m) are taken for their bounding box if they have many faces."""
+_MANY_FACES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseHits:
+    """Where rays end; rows of rays that leave the scene hold an infinite distance and zeros."""
+
+    distance: Float32[np.ndarray, " n"]
+    """In units of the ray's direction."""
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit outward normals in the world."""
+    albedo: Float32[np.ndarray, "n 3"]
+    """Share of light that is returned, linear RGB."""
+
+
+class CoarseScene:
+    """What turns light in a scene, in an acceleration structure of its own.
+
+    Args:
+        scene: The scene; film and lamps' own glow are left out.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+
+    def __init__(self, scene: SceneSpec) -> None:
+        mesh, albedo = _coarse_mesh(scene)
+        corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
+        self.low = corners.min(axis=0)
+        """Least corner of what turns light (m)."""
+        self.high = corners.max(axis=0)
+        """Greatest corner (m)."""
+        # One extra row answers for rays that hit nothing, whose triangle number is -1.
+        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
+        self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
+        self._meshes = PlacedMeshes([[mesh]], [(0, np.eye(4))])
+
+    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
+        """Return what rays meet first.
+
+        Args:
+            origins: Starting points in the world (m).
+            directions: Directions in the world, of any length.
+        """
+        hits = self._meshes.cast(origins, directions)
+        return CoarseHits(hits.distance, self._normals[hits.triangle], self._albedo[hits.triangle])
+
+    def blocked(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
+        return self._meshes.blocked(origins, directions, reach)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +164,19 @@ def _turns(count: int) -> Float32[np.ndarray, "n 3 3"]:
     return turns
 
 
+def aisle_places(aisle: tuple[float, float, float, float]) -> Float[np.ndarray, "n 3"]:
+    """Return places (m) all over an aisle, at the heights that cameras and goods have.
+
+    Args:
+        aisle: As ``SceneSpec.aisle``.
+    """
+    across = []
+    for low, high in (aisle[:2], aisle[2:]):
+        count = max(round((high - low) / _PITCH), 1)
+        across.append(low + (np.arange(count) + 0.5) / count * (high - low))
+    return np.stack(np.meshgrid(*across, _HEIGHTS, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
 def _places_to_look_from(scene: SceneSpec, solid: CoarseScene) -> Float[np.ndarray, "n 3"]:
     """Return places (m) where cameras may stand: in the aisle, or around targets in a scene that knows no aisle."""
     if scene.aisle is not None:
@@ -180,3 +254,33 @@ def _reached(
             reached[far] |= reached[near] & way
             reached[near] |= reached[far] & way
     return reached
+
+
+def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:
+    """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
+    groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
+    for instance in scene.instances:
+        for part in scene.model_of(instance).parts:
+            if scene.materials[part.material].opacity >= 1.0:
+                groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
+    vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
+    for mesh, members in groups.items():
+        scale = np.stack([part.scale for _, part in members])
+        low, high = mesh.vertices.min(axis=0) * scale, mesh.vertices.max(axis=0) * scale
+        radius = np.linalg.norm(high - low, axis=1) / 2
+        T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
+        base = np.array([scene.materials[part.material].base_color for _, part in members])
+        as_box = (radius < _SMALL) & (len(mesh.faces) > _MANY_FACES)
+        box = (low + high)[:, None] / 2 + unit_box().vertices * (high - low)[:, None]
+        for shape, local, chosen in (
+            (unit_box(), box, as_box),
+            (mesh, mesh.vertices * scale[:, None], ~as_box),
+        ):
+            rows = np.flatnonzero(chosen & (radius > _TINY))
+            placed = np.einsum("nij,nkj->nki", T[rows, :3, :3], local[rows]) + T[rows, None, :3, 3]
+            starts = count + len(shape.vertices) * np.arange(len(rows))
+            vertices.append(placed.reshape(-1, 3))
+            faces.append((shape.faces[None] + starts[:, None, None]).reshape(-1, 3).astype(np.int32))
+            albedo.append(np.repeat(base[rows], len(shape.faces), axis=0))
+            count += placed.shape[0] * placed.shape[1]
+    return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(albedo)

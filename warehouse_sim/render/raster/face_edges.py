@@ -27,7 +27,7 @@ class FlatMesh:
 def flat_mesh(mesh: TriangleMesh) -> FlatMesh:
     """Prepare ``mesh``; halves of a parallelogram become one face with four edges, which needs no more corners."""
     found = facets(mesh)
-    pair, turn = parallelograms(mesh, found)
+    pair, turn = parallelograms(found)
     single = np.setdiff1d(np.arange(len(found.faces)), pair)
     quads = _quad_corners(mesh, found, pair, turn)
     barycentric = _barycentric(found.inner[single])
