@@ -10,7 +10,7 @@ from warehouse_sim.schema import Material, SceneChange, SceneSpec
 
 PAINT = Material("paint", (0.5, 0.2, 0.1))
 GLASS = Material("glass", (0.9, 0.9, 0.9), emission=1.0)
-NOTHING = SceneChange(False, False, False, False)
+NOTHING = SceneChange(objects=False, surfaces=False, emission=False, lights=False, area=False)
 
 
 def scene() -> SceneSpec:
@@ -18,7 +18,8 @@ def scene() -> SceneSpec:
 
 
 def test_everything_is_new_after_nothing() -> None:
-    assert SceneChange.between(None, scene()) == SceneChange(True, True, True, True)
+    everything = SceneChange(objects=True, surfaces=True, emission=True, lights=True, area=True)
+    assert SceneChange.between(None, scene()) == everything
 
 
 def test_equal_copies_do_not_differ() -> None:
@@ -52,6 +53,9 @@ def test_each_change_is_told_alone() -> None:
 
     dark = replace(before, materials={"paint": PAINT, "glass": replace(GLASS, emission=0.0)})
     assert SceneChange.between(before, dark) == replace(NOTHING, emission=True)
+
+    assert SceneChange.between(before, replace(before, targets=("carton",))) == replace(NOTHING, area=True)
+    assert SceneChange.between(before, replace(before, aisle=(-1.0, 1.0, -1.0, 1.0))) == replace(NOTHING, area=True)
 
     other = replace(before, materials={"paint": replace(PAINT, roughness=0.1), "glass": GLASS})
     assert SceneChange.between(before, other).surfaces
