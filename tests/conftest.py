@@ -2,6 +2,10 @@ import os
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("steady", derandomize=True, database=None, deadline=None, max_examples=50)
+settings.load_profile("steady")  # the same examples every time, on any machine
 
 
 @pytest.fixture(scope="session", autouse=True)

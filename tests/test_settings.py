@@ -13,8 +13,11 @@ from collections.abc import Iterator
 from typing import Annotated, Any
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
+from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.calibration import Calibration
 from warehouse_sim.estimators.settings import PredictConfig
@@ -104,12 +107,12 @@ def test_the_docstring_tells_the_range() -> None:
             assert re.search(rf"(?<![\d.]){re.escape(str(allowed))}(?![\d]|\.\d)", docstrings(cls)[name]), (cls, name)
 
 
+def has_default(field: dataclasses.Field) -> bool:
+    return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+
+
 def sample(cls: type) -> Any:
-    needed = {
-        field.name: None
-        for field in dataclasses.fields(cls)
-        if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-    }
+    needed = {field.name: None for field in dataclasses.fields(cls) if not has_default(field)}
     made = cls.__new__(cls)
     for field in dataclasses.fields(cls):
         default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
@@ -126,3 +129,43 @@ def test_the_class_keeps_to_the_range() -> None:
             object.__setattr__(settings, name, bad)
             with pytest.raises((ConfigError, ValueError), match=f"^{name} must be {re.escape(str(allowed))}.*, found "):
                 settings.__post_init__()
+
+
+SINGLE = [
+    (cls, name, allowed)
+    for cls, name, allowed in RANGED
+    if not inspect.isabstract(cls) and typing.get_type_hints(cls)[name] in (int, float, Distribution)
+]
+"""The settings that hold one number, of the classes that a file can hold."""
+
+
+@given(st.sampled_from(SINGLE), st.floats(0.0, 1.0))
+def test_a_number_within_its_range_survives_the_round_trip(setting: tuple[type, str, Range], share: float) -> None:
+    cls, name, allowed = setting
+    number = allowed.low + share * (allowed.high - allowed.low)
+    hint = typing.get_type_hints(cls)[name]
+    whole = hint is int or allowed.whole
+    try:
+        config = from_mapping(cls, {name: min(round(number), int(allowed.high)) if whole else number}, "file")
+    except ConfigError as problem:  # a relation to another setting, or the want of one that has no default
+        refused = str(problem)
+    else:
+        refused = ""
+    assert f"{name} must be {allowed}" not in refused
+    assume(not refused)
+    assert convert(cls, to_mapping(config), "again") == config
+
+
+@given(st.sampled_from(SINGLE), st.floats(1e-6, 1e6), st.booleans())
+def test_a_number_outside_of_its_range_is_refused_by_name(
+    setting: tuple[type, str, Range], beyond: float, above: bool
+) -> None:
+    cls, name, allowed = setting
+    hint = typing.get_type_hints(cls)[name]
+    number = allowed.high * (1 + 1e-9) + beyond if above else allowed.low - beyond
+    if hint is int:
+        number = math.ceil(number) if above else math.floor(number)
+    needed = [item.name for item in dataclasses.fields(cls) if not has_default(item) and item.name != name]
+    assume(not needed)
+    with pytest.raises(ConfigError, match=rf"{name}.* must (be|stay within) {re.escape(str(allowed))}"):
+        from_mapping(cls, {name: number}, "file")

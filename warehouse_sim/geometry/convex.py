@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull
 
 
 def convex_hull(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
-    """Return the corners of the convex outline of ``points``, counter-clockwise from the least x, then y."""
+    """Return the corners of the smallest convex outline around ``points``, counter-clockwise from the least x."""
     ordered = np.unique(np.round(points, 9), axis=0)
     corners = ConvexHull(ordered).vertices
     return ordered[np.roll(corners, -int(corners.argmin()))]

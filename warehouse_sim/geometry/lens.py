@@ -12,6 +12,8 @@ from warehouse_sim.ranges import Range, check_ranges
 
 _LEAST_SLOPE = 0.25
 """Growth of the distorted radius with the true one, 1 on the axis, at which a lens is no longer believed."""
+_NOTHING = 1e-100
+"""A coefficient that bends no ray; its roots would overflow."""
 _TABLE = 4096
 _TOLERANCE = 1e-12
 _MOST_STEPS = 50
@@ -55,7 +57,8 @@ class Distortion:
     def radius(self) -> float:
         """Tangent of the largest angle to the axis at which the formula holds; infinite where it never turns."""
         # d r' / d r = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6
-        roots = np.roots([7.0 * self.k3, 5.0 * self.k2, 3.0 * self.k1, 1.0 - _LEAST_SLOPE])
+        slope = np.array([7.0 * self.k3, 5.0 * self.k2, 3.0 * self.k1, 1.0 - _LEAST_SLOPE])
+        roots = np.roots(np.where(np.abs(slope) < _NOTHING, 0.0, slope))
         squares = [root.real for root in np.atleast_1d(roots) if abs(root.imag) < 1e-12 and root.real > 0]
         return math.sqrt(min(squares)) if squares else math.inf
 
