@@ -38,6 +38,13 @@ def test_list_finds_recipes_from_anywhere(installed) -> None:
     assert "smoke" in out
 
 
+def test_of_the_benchmarks_it_carries_the_results_and_no_code(installed) -> None:
+    carried = {
+        path.name for path in (installed / "warehouse_sim" / "_data" / "benchmarks").rglob("*") if path.is_file()
+    }
+    assert carried == {path.name for path in (ROOT / "benchmarks" / "results").iterdir()}
+
+
 @pytest.mark.gl
 def test_preview_finds_textures_and_shaders(installed, tmp_path) -> None:
     run_from_root(installed, "-m", "warehouse_sim", "preview", "smoke", "--out", str(tmp_path / "preview.png"))

@@ -22,11 +22,11 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.result import machine, rounded
 from benchmarks.speed.encoding import encoding
 from benchmarks.speed.full_observation import full_observation
 from benchmarks.speed.inference import inference
 from benchmarks.speed.lidar import lidar
-from benchmarks.speed.machine import machine, rounded
 from benchmarks.speed.memory import memory
 from benchmarks.speed.rgbd_ids import compare
 from benchmarks.speed.rgbd_models import rgbd_models

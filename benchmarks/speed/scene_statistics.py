@@ -1,7 +1,7 @@
 """How often scenes stand at the first attempt, how varied a set of them is, and what a dense one costs.
 
-    python benchmarks/speed/scene_statistics.py            # prints the table
-    python benchmarks/speed/scene_statistics.py --write    # and stores benchmarks/results/scene_statistics.json
+    python -m benchmarks.speed.scene_statistics            # prints the table
+    python -m benchmarks.speed.scene_statistics --write    # and stores benchmarks/results/scene_statistics.json
 
 Every recipe is sampled and settled scene by scene, without rendering. A draw is rejected when loads find no place or
 when the settled scene breaks a limit; the next attempt is another scene of the same index. Meshes are counted by their
@@ -10,17 +10,14 @@ scene has no fewer than 200 loaded pallets and 3,000 cartons.
 """
 
 import hashlib
-import json
 import logging
-import os
-import platform
 import time
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import tyro
 
+from benchmarks.result import RESULTS, write_result
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.drawn import ATTEMPTS
 from warehouse_sim.generation.recipe import Recipe, load_recipe
@@ -33,7 +30,6 @@ from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.schema import SceneSpec
 
-RESULT = Path(__file__).parents[1] / "results" / "scene_statistics.json"
 RECIPES = ("industrial", "selective_rack", "block_storage", "dock_staging", "mixed_pallets", "conveyor_pickup")
 DENSE = SceneRecipe(
     layout=RackAisleConfig(bays=12, beam_levels=(1.45, 2.9, 4.35), sides="both"),
@@ -186,13 +182,8 @@ def main(
     for row in rows:
         print(f"{row['name']:58s} {row['value']}")
     if write:
-        result = {
-            "machine": {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count()},
-            "command": f"python benchmarks/speed/scene_statistics.py --scenes {scenes} --seed {seed} --write",
-            "rows": rows,
-        }
-        RESULT.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        print(f"output: {RESULT}")
+        command = f"python -m benchmarks.speed.scene_statistics --scenes {scenes} --seed {seed} --write"
+        write_result(RESULTS / "scene_statistics.json", command, rows)
 
 
 if __name__ == "__main__":

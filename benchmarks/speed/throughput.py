@@ -8,7 +8,6 @@ the first finished scenes, so that starting processes and compiling shaders are 
 takes most of the workers' wall time while all of them work: draw, read-back, encode, disk, or one of those between.
 """
 
-import json
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -20,14 +19,12 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.speed.machine import machine, rounded
+from benchmarks.result import RESULTS, rounded, write_result
 from benchmarks.speed.stages import watch_generation
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.workers import prepare_worker
 from warehouse_sim.processes import end_with_parent
-
-RESULT = Path(__file__).parents[1] / "results" / "throughput.json"
 
 
 def main(
@@ -67,9 +64,7 @@ def main(
     if write:
         numbers = " ".join(map(str, workers))
         command = f"python -m benchmarks.speed.throughput --recipe {recipe} --workers {numbers} --seed {seed} --write"
-        result = {"machine": machine(), "command": command, "rows": [rounded(row) for row in rows]}
-        RESULT.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        console.print(f"output: {RESULT}")
+        write_result(RESULTS / "throughput.json", command, rounded(rows))
 
 
 def measure_workers(recipe: Recipe, seed: int, workers: int, scenes_per_worker: int, out: Path) -> dict[str, Any]:

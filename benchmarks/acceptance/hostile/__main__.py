@@ -23,7 +23,7 @@ from benchmarks.acceptance.hostile.run import VERB, Result, try_cases
 from benchmarks.acceptance.hostile.stock import Stock, make_stock
 from benchmarks.acceptance.hostile.table import as_json, count_table, fault_lines
 from benchmarks.acceptance.hostile.watch import Limits, Watched
-from benchmarks.speed.machine import machine
+from benchmarks.result import machine
 
 
 def main(

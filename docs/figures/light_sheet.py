@@ -1,6 +1,6 @@
 """One view in the light of every preset, side by side: docs/images/light.jpg.
 
-python benchmarks/light_sheet.py [--out FILE]
+python -m docs.figures.light_sheet [--out FILE]
 """
 
 from dataclasses import replace
@@ -23,7 +23,7 @@ from warehouse_sim.scene.lighting import PRESETS, LightingConfig
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import Viewpoint
 
-PICTURE = Path(__file__).parents[1] / "docs" / "images" / "light.jpg"
+PICTURE = Path(__file__).parents[1] / "images" / "light.jpg"
 CAMERA = PinholeCamera.from_focal(760, 428, 400.0)
 RECIPE, SEED, INDEX = "dock_staging", 0, 0
 VIEW = Viewpoint(level_camera(np.array([-13.0, -4.0, 2.4]), np.deg2rad(20.0)))

@@ -1,6 +1,6 @@
 """Draw the picture of docs/viewpoints.md: three drives from above, and one target by every kind of camera.
 
-python benchmarks/viewpoint_sheet.py
+python -m docs.figures.viewpoint_sheet
 """
 
 from dataclasses import replace
@@ -29,7 +29,7 @@ from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.scene.viewpoints.sequences import choose_drives
 from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint
 
-PICTURE = Path(__file__).parents[1] / "docs" / "images" / "viewpoints.jpg"
+PICTURE = Path(__file__).parents[1] / "images" / "viewpoints.jpg"
 SCENE = 3
 KINDS = ("level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free")
 DRIVES = {"drive": "forklift_guard", "turn_in": "forklift_forks", "approach": "forklift_mast"}

@@ -1,24 +1,21 @@
 """Do cameras stand free and see what was asked for? A thousand viewpoints of each kind, checked in settled scenes.
 
-    python benchmarks/viewpoint_requests.py            # prints the rows
-    python benchmarks/viewpoint_requests.py --write    # and stores benchmarks/results/viewpoint_requests.json
+    python -m benchmarks.acceptance.viewpoint_requests            # prints the rows
+    python -m benchmarks.acceptance.viewpoint_requests --write    # and stores results/viewpoint_requests.json
 
 Nothing that chose the viewpoints is asked: rays (Embree) through the settled meshes say how near the nearest surface is
 and which targets the KITTI camera shows at a quarter of its resolution; the separating axis test says how near vehicles
 come to collision boxes. A target counts as in view with at least 4 of those pixels (64 at full resolution).
 """
 
-import json
-import os
-import platform
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 import tyro
 
+from benchmarks.result import RESULTS, write_result
 from warehouse_sim.errors import SettleError
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
@@ -30,7 +27,6 @@ from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
-RESULT = Path(__file__).parent / "results" / "viewpoint_requests.json"
 SINGLE = ("level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free")
 DRIVES = (
     ("drive", "forklift_guard"),
@@ -168,13 +164,8 @@ def main(
         for row in found:
             print(f"{row['name']:75s} {row['value']}", flush=True)
     if write:
-        result = {
-            "machine": {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count()},
-            "command": f"python benchmarks/viewpoint_requests.py --recipe {recipe} --count {count} --seed {seed}",
-            "rows": rows,
-        }
-        RESULT.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        print(f"output: {RESULT}")
+        command = f"python -m benchmarks.acceptance.viewpoint_requests --recipe {recipe} --count {count} --seed {seed}"
+        write_result(RESULTS / "viewpoint_requests.json", command, rows)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Draw the picture of docs/occlusion.md: one target at five visible fractions, by kind of occluder.
 
-python -m benchmarks.occlusion_sheet
+python -m docs.figures.occlusion_sheet
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
-PICTURE = Path(__file__).parents[1] / "docs" / "images" / "occlusion.jpg"
+PICTURE = Path(__file__).parents[1] / "images" / "occlusion.jpg"
 KINDS: tuple[Kind, ...] = ("load", "wrap", "pallet", "traffic", "border")
 FRACTIONS = (0.9, 0.7, 0.5, 0.3, 0.1)
 CELL_WH, MARGIN = (300, 225), 6

@@ -1,6 +1,6 @@
 """Draw the thumbnails of scenes/README.md: four views of each recipe, one a scene.
 
-python benchmarks/recipe_sheets.py industrial approach    # some recipes; without names all that look like no other
+python -m docs.figures.recipe_sheets industrial approach    # some recipes; without names all that look like no other
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.resources import find_recipe, recipe_names
 from warehouse_sim.yaml_file import read_yaml
 
-FOLDER = Path(__file__).parents[1] / "docs" / "images" / "recipes"
+FOLDER = Path(__file__).parents[1] / "images" / "recipes"
 WIDTH = 800
 SCENES = 4
 

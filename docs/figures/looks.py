@@ -1,14 +1,13 @@
 """The same views by every render backend, and how far each is from the path tracer.
 
-    python -m benchmarks.looks                 # pictures to docs/images/looks, tables to docs/looks.md, numbers to
+    python -m docs.figures.looks                 # pictures to docs/images/looks, tables to docs/looks.md, numbers to
                                                # benchmarks/results/looks.json
-    python -m benchmarks.looks --samples 8 --out /tmp/looks      # a quick look, elsewhere
+    python -m docs.figures.looks --samples 8 --out /tmp/looks      # a quick look, elsewhere
 
 The path tracer's pictures are kept in ``cache`` and used again while scene, camera and number of paths stay the same.
 """
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +18,8 @@ import numpy as np
 import tyro
 from jaxtyping import UInt8
 
-from benchmarks.color_difference import ciede2000, lab_from_srgb
-from benchmarks.speed.machine import machine, rounded
+from benchmarks.result import rounded, write_result
+from docs.figures.color_difference import ciede2000, lab_from_srgb
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
@@ -29,9 +28,9 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PEERS = ("raster", "mujoco", "pyrender")
-_BEGIN, _END = "<!-- written by benchmarks/looks.py -->", "<!-- end -->"
+_BEGIN, _END = "<!-- written by docs/figures/looks.py -->", "<!-- end -->"
 _LARGEST_FILE = 118_000  # bytes, so that twenty pictures stay below 2.4 MB
 
 
@@ -100,9 +99,8 @@ def main(samples: int = 128, out: Path = ROOT, cache: Path = Path("out/looks"), 
     for row in rounded(rows):
         print(row)
     if not only:
-        command = f"python -m benchmarks.looks --samples {samples}"
-        result = {"machine": machine(), "command": command, "rows": rounded(rows)}
-        (results / "looks.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        command = f"python -m docs.figures.looks --samples {samples}"
+        write_result(results / "looks.json", command, rounded(rows))
         write_page(out / "docs" / "looks.md", rounded(rows), command)
 
 

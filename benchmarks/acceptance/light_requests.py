@@ -1,14 +1,13 @@
 """How well requested lux are reached, and what lighting a scene costs.
 
-    python benchmarks/light_requests.py            # prints the table
-    python benchmarks/light_requests.py --write    # and stores the result and its picture
+    python -m benchmarks.acceptance.light_requests            # prints the table
+    python -m benchmarks.acceptance.light_requests --write    # and stores the result and its picture
 
 Each settled scene is lit once by every preset, each time with a request between 2 and 600 lx, all magnitudes alike
 often. What counts as reached is the mean illuminance of the aisle's free floor by random walks (``floor_walks.py``),
 not the measure that the lamps were scaled by.
 """
 
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,8 +16,8 @@ from statistics import median
 import numpy as np
 import tyro
 
-from benchmarks.floor_walks import floor_lux_by_walks
-from benchmarks.speed.machine import machine, rounded
+from benchmarks.acceptance.floor_walks import floor_lux_by_walks
+from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
@@ -28,8 +27,8 @@ from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig
 from warehouse_sim.scene.streams import scene_rng
 
-ROOT = Path(__file__).parents[1]
-RESULT, PICTURE = ROOT / "benchmarks" / "results" / "light_requests.json", "docs/images/light_requests.png"
+ROOT = Path(__file__).parents[2]
+PICTURE = "docs/images/light_requests.png"
 RECIPES = ("industrial", "selective_rack", "dock_staging", "conveyor_pickup")
 LOWEST, HIGHEST = 2.0, 600.0
 WALKS = 6000
@@ -129,9 +128,8 @@ def main(scenes: int = 5, seed: int = 0, write: bool = False) -> None:
     if write:
         draw_chart(rows, ROOT / PICTURE)
         measured = [{"name": name, "value": value} for name, value in values.items()]
-        command = f"python benchmarks/light_requests.py --scenes {scenes} --seed {seed} --write"
-        result = {"machine": machine(), "command": command, "rows": measured}
-        RESULT.write_text(json.dumps(rounded(result), indent=2) + "\n", encoding="utf-8")
+        command = f"python -m benchmarks.acceptance.light_requests --scenes {scenes} --seed {seed} --write"
+        write_result(RESULTS / "light_requests.json", command, rounded(measured))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.color_difference import ciede2000, lab_from_srgb
+from docs.figures.color_difference import ciede2000, lab_from_srgb
 
 # Pairs of the supplementary data of Sharma, Wu & Dalal 2005.
 PAIRS = (

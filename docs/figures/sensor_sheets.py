@@ -1,6 +1,6 @@
 """What the RGB-D models make of one view, and how their noise compares with what was published.
 
-python -m benchmarks.sensor_sheets [--out DIR] writes docs/images/sensors/: depth.jpg, color.jpg, depth_sigma.png.
+python -m docs.figures.sensor_sheets [--out DIR] writes docs/images/sensors/: depth.jpg, color.jpg, depth_sigma.png.
 """
 
 from dataclasses import replace
@@ -11,15 +11,15 @@ import numpy as np
 import tyro
 from jaxtyping import Float32, UInt8
 
-from benchmarks.sensor_sigma import draw_sigma
-from benchmarks.sensor_views import CAMERA, View, scene_before_pallet, see
+from docs.figures.sensor_sigma import draw_sigma
+from docs.figures.sensor_views import CAMERA, View, scene_before_pallet, see
 from warehouse_sim.dataset.overlay import draw_caption
 from warehouse_sim.render import open_renderer
 from warehouse_sim.sensors.capture import Motion
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 
-OUT = Path(__file__).parents[1] / "docs" / "images" / "sensors"
+OUT = Path(__file__).parents[1] / "images" / "sensors"
 Picture = UInt8[np.ndarray, "h w 3"]
 NEAR, FAR, MOST_ERROR = 1.0, 4.0, 0.06
 """Ends of the scale of depth, and of that of its error (m)."""

@@ -1,6 +1,6 @@
 """What a lens does to a picture and to its labels, and what is wrong with labels that know nothing of it.
 
-python -m benchmarks.lens_sheet [--out DIR] writes docs/images/sensors/lens.jpg.
+python -m docs.figures.lens_sheet [--out DIR] writes docs/images/sensors/lens.jpg.
 """
 
 from dataclasses import replace
@@ -11,8 +11,8 @@ import numpy as np
 import tyro
 from jaxtyping import UInt8
 
-from benchmarks.sensor_sheets import OUT
-from benchmarks.sensor_views import scene_before_pallet
+from docs.figures.sensor_sheets import OUT
+from docs.figures.sensor_views import scene_before_pallet
 from warehouse_sim.dataset.overlay import colorize_depth, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.geometry.camera import PinholeCamera

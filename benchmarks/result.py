@@ -1,12 +1,30 @@
-"""What a result says beside its rows: the machine it was measured on, in numbers of a sensible length."""
+"""A result as it is stored: the machine it was measured on, the command that renews it, rows of numbers."""
 
+import json
 import os
 import platform
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.manifest import package_versions
 from warehouse_sim.render import open_renderer
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def write_result(path: Path, command: str, rows: Sequence[dict[str, Any]], **more: Any) -> None:
+    """Write a result and print where it is.
+
+    Args:
+        path: The JSON file.
+        command: What renews it.
+        rows: One measurement each, with a ``name``.
+        more: What else is to be known, such as the data; ``machine`` where it is not this one.
+    """
+    result = {"machine": more.pop("machine", None) or machine(), "command": command, **more, "rows": list(rows)}
+    path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    print(f"output: {path}")
 
 
 def machine() -> dict[str, Any]:

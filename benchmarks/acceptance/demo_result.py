@@ -1,7 +1,7 @@
 """What clean runs of the demo reached, as one small result file: the median of the runs and how far they lie apart.
 
 for i in 1 2 3; do git clone -q . demo-$i && make -C demo-$i demo; done     # each in a clone of its own
-python benchmarks/demo_result.py demo-*/out/demo --write                    # stores benchmarks/results/demo.json
+python -m benchmarks.acceptance.demo_result demo-*/out/demo --write          # stores benchmarks/results/demo.json
 """
 
 import json
@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from benchmarks.result import RESULTS, write_result
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 
-RESULT = Path(__file__).parent / "results" / "demo.json"
 METRICS = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
 
 
@@ -37,23 +37,22 @@ def main(
     observations = manifest.scenes * manifest.observations_per_scene
     print(f"{observations} observations, {minutes} minutes")
     if write:
-        result = {
-            "machine": {"cores": os.cpu_count(), "renderer": manifest.renderers[0]},
-            "command": "make demo in clean clones, then python benchmarks/demo_result.py demo-*/out/demo --write",
-            "data": {
+        write_result(
+            RESULTS / "demo.json",
+            "make demo in clean clones, then python -m benchmarks.acceptance.demo_result demo-*/out/demo --write",
+            rows,
+            machine={"cores": os.cpu_count(), "renderer": manifest.renderers[0]},
+            data={
                 "recipe": manifest.recipe["name"],
                 "seed": manifest.seed,
                 "scenes": manifest.scenes,
                 "observations": observations,
                 "split": "test: unseen scenes, ground-truth masks",
             },
-            "intervals": "of the median run, 95 %: over scenes; runs: each by itself",
-            "minutes": minutes,
-            "seconds": timings,
-            "rows": rows,
-        }
-        RESULT.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        print(f"output: {RESULT}")
+            intervals="of the median run, 95 %: over scenes; runs: each by itself",
+            minutes=minutes,
+            seconds=timings,
+        )
 
 
 def _common_manifest(demos: tuple[Path, ...]) -> Manifest:

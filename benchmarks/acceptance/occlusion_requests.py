@@ -1,13 +1,12 @@
 """How many requests for a visible fraction are met, by what, and what they cost.
 
-    python -m benchmarks.occlusion_requests            # prints the table
-    python -m benchmarks.occlusion_requests --write    # and stores the result and its picture
+    python -m benchmarks.acceptance.occlusion_requests            # prints the table
+    python -m benchmarks.acceptance.occlusion_requests --write    # and stores the result and its picture
 
 Each observation asks for a range of width 0.1 between 0.1 and 1, all ranges alike often. What counts is the visible
 fraction in the annotation of the image drawn at full resolution, not the estimate that the search goes by.
 """
 
-import json
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from benchmarks.speed.machine import machine, rounded
+from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, VisibleFractions, request_views
@@ -28,8 +27,8 @@ from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import ObjectAnnotation, SceneSpec
 
-ROOT = Path(__file__).parents[1]
-RESULT, PICTURE = ROOT / "benchmarks" / "results" / "occlusion_requests.json", "docs/images/occlusion_requests.png"
+ROOT = Path(__file__).parents[2]
+PICTURE = "docs/images/occlusion_requests.png"
 COLOURS = {"view": "#6b7785", "border": "#8a55d7", "load": "#e07b1f", "wrap": "#c2a03a", "pallet": "#1d9a78"}
 COLOURS |= {"traffic": "#2f6fde"}
 NAMES = {"view": "a view as it is", "border": "camera turned", "load": "load placed", "wrap": "load in film placed"}
@@ -184,13 +183,14 @@ def main(
         if not row.met:
             print(row)
     if write:
-        store(rows, values, f"python -m benchmarks.occlusion_requests --requests {requests} --seed {seed} --write")
+        command = f"python -m benchmarks.acceptance.occlusion_requests --requests {requests} --seed {seed} --write"
+        store(rows, values, command)
 
 
 def store(rows: list[Row], values: dict[str, float], command: str) -> None:
     """Write the result file and the picture."""
     results = [{"name": name, "value": value} for name, value in values.items()]
-    RESULT.write_text(json.dumps({"machine": machine(), "command": command, "rows": results}, indent=2) + "\n")
+    write_result(RESULTS / "occlusion_requests.json", command, results)
     draw_chart(rows, ROOT / PICTURE)
 
 

@@ -1,6 +1,6 @@
 """What the kitti rig reads of one view: the pair, its disparities, and the sweep on the picture.
 
-python -m benchmarks.rig_sheet [--out FILE] writes docs/images/sensors/rig.jpg.
+python -m docs.figures.rig_sheet [--out FILE] writes docs/images/sensors/rig.jpg.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 from warehouse_sim.sensors.rig import RigConfig
 
-OUT = Path(__file__).parents[1] / "docs" / "images" / "sensors" / "rig.jpg"
+OUT = Path(__file__).parents[1] / "images" / "sensors" / "rig.jpg"
 Picture = UInt8[np.ndarray, "h w 3"]
 MOST_PX, FARTHEST = 190.0, 12.0
 SHRINK = 0.65

@@ -1,6 +1,6 @@
 """What the LiDAR models make of a pallet and of a wall: docs/images/sensors/lidar_*.png.
 
-python benchmarks/lidar_sheet.py [--folder FOLDER]
+python -m docs.figures.lidar_sheet [--folder FOLDER]
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 from warehouse_sim.sensors.lidar.receiver import detection_probability, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
-FOLDER = Path(__file__).parents[1] / "docs" / "images" / "sensors"
+FOLDER = Path(__file__).parents[1] / "images" / "sensors"
 DISTANCES = (3.0, 7.0, 15.0, 25.0)
 CARTON = "carton_600x400x250"
 T_WORLD_LIDAR = make_transform(None, np.array([0.0, 0.0, 1.0]))
