@@ -33,7 +33,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     labels = _labels(sources.evaluations)
     named = list(zip(sources.evaluations, labels, strict=True))
     case_count = 3 if len(named) <= _MANY else 1
-    html = _render(
+    html = render(
         scores=[score_row(source, label) for source, label in named],
         comparison=_comparison(named),
         evaluations=[evaluation_section(source, label, case_count) for source, label in named],
@@ -67,7 +67,8 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
     return drawings
 
 
-def _render(**context: Any) -> str:
+def render(**context: Any) -> str:
+    """Return the page of some sections: scores, comparison, evaluations, runs, datasets."""
     jinja2 = require("jinja2", "report", "to write a report")
     loader = jinja2.PackageLoader("warehouse_sim.evaluation.report", "")
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
