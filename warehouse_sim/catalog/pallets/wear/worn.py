@@ -1,6 +1,6 @@
 """Worn pallets: another look and other boards, but the frame, pockets, size, symmetry and collision of the new one."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from warehouse_sim.catalog.pallets.wear.brands import branded
 from warehouse_sim.catalog.pallets.wear.damage import with_broken, with_displaced, with_twisted, without_missing
 from warehouse_sim.catalog.pallets.wear.members import members_of
 from warehouse_sim.catalog.pallets.wear.surface import nailed, stained
+from warehouse_sim.ranges import Share, check_ranges
 from warehouse_sim.schema import ObjectModel
 
 
@@ -16,26 +17,23 @@ from warehouse_sim.schema import ObjectModel
 class WearConfig:
     """How much a pallet has been through; boards, blocks and marks are what wooden pallets have."""
 
-    age: float = 0.0
+    age: Share = 0.0
     """How weathered it looks, 0-1: 0 keeps its materials, 1 makes it grey and dark, or dusty if it is plastic."""
-    missing: float = 0.0
+    missing: Share = 0.0
     """Share of the boards that can be missing and are, 0-1: inner deck boards whose gap no carton falls into."""
-    broken: float = 0.0
+    broken: Share = 0.0
     """Share of the deck and base boards that have lost an end, 0-1."""
-    displaced: float = 0.0
+    displaced: Share = 0.0
     """Share of the deck boards and skids that are out of place by up to 10 mm, 0-1."""
-    twisted: float = 0.0
+    twisted: Share = 0.0
     """Share of the blocks that are turned, their corners by up to 10 mm, 0-1."""
-    stains: float = 0.0
+    stains: Share = 0.0
     """Share of the deck boards with stains, 0-1."""
-    stamps: float = 1.0
+    stamps: Share = 1.0
     """Share of the brands and stencils that can still be read, 0-1."""
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if not 0.0 <= value <= 1.0:
-                raise ValueError(f"{item.name} must be 0-1, found {value}")
+        check_ranges(self)
 
 
 def worn(model: ObjectModel, wear: WearConfig, rng: np.random.Generator) -> ObjectModel:
