@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.estimators.made_run import made_run
+from tests.estimators.pose.densefusion.made_run import made_run
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples"
 OWN_IMAGE = FOLDER / "own_rgbd_frame.py"

@@ -19,13 +19,13 @@ from hypothesis import strategies as st
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.calibration import Calibration
+from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.docking import ForkConfig
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.learning.run_folder import RunConfig
-from warehouse_sim.learning.settings import TrainConfig
 from warehouse_sim.ranges import Range, range_of, ranges_of
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.site import Layout

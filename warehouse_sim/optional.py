@@ -8,7 +8,7 @@ from warehouse_sim.errors import MissingPackageError
 
 EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex"),
-    "learn": ("torch", "lightning", "safetensors", "tensorboardX", "sklearn"),
+    "learn": ("torch", "safetensors", "tensorboardX"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("matplotlib", "jinja2"),
     "peers": ("pyrender", "trimesh"),

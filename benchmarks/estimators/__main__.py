@@ -14,8 +14,8 @@ from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, bound_rows, rows, score
+from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.evaluation import Scores
-from warehouse_sim.learning.methods import ESTIMATORS
 from warehouse_sim.resources import data_folder
 
 RESULT = Path(__file__).parents[1] / "results" / "estimators.json"

@@ -13,12 +13,12 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, Setting, place_of
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.calibrate import surface_distance
-from warehouse_sim.estimators.calibration import read_calibration
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
+from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.intervals import share_interval
-from warehouse_sim.learning.methods import ESTIMATORS
-from warehouse_sim.learning.run_folder import read_config
 from warehouse_sim.resources import data_folder
 
 EDGES = (0.0, 4.0, 6.0, 8.0, 10.0, np.inf)

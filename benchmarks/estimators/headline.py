@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim import load_estimator, load_recipe, observe_scene, open_renderer, prepare_scene
+from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.pose_error import add, estimates_in_object
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.learning.object_meshes import read_meshes
 from warehouse_sim.schema import Observation
 
 RECIPE, SEED, SCENES = "industrial", 1000, 2

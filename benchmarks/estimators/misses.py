@@ -13,9 +13,9 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, place_of
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.report.pictures import close_up
-from warehouse_sim.learning.methods import ESTIMATORS
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "estimator_misses.jpg"
 _COLUMNS, _TILE_WH = 7, (272, 170)

@@ -17,9 +17,10 @@ import yaml
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, score
 from warehouse_sim.config import to_mapping
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.evaluation.intervals import scene_bootstrap
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
-from warehouse_sim.learning.run_folder import CONFIG, read_config
+from warehouse_sim.learning.run_folder import CONFIG
 from warehouse_sim.resources import data_folder
 
 RESULT = Path(__file__).parents[1] / "results" / "refiner.json"

@@ -20,10 +20,10 @@ from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.marked import replace_table
 from benchmarks.estimators.score import SELECTIONS, score
 from warehouse_sim import train
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.intervals import scene_bootstrap
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
-from warehouse_sim.learning.settings import TrainConfig
 
 RESULT = Path(__file__).parents[1] / "results" / "estimator_study.json"
 DOCUMENT = Path(__file__).parents[2] / "docs" / "estimators.md"

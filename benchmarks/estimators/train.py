@@ -11,9 +11,9 @@ import tyro
 from benchmarks.estimators.bundle import bundle
 from benchmarks.estimators.data import FOLDER, MORE_CARTONS, SCORED, TRAINED_ONLY, Data, made
 from warehouse_sim import train
-from warehouse_sim.estimators.calibrate import calibrate
-from warehouse_sim.learning.methods import ESTIMATORS
-from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from warehouse_sim.learning.methods import ESTIMATORS, Method
-from warehouse_sim.learning.networks.densefusion import DenseFusionConfig
-from warehouse_sim.learning.settings import Size
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.methods import Method
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.settings import Size
 
 NAME = "two-branches"
 

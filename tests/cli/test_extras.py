@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.toy import make_dataset
-from tests.estimators.made_run import made_run
+from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import VERBS
 from warehouse_sim.optional import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = {"scikit-learn": "sklearn", "usd-core": "pxr", "pyrender2": "pyrender"}
+MODULES = {"usd-core": "pxr", "pyrender2": "pyrender"}
 """What to import, where that is not the package's name."""
 SCENES, NETWORKS, EXPORT, PAGES = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}
 VERB = {

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.toy import make_dataset
-from tests.estimators.made_run import made_run
+from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
 
 FOLDER_VERBS = {

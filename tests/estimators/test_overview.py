@@ -3,16 +3,16 @@ from pathlib import Path
 
 import pytest
 
+from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators import overview as module
-from warehouse_sim.estimators.overview import describe_model, overview, parameters
-from warehouse_sim.learning.methods import ESTIMATORS
-from warehouse_sim.learning.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.overview import describe_model, overview
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 
 
 @pytest.mark.parametrize("name", ["densefusion", "densefusion-pointcloud"])
 def test_parameters_are_those_of_the_network(name: str) -> None:
     network = DenseFusion(ESTIMATORS.get(name).network("nano"), 3)
-    assert parameters(name, "nano", classes=3) == sum(item.numel() for item in network.parameters())
+    assert ESTIMATORS.get(name).parameters(classes=3)["nano"] == sum(item.numel() for item in network.parameters())
 
 
 def test_sizes_grow() -> None:

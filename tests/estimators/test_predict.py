@@ -3,17 +3,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.estimators.made_run import made_run
+from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError, UnknownNameError
-from warehouse_sim.estimators import estimator as module
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.choose import Candidates
+from warehouse_sim.estimators.pose.densefusion import runner as module
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
+from warehouse_sim.estimators.pose.densefusion.runner import NetworkProposals
 from warehouse_sim.estimators.predict import predict
-from warehouse_sim.estimators.runner import Proposals
-from warehouse_sim.estimators.select import Candidates
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
-from warehouse_sim.learning.crops import CropConfig, wanted_targets
-from warehouse_sim.learning.methods import ESTIMATORS
 
 
 def wanted(root: Path, split: str) -> list[tuple[int, int]]:
@@ -59,12 +59,12 @@ def test_icp_brings_nearly_right_proposals_onto_the_truth(
     }
 
     def propose(self, crops):
-        T = np.stack([places[crop.scene_id, crop.image_id][crop.gt_index] @ off for crop in crops])
+        T = np.stack([places[crop.scene_id, crop.image_id][crop.position] @ off for crop in crops])
         quats = np.stack([quat_wxyz_from_matrix(pose[:3, :3]) for pose in T])[:, None]
-        return Proposals(Candidates(quats, T[:, None, :3, 3], np.full((len(crops), 1), 0.5)), None, None)
+        return NetworkProposals(Candidates(quats, T[:, None, :3, 3], np.full((len(crops), 1), 0.5)), None, None)
 
     monkeypatch.setattr(module.Runner, "propose", propose)
-    monkeypatch.setattr(module.Runner, "refine", lambda self, proposals, T: T)
+    monkeypatch.setattr(module.Runner, "refine", lambda self, T, crops, proposals: T)
     truth = {
         (image.scene_id, image.image_id, tuple(target.T_camera_object[:3, 3].round(1))): target.T_camera_object
         for image in reader.images("train")

@@ -125,7 +125,7 @@ def test_a_folder_with_nothing_to_report_is_refused(tmp_path):
 
 
 def test_scoring_loads_no_heavy_package():
-    heavy = "matplotlib, torch, lightning, mujoco, moderngl, embreex, open3d, jinja2"
+    heavy = "matplotlib, torch, mujoco, moderngl, embreex, open3d, jinja2"
     code = (
         "import sys, warehouse_sim.evaluation, warehouse_sim.evaluation.report\n"
         f"loaded = [name for name in '{heavy}'.split(', ') if name in sys.modules]\n"

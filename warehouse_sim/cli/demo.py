@@ -45,8 +45,8 @@ def demo(
     require_extra("generate", "to make scenes")
     require_extra("learn", "to train")
     require_extra("report", "to write a report")
+    from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
     from warehouse_sim.estimators.settings import PredictConfig
-    from warehouse_sim.learning.settings import TrainConfig
 
     data, run, workers = out / "data", out / estimator, workers or os.cpu_count() or 1
     make_folder(out)

@@ -18,7 +18,7 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """
     require_extra("learn", "to read a network")
     require_extra("export", "to export it")
-    from warehouse_sim.estimators.export import export_onnx
+    from warehouse_sim.estimators.pose.densefusion.export import export_onnx
 
     difference = export_onnx(model_dir(run), out)
     say(f"the file gives what torch gives to within {difference:.1e}")

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from warehouse_sim.catalog import CATALOG
 from warehouse_sim.dataset.formats import FORMATS
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS
 from warehouse_sim.optional import missing
 from warehouse_sim.render import BACKENDS
 from warehouse_sim.resources import recipe_names, suite_names
@@ -16,7 +16,7 @@ from warehouse_sim.sensors.rig import rig_names
 
 
 def list_names() -> None:
-    """Show recipes, catalog objects, sensors, rigs, backends, formats, suites and estimators."""
+    """Show recipes, catalog objects, sensors, rigs, backends, formats, suites, estimators and detectors."""
     kinds = {
         "recipes": recipe_names(),
         "catalog objects": CATALOG.names(),
@@ -26,11 +26,13 @@ def list_names() -> None:
         "formats": FORMATS.names(),
         "suites": suite_names(),
         "estimators": ESTIMATORS.names(),
+        "detectors": ["truth", *DETECTORS.names()],
+        "segmenters": SEGMENTERS.names(),
     }
     # A file or a pipe has no width; tables are wider than the 80 columns that are taken for it.
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for kind, names in kinds.items():
+    for kind, names in ((kind, names) for kind, names in kinds.items() if names):
         table.add_row(kind, ", ".join(names))
     console.print(table)
     if not missing("learn"):
@@ -44,7 +46,8 @@ def _estimators() -> Table:
     rows = [overview(name) for name in ESTIMATORS.names()]
     table = Table(box=None, padding=(0, 2, 0, 0))
     bundled = "bundled weights: with exact masks and the camera they know"
-    for heading in ("estimator", "reads", f"parameters: {', '.join(rows[0].parameters)}", bundled):
+    sizes = ", ".join(dict.fromkeys(size for row in rows for size in row.parameters))
+    for heading in ("estimator", "reads", f"parameters: {sizes}", bundled):
         table.add_column(heading, no_wrap=heading == "estimator")
     for row in rows:
         counts = ", ".join(f"{count / 1e6:.1f} M" for count in row.parameters.values())

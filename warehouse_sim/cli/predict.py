@@ -20,7 +20,7 @@ def predict(
     """Estimate the pose of every detected object and write the BOP pose CSV.
 
     Args:
-        run: Run folder of a trained estimator, or the name of a bundled one.
+        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training.
         data: Dataset folder.
         out: CSV file to write.
         split: Split to predict on.

@@ -6,7 +6,7 @@ from typing import Annotated
 import tyro
 
 from warehouse_sim.cli.console import finish, say, share_progress
-from warehouse_sim.learning.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.optional import require_extra
 
 
@@ -34,13 +34,14 @@ def train(
         config: How to train.
     """
     require_extra("learn", "to train")
-    from warehouse_sim.estimators.calibrate import LEAST_SAMPLES, calibrate
-    from warehouse_sim.learning.training.train import train as run
+    from warehouse_sim.estimators.train import train as run
+    from warehouse_sim.estimators.train import trainable
 
+    method = trainable(estimator)
     with share_progress("training") as progress:
         run(estimator, data, out, config, resume, progress, init, cache)
     with share_progress("calibrating") as progress:
-        curves = calibrate(out, data, progress=progress).curves
-    if not curves:
-        say(f"val shows too few objects (fewer than {LEAST_SAMPLES}) to tell errors from confidence")
+        remark = method.calibrate(out, data, progress)
+    if remark:
+        say(remark)
     finish(out, "predict", out, "--data", data[0], "--out", out / "predictions.csv")

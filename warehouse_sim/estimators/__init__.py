@@ -1,5 +1,126 @@
-"""From detections to poses in files: select points, propose, choose, refine."""
+"""From images to poses in files: what a detector, a segmenter and a pose estimator are, and where they are registered.
 
-from warehouse_sim.learning.methods import ESTIMATORS
+A name of ``ESTIMATORS``, ``DETECTORS`` or ``SEGMENTERS`` stands for something that is called without arguments and
+returns one, or, among the estimators, for something that first is trained.
+"""
 
-__all__ = ["ESTIMATORS"]
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from warehouse_sim.registry import Registry
+
+if TYPE_CHECKING:
+    from warehouse_sim.dataset.objects import ObjectInfo
+    from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+    from warehouse_sim.estimators.settings import PredictConfig
+    from warehouse_sim.learning.progress import Progress
+    from warehouse_sim.learning.settings import LoopConfig
+    from warehouse_sim.schema import PoseEstimate
+
+
+class Detector(Protocol):
+    """Finds objects in an image."""
+
+    def detect(self, image: "RgbdImage") -> "Sequence[Detection]":
+        """Return what is found, each with a mask or a box; the image's own detections are not looked at."""
+
+
+class Segmenter(Protocol):
+    """Outlines objects in an image: all that it finds, or where the image holds detections, those."""
+
+    def segment(self, image: "RgbdImage") -> "Sequence[Detection]":
+        """Return detections with masks."""
+
+
+class KnownObject(Protocol):
+    """An object that an estimator knows."""
+
+    @property
+    def obj_id(self) -> int:
+        """Number of the geometry in the dataset."""
+
+    @property
+    def name(self) -> str:
+        """Name of the geometry."""
+
+
+class PoseEstimator(Protocol):
+    """Estimates the poses of what was detected in an image.
+
+    Two more attributes are asked for where there are such: ``reads_rgb``, False where colour is not needed, which then
+    is not read, and ``least_visible``, which of a dataset's targets it takes where the true masks are its detections.
+    """
+
+    @property
+    def objects(self) -> Sequence[KnownObject] | None:
+        """What it knows; None where it takes any object."""
+
+    def estimate(self, image: "RgbdImage") -> "list[PoseEstimate]":
+        """Return at most one pose for each detection, in their order; ``PoseEstimate.detection`` says whose it is."""
+
+
+@runtime_checkable
+class BatchedPoseEstimator(PoseEstimator, Protocol):
+    """Takes several images at once, which is faster for a network."""
+
+    def estimate_all(self, images: "Sequence[RgbdImage]") -> "list[PoseEstimate]":
+        """Return what ``estimate`` returns for each image, one after the other."""
+
+
+@runtime_checkable
+class Onboarding(Protocol):
+    """An estimator that is shown the CAD models of a dataset before its first image (BOP: onboarding)."""
+
+    def onboard(self, objects: "Mapping[int, ObjectInfo]") -> None:
+        """Take over what is to be known of the objects, by obj_id."""
+
+
+@runtime_checkable
+class Trainable(Protocol):
+    """What a name of ``ESTIMATORS`` stands for when it must be trained first."""
+
+    def train(
+        self,
+        data: Sequence[Path],
+        run: Path,
+        config: "LoopConfig",
+        resume: bool = False,
+        progress: "Progress | None" = None,
+        init: str | Path | None = None,
+        cache: Path | None = None,
+    ) -> Path:
+        """Train on the train splits of ``data`` and return the run folder, whose ``config.yaml`` says its ``kind``."""
+
+    def calibrate(self, run: Path, data: Sequence[Path], progress: "Progress | None" = None) -> str:
+        """Fit on the val splits how scores tell errors, and return what people should know of it; mostly nothing."""
+
+
+class Family(Protocol):
+    """What a name of ``FAMILIES`` stands for: opens the run folders of one kind."""
+
+    def __call__(self, run: Path, config: "PredictConfig") -> PoseEstimator:
+        """Return the trained estimator."""
+
+
+ESTIMATORS = Registry("estimator")
+for _name in (
+    "densefusion",
+    "densefusion-early",
+    "densefusion-middle-1",
+    "densefusion-middle-2",
+    "densefusion-depth",
+    "densefusion-pointcloud",
+    "object-coordinates",
+):
+    _constant = _name.upper().replace("-", "_")
+    ESTIMATORS.add(_name, f"warehouse_sim.estimators.pose.densefusion.networks.family:{_constant}")
+DETECTORS = Registry("detector")
+SEGMENTERS = Registry("segmenter")
+FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
+FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
+
+
+def is_trainable(registered: Any) -> bool:
+    """Return whether what a name of ``ESTIMATORS`` stands for must be trained first."""
+    return isinstance(registered, Trainable) and not isinstance(registered, type)

@@ -3,13 +3,9 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Any
 
-import torch
-
-from warehouse_sim.learning.methods import ESTIMATORS
-from warehouse_sim.learning.networks.densefusion import DenseFusion
-from warehouse_sim.learning.settings import Size
+from warehouse_sim.estimators import ESTIMATORS, is_trainable
 from warehouse_sim.resources import model_dir, model_names
 from warehouse_sim.yaml_file import read_yaml
 
@@ -22,30 +18,27 @@ class Overview:
 
     name: str
     inputs: str
-    """What it reads of an observation."""
+    """What it reads of an observation; empty when it does not say."""
     parameters: dict[str, int]
-    """Number of weights by size, for one object."""
+    """Number of weights by size, for one object; none where it has no sizes."""
     bundled: str
-    """Score and speed of the bundled weights; empty when there are none."""
+    """Score and speed of the bundled weights, or that none are needed; empty when there are none."""
 
 
 def overview(name: str) -> Overview:
-    """Return what is known of a registered estimator.
+    """Return what is known of a registered estimator, which may say it in ``inputs`` and ``parameters()``.
 
     Raises:
         UnknownNameError: No such estimator.
     """
-    method = ESTIMATORS.get(name)
-    bundled = describe_model(model_dir(name)) if name in model_names() else ""
-    return Overview(name, method.inputs, {size: parameters(name, size) for size in get_args(Size)}, bundled)
-
-
-def parameters(name: str, size: Size, classes: int = 1) -> int:
-    """Return the number of weights of an estimator's network."""
-    # On this device tensors have shapes and no memory.
-    with torch.device("meta"):
-        network = DenseFusion(ESTIMATORS.get(name).network(size), classes)
-    return sum(parameter.numel() for parameter in network.parameters())
+    registered: Any = ESTIMATORS.get(name)
+    counted = getattr(registered, "parameters", None)
+    if name in model_names():
+        bundled = describe_model(model_dir(name))
+    else:
+        bundled = "" if is_trainable(registered) else "needs no training"
+    inputs = getattr(registered, "inputs", "")
+    return Overview(name, inputs if isinstance(inputs, str) else "", counted() if counted else {}, bundled)
 
 
 def describe_model(folder: Path) -> str:

@@ -1,15 +1,17 @@
-"""Estimate the targets of a split with a trained run."""
+"""Estimate the targets of a split."""
 
 import logging
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.estimator import Estimator, load_estimator
+from warehouse_sim.estimators import BatchedPoseEstimator, Onboarding, PoseEstimator
+from warehouse_sim.estimators.detections import TRUTH, Finder
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.learning.crops import wanted_targets
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.schema import PoseEstimate
 
@@ -19,45 +21,51 @@ log = logging.getLogger(__name__)
 def predict(
     run: Path | str, data: Path, split: str, config: PredictConfig, progress: Progress | None = None
 ) -> list[PoseEstimate]:
-    """Estimate every target of ``split`` that the run knows and that is visible enough, in order of images.
+    """Estimate what is detected in the images of ``split``, in their order.
+
+    With the true masks for detections, that is every target that the estimator knows and that is visible enough.
 
     Args:
-        run: Run folder of a trained estimator, or the name of a bundled one.
+        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training.
         data: Dataset folder with BOP files.
         split: "train", "val" or "test".
         config: Settings.
         progress: Told the share that is done.
 
     Returns:
-        Poses with the network's confidence as score, the seconds spent on the image without reading it as time, and
-        the target's position among the image's labels as detection.
+        Poses with the trust in them as score, the seconds spent on the image without reading it as time, and the
+        target's position among the image's labels, or the number of what was detected, as detection.
 
     Raises:
-        UnknownNameError: Neither a bundled name nor a folder.
+        UnknownNameError: No estimator, detector or segmenter has that name.
         TrainingError: The run is incomplete or knows none of the split's objects.
         DatasetError: The folder is no dataset with BOP files.
     """
     reader = DatasetReader(data)
-    estimator = load_estimator(run, config)
+    estimator, finder = load_estimator(run, config), Finder(config.detections)
     images = reader.images(split)
     if not images:
         raise TrainingError(f"{data}: the split {split!r} has no images; generate more scenes")
+    if isinstance(estimator, Onboarding):
+        estimator.onboard(reader.objects)
     require_known(estimator, reader, images)
     estimates: list[PoseEstimate] = []
     for start in range(0, len(images), config.images_at_once):
         group = images[start : start + config.images_at_once]
-        estimates += estimator.estimate_all(list(read_images(estimator, reader, group)))
+        estimates += _estimate(estimator, reader, group, finder)
         if progress:
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
     return estimates
 
 
-def require_known(estimator: Estimator, reader: DatasetReader, images: Sequence[ImageRecord]) -> None:
+def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord]) -> None:
     """Check that the estimator knows a target of some images, and each number it knows under the same name.
 
     Raises:
         TrainingError: It does not.
     """
+    if estimator.objects is None:
+        return
     known = {shape.obj_id: shape.name for shape in estimator.objects}
     names = ", ".join(f"{number} {name}" for number, name in known.items())
     asked = {
@@ -74,10 +82,30 @@ def require_known(estimator: Estimator, reader: DatasetReader, images: Sequence[
         log.warning("%s: no estimates of what the run was not trained on: %s", reader.root, ", ".join(left_out))
 
 
-def read_images(estimator: Estimator, reader: DatasetReader, images: Sequence[ImageRecord]) -> Iterator[RgbdImage]:
-    """Yield those images that show a known target well enough, with the true masks of such targets."""
-    known = {shape.obj_id for shape in estimator.objects}
+def read_images(
+    estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord], detections: str = TRUTH
+) -> Iterator[RgbdImage]:
+    """Yield those images in which something is detected that the estimator takes."""
+    finder = Finder(detections)
     for image in images:
-        targets = [target for target in wanted_targets(image, estimator.crop) if target.obj_id in known]
-        if targets:
-            yield RgbdImage.from_dataset(reader, image, targets, rgb=estimator.reads_rgb)
+        if found := finder.find(estimator, reader, image):
+            yield found
+
+
+def _estimate(
+    estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord], finder: Finder
+) -> list[PoseEstimate]:
+    """Return the poses in some images, whose time counts the detection."""
+    found, seconds = list[RgbdImage](), dict[tuple[int, int], float]()
+    for record in images:
+        if image := finder.find(estimator, reader, record):
+            found.append(image)
+            seconds[image.scene_id, image.image_id] = finder.seconds
+    if isinstance(estimator, BatchedPoseEstimator):
+        estimates = estimator.estimate_all(found)
+    else:
+        estimates = [estimate for image in found for estimate in estimator.estimate(image)]
+    return [
+        replace(item, time=item.time + seconds[item.scene_id, item.image_id]) if item.time >= 0 else item
+        for item in estimates
+    ]

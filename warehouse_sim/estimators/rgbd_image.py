@@ -1,4 +1,4 @@
-"""What an estimator looks at: an RGB-D image, its camera, and the masks of the objects that were found in it."""
+"""What an estimator looks at: an RGB-D image, its camera, and the objects that were found in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,16 +18,31 @@ _FARTHEST = 200.0
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """One object that was found in an image."""
+    """One object that was found in an image, by its pixels or a box about them."""
 
-    mask: Bool[np.ndarray, "h w"]
-    """Its visible pixels."""
-    model: str | int
-    """Which CAD geometry it is: its name ("epal1") or its obj_id."""
+    mask: Bool[np.ndarray, "h w"] | None = None
+    """Its visible pixels; None where only a box is known."""
+    model: str | int | None = None
+    """Which CAD geometry it is: its name ("epal1") or its obj_id; None where the detector cannot tell."""
     score: float = 1.0
     """Trust in the detection, 0-1."""
     number: int | None = None
     """How estimates refer to it; its position among the image's detections by default."""
+    box_xyxy: tuple[float, float, float, float] | None = None
+    """Left, top, right and bottom (px); pixels whose centres lie within belong to it. Not needed beside a mask."""
+
+    def __post_init__(self) -> None:
+        if self.mask is None and self.box_xyxy is None:
+            raise InputError("a detection has neither a mask nor a box_xyxy; give one of them")
+
+    def pixels(self, height: int, width: int) -> Bool[np.ndarray, "h w"]:
+        """Return its mask, or all pixels of its box, what lies behind the object included."""
+        if self.mask is not None:
+            return np.asarray(self.mask, dtype=bool)
+        assert self.box_xyxy is not None
+        left, top, right, bottom = self.box_xyxy
+        u, v = np.arange(width), np.arange(height)
+        return ((v >= top) & (v <= bottom))[:, None] & ((u >= left) & (u <= right))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +61,8 @@ class RgbdImage:
     def __post_init__(self) -> None:
         size = self.camera.height, self.camera.width
         shapes = {"depth": np.shape(self.depth)}
-        shapes |= {f"mask {i}": np.shape(item.mask) for i, item in enumerate(self.detections)}
+        masks = {i: item.mask for i, item in enumerate(self.detections)}
+        shapes |= {f"mask {i}": np.shape(mask) for i, mask in masks.items() if mask is not None}
         if self.rgb is not None:
             shapes["rgb"] = np.shape(self.rgb)[:2] if np.ndim(self.rgb) == 3 else np.shape(self.rgb)
         for name, shape in shapes.items():

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from warehouse_sim.estimators.icp import IcpConfig
-from warehouse_sim.estimators.select import Selection
+from warehouse_sim.estimators.pose.choose import Selection
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
 Refinement = Literal["none", "icp"]
@@ -15,8 +15,9 @@ Refinement = Literal["none", "icp"]
 class PredictConfig:
     """How poses are estimated."""
 
-    detections: Literal["gt"] = "gt"
-    """Where a dataset's masks come from; gt takes the true visible ones, as BOP's localisation with given masks."""
+    detections: str = "truth"
+    """Where detections come from: truth takes a dataset's true visible masks, as BOP's localisation with given masks;
+    else the name of a detector or a segmenter, or several joined by +, each working on what the one before found."""
     selection: Selection = "argmax"
     """How one pose is chosen from those that the points propose."""
     refine: Refinement = "none"

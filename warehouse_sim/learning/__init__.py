@@ -1,1 +1,1 @@
-"""Networks, losses, crops and training: the only room that imports torch."""
+"""The engine that trains any network: loop, clock, order of samples, precision, averaging, records, run folder."""

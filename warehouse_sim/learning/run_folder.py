@@ -1,20 +1,17 @@
-"""What a training run leaves behind: weights, the resolved settings and what prediction needs of the objects."""
+"""What any training run leaves behind: its kind, weights, curves and result, and where its files lie."""
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import safetensors
 import safetensors.torch
-import yaml
+from torch import Tensor, nn
 
-from warehouse_sim.config import load_yaml, to_mapping
-from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.learning.crops.config import CropConfig
-from warehouse_sim.learning.networks.densefusion import DenseFusion, DenseFusionConfig
-from warehouse_sim.learning.objects import ObjectShape
-from warehouse_sim.learning.settings import TrainConfig
-from warehouse_sim.output import write_bytes
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.output import make_folder, write_bytes
 
 CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS, EVENTS = (
     "config.yaml",
@@ -25,6 +22,8 @@ CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS, EVENTS = (
     "checkpoints",
     "tensorboard",
 )
+FIRST_KIND = "densefusion"
+"""What a run folder is that does not say: the only kind there was before the key ``kind``."""
 
 
 @dataclass(frozen=True)
@@ -47,68 +46,54 @@ class StartingWeights:
     """Digest of its weights."""
 
 
-@dataclass(frozen=True)
-class RunConfig:
-    """Everything that defines a trained estimator but its weights."""
-
-    estimator: str
-    """Registered name."""
-    version: str
-    """Version of warehouse-sim that trained it."""
-    datasets: tuple[DatasetSource, ...]
-    """The training data."""
-    objects: tuple[ObjectShape, ...]
-    """Known objects, in the order of the network's classes."""
-    network: DenseFusionConfig
-    """Sizes of the network."""
-    crop: CropConfig
-    """How targets are cut out."""
-    train: TrainConfig
-    """How it was trained."""
-    started_from: StartingWeights | None = None
-    """Trained weights that it began with; none for fresh ones."""
-
-
-def write_config(run: Path, config: RunConfig) -> None:
-    """Write ``config.yaml``."""
-    text = yaml.safe_dump(to_mapping(config), sort_keys=False, default_flow_style=None, width=110)
-    write_bytes(run / CONFIG, text.encode(), durable=True)
-
-
-def read_config(run: Path) -> RunConfig:
-    """Read ``config.yaml`` of a run folder.
+def read_kind(run: Path) -> str:
+    """Return which family of estimators a run folder belongs to: the key ``kind`` of its ``config.yaml``.
 
     Raises:
         TrainingError: The folder is no run folder.
     """
     if not (run / CONFIG).is_file():
         raise TrainingError(f"{run} is not a run folder: it has no {CONFIG}; train an estimator with --out {run}")
-    try:
-        return load_yaml(RunConfig, run / CONFIG)
-    except ConfigError as problem:
-        raise TrainingError(f"{problem}; was the run made by another version of warehouse-sim?") from problem
+    found = re.search(r"^kind: *(\S+) *$", (run / CONFIG).read_text(encoding="utf-8", errors="replace"), re.MULTILINE)
+    return found.group(1) if found else FIRST_KIND
 
 
-def write_weights(run: Path, network: DenseFusion) -> None:
+def claim_folder(run: Path, resume: bool) -> bool:
+    """Make the folder of a run, and return whether it holds one to go on with.
+
+    Raises:
+        TrainingError: It holds a complete run, or anything at all unless ``resume``.
+        OutputError: It cannot be made.
+    """
+    if resume and (run / RESULT).is_file():
+        raise TrainingError(f"{run} is complete, there is nothing to resume; choose another folder to train again")
+    if resume and (run / CONFIG).is_file():
+        return True
+    make_folder(run)
+    # A run that was stopped while it read has left nothing but its log.
+    if any(path.name != LOG for path in run.iterdir()):
+        raise TrainingError(f"{run} is not empty; resume the run in it, or choose another folder")
+    return False
+
+
+def write_weights(run: Path, network: nn.Module) -> None:
     """Write the network's weights as safetensors."""
     tensors = {name: value.detach().cpu().contiguous() for name, value in network.state_dict().items()}
     write_bytes(run / WEIGHTS, safetensors.torch.save(tensors), durable=True)
 
 
-def load_network(run: Path, config: RunConfig) -> DenseFusion:
-    """Return the trained network of a run folder, ready for inference.
+def read_weights(run: Path) -> dict[str, Tensor]:
+    """Return the weights of a run folder by name.
 
     Raises:
-        TrainingError: The run has no weights yet, or they do not fit its configuration.
+        TrainingError: The run has none yet, or the file is malformed.
     """
     if not (run / WEIGHTS).is_file():
         raise TrainingError(f"{run} has no {WEIGHTS}; finish the training with --resume")
-    network = DenseFusion(config.network, len(config.objects))
     try:
-        network.load_state_dict(safetensors.torch.load_file(run / WEIGHTS))
-    except (RuntimeError, safetensors.SafetensorError) as problem:
+        return safetensors.torch.load_file(run / WEIGHTS)
+    except safetensors.SafetensorError as problem:
         raise TrainingError(f"{run / WEIGHTS} does not fit {CONFIG}: {' '.join(str(problem).split())}") from problem
-    return network.eval()
 
 
 def write_result(run: Path, result: dict[str, Any]) -> None:

@@ -1,0 +1,228 @@
+from dataclasses import replace
+
+import pytest
+import torch
+
+from tests.estimators.pose.densefusion.networks.made_inputs import (
+    BATCH,
+    CLASSES,
+    build,
+    made_input,
+    made_shapes,
+    made_truth,
+)
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
+
+READS = {
+    "densefusion": [("rgb",)],
+    "densefusion-early": [("rgb", "depth")],
+    "densefusion-middle-1": [("rgb",), ("depth",)],
+    "densefusion-middle-2": [("rgb",), ("depth",)],
+    "densefusion-depth": [("depth",)],
+    "densefusion-pointcloud": [],
+    "object-coordinates": [("rgb",)],
+}
+
+
+def test_each_method_reads_what_its_name_says() -> None:
+    assert ESTIMATORS.names() == sorted(READS)
+    for name, reads in READS.items():
+        method = ESTIMATORS.get(name)
+        config = method.network("nano")
+        assert method.name == name
+        assert [image.reads for image in config.images] == reads
+        assert config.reads_rgb == any("rgb" in read for read in reads) == ("RGB" in method.inputs)
+        assert config.reads_depth == any("depth" in read for read in reads) == ("depth" in method.inputs)
+        assert config.side_px == (48 if reads else None)
+
+
+@pytest.mark.parametrize("size", ["nano", "small", "full"])
+def test_no_method_is_a_renamed_copy(size: str) -> None:
+    assert len({ESTIMATORS.get(name).network(size) for name in ESTIMATORS.names()}) == len(READS)
+
+
+@pytest.mark.parametrize("name", sorted(READS))
+@pytest.mark.parametrize("size", ["nano", "small", "full"])
+def test_shapes(name: str, size: str) -> None:
+    network, x = build(name, size)
+    network.eval()
+    with torch.inference_mode():
+        embedding = network.embed(x)
+        hypotheses, coordinates = network.propose(x, embedding)
+        rotation, shift = network.refine(torch.eye(3).expand(BATCH, 3, 3), torch.zeros(BATCH, 3), x, embedding)
+    config, count = network.config, x.points.shape[1]
+    width = config.fusion.embedding if config.fusion else 32
+    assert embedding is None if not config.images else embedding.shape == (BATCH, count, width)
+    proposed = 1 if name == "object-coordinates" else count
+    assert hypotheses.quat_wxyz.shape == (BATCH, proposed, 4)
+    assert hypotheses.translation.shape == (BATCH, proposed, 3)
+    assert hypotheses.logit.shape == (BATCH, proposed)
+    assert (coordinates is not None) == (name == "object-coordinates")
+    if coordinates is not None:
+        assert coordinates.object_points.shape == x.points.shape
+        assert coordinates.log_scale.shape == (BATCH, count)
+    # An untrained refiner changes nothing.
+    torch.testing.assert_close(rotation, torch.eye(3).expand(BATCH, 3, 3))
+    torch.testing.assert_close(shift, torch.zeros(BATCH, 3))
+
+
+def _whole_loss(network: DenseFusion, x, config: LossConfig = LossConfig()) -> torch.Tensor:  # noqa: B008
+    # The refiner's last layer starts at zero, which would stop its gradients at the first step.
+    for output in network.refiner.outputs:
+        torch.nn.init.normal_(output.weight, std=0.01)
+    embedding = network.embed(x)
+    proposal = network.propose(x, embedding)
+    loss = network.loss(proposal, made_truth(), made_shapes(), config)
+    rotation, shift = network.refine(*proposal.hypotheses.most_confident(), x, embedding)
+    return loss + (rotation * 1.5 + 1).square().sum() + shift.square().sum()
+
+
+@pytest.mark.parametrize("name", sorted(READS))
+@pytest.mark.parametrize(("size", "faithful"), [("nano", False), ("nano", True), ("small", False)])
+def test_the_loss_and_the_refiner_reach_every_parameter(name: str, size: str, faithful: bool) -> None:
+    network, x = build(name, size, faithful)
+    _whole_loss(network, x).backward()
+    dead = [name for name, value in network.named_parameters() if value.grad is None or not value.grad.any()]
+    assert dead == []
+    assert all(bool(value.grad.isfinite().all()) for value in network.parameters())
+
+
+@pytest.mark.parametrize("name", sorted(READS))
+def test_mixed_precision_gives_about_the_same_loss_and_exact_types(name: str) -> None:
+    losses = []
+    for mixed in (False, True):
+        network, x = build(name, "nano")
+        with torch.autocast("cpu", torch.bfloat16, enabled=mixed):
+            losses.append(_whole_loss(network, x))
+            hypotheses = network(x).hypotheses
+        assert {value.dtype for value in hypotheses} == {torch.float32}
+        losses[-1].backward()
+    assert losses[1].dtype == torch.float32
+    assert float(losses[1].detach()) == pytest.approx(float(losses[0].detach()), rel=0.1)
+
+
+@pytest.mark.parametrize("name", sorted(READS))
+def test_each_object_is_answered_for_its_own_class(name: str) -> None:
+    network, x = build(name, "nano")
+    network.eval()
+    # A class bias that was never trained is zero, which would hide a wrong row.
+    torch.nn.init.normal_(network.refiner.trunks[0].from_class.weight)
+    with torch.inference_mode():
+        embedding = network.embed(x)
+        mixed = network.propose(x, embedding).hypotheses
+        for index, row in ((2, 0), (0, 1)):
+            same = x._replace(class_index=torch.full((BATCH,), index))
+            alone = network.propose(same, embedding).hypotheses
+            for a, b in zip(mixed, alone, strict=True):
+                torch.testing.assert_close(a[row], b[row])
+                assert not torch.allclose(a[1 - row], b[1 - row])
+
+
+def test_training_computes_outputs_of_a_share_of_the_points() -> None:
+    network, x = build("densefusion-pointcloud", "nano")
+    wanted = network.config.heads.training_points
+    some = network(x).hypotheses
+    every = network.eval()(x).hypotheses
+    assert (some.logit.shape[1], every.logit.shape[1]) == (wanted, x.points.shape[1]) == (64, 256)
+    for a, b in zip(some, every, strict=True):
+        torch.testing.assert_close(a, b[:, :wanted], atol=1e-5, rtol=1e-4)
+
+
+def test_points_may_come_in_any_order() -> None:
+    for name in READS:
+        network, x = build(name, "nano")
+        network.eval()
+        order = torch.randperm(x.points.shape[1])
+        with torch.inference_mode():
+            before = network(x).hypotheses
+            after = network(x._replace(points=x.points[:, order], pixel=x.pixel[:, order])).hypotheses
+        shuffled = before.translation if name == "object-coordinates" else before.translation[:, order]
+        torch.testing.assert_close(after.translation, shuffled, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", sorted(set(READS) - {"densefusion-pointcloud"}))
+def test_every_image_that_is_read_matters(name: str) -> None:
+    network, x = build(name, "nano")
+    network.eval()
+    with torch.inference_mode():
+        before = network(x).hypotheses.translation
+        for field in ("rgb", "depth"):
+            image = getattr(x, field)
+            if image is not None:
+                other = network(x._replace(**{field: image.flip(1)})).hypotheses.translation
+                assert not torch.allclose(before, other, atol=1e-6)
+
+
+def test_a_missing_crop_is_named() -> None:
+    network, x = build("densefusion-early", "nano")
+    with pytest.raises(ValueError, match="reads depth crops"):
+        network(x._replace(depth=None))
+
+
+def test_full_size_has_about_the_original_number_of_parameters() -> None:
+    # 21.36 M and 1.92 M for one class in the original, less its dead classifier. Its refiner pools the first layer's
+    # features too, which makes 0.07 M.
+    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", faithful=True), 1)
+    millions = sum(value.numel() for value in network.parameters()) / 1e6
+    assert millions == pytest.approx(23.28, abs=0.1)
+
+
+def test_the_two_middle_fusions_differ_in_their_attention_only() -> None:
+    one, two = (ESTIMATORS.get(f"densefusion-middle-{k}").network("full") for k in (1, 2))
+    assert one == replace(two, fusion=one.fusion)
+    assert (one.fusion.embedding, two.fusion.embedding) == (64, 256)
+
+
+def test_cross_attention_is_a_third_fusion() -> None:
+    config = ESTIMATORS.get("densefusion-middle-1").network("nano")
+    config = replace(config, fusion=replace(config.fusion, kind="cross"))
+    network, x = DenseFusion(config, CLASSES), made_input(config)
+    _whole_loss(network, x).backward()
+    assert [name for name, value in network.named_parameters() if not value.grad.any()] == []
+
+
+def test_faithful_changes_what_it_says() -> None:
+    ours, theirs = (DenseFusion(ESTIMATORS.get("densefusion").network("small", flag), 1) for flag in (False, True))
+    kinds = [{type(module).__name__ for module in network.images.modules()} for network in (ours, theirs)]
+    assert "BatchNorm2d" in kinds[0]
+    assert "BatchNorm2d" not in kinds[1]
+    assert (theirs.config.points.pooling, theirs.config.refiner.pooling) == ("average", "average")
+    assert (len(theirs.heads.trunks), len(theirs.refiner.trunks)) == (3, 2)
+    assert theirs.config.heads.training_points is None
+    assert theirs.heads.trunks[0].from_class is theirs.refiner.trunks[0].from_class is None
+    x = made_input(theirs.config)._replace(class_index=torch.zeros(BATCH, dtype=torch.long))
+    theirs.eval()
+    with torch.inference_mode():
+        # Log-softmax: the channels of each embedding are log-probabilities.
+        torch.testing.assert_close(theirs.embed(x).exp().sum(dim=-1), torch.ones(x.pixel.shape))
+        image = theirs.images[0]._read(x)
+        plain = ours.images[0]._read(x)
+    assert float(plain.abs().max()) <= 1.0
+    torch.testing.assert_close(image[..., 0], (x.rgb[..., 0].float() - 0.485) / 0.229)
+
+
+@pytest.mark.parametrize("name", sorted(READS))
+def test_a_configuration_survives_its_file(name: str) -> None:
+    config = ESTIMATORS.get(name).network("full")
+    assert from_mapping(DenseFusionConfig, to_mapping(config), "test") == config
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fusion": AttentionConfig()}, "attention fuses images"),
+        ({"images": "mixed"}, "crops of one size"),
+    ],
+)
+def test_impossible_compositions_are_refused(change: dict, message: str) -> None:
+    config = ESTIMATORS.get("densefusion-pointcloud").network("nano")
+    if change.get("images") == "mixed":
+        image = ESTIMATORS.get("densefusion").network("nano").images[0]
+        change = {"images": (image, replace(image, side_px=64))}
+    with pytest.raises(ConfigError, match=message):
+        replace(config, **change)

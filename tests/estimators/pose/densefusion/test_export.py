@@ -1,0 +1,84 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.errors import MissingPackageError, TrainingError
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion import export as module
+from warehouse_sim.estimators.pose.densefusion.export import (
+    OUTPUTS,
+    TOLERANCE,
+    PortableNetwork,
+    export_onnx,
+    random_inputs,
+)
+from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+
+pytest.importorskip("onnxscript")
+onnxruntime = pytest.importorskip("onnxruntime")
+
+SLOW = pytest.mark.slow
+
+
+def disturb(network: torch.nn.Module) -> None:
+    """Leave nothing at its initial value: statistics, biases and the refiner's zeros would hide an error."""
+    torch.manual_seed(1)
+    with torch.no_grad():
+        for name, value in network.state_dict().items():
+            if value.is_floating_point():
+                noise = torch.rand_like(value) if name.endswith("running_var") else torch.randn_like(value)
+                value.add_(0.02 * noise)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("densefusion-pointcloud", "nano"),
+        *[pytest.param(name, "nano", marks=SLOW) for name in ESTIMATORS.names() if name != "densefusion-pointcloud"],
+        pytest.param("densefusion-middle-2", "full", marks=SLOW),
+    ],
+)
+def test_the_file_computes_what_torch_computes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, size: str
+) -> None:
+    run = made_run(tmp_path / "run", name, size=size)
+
+    def load_disturbed(folder, config):
+        network = load_network(folder, config)
+        disturb(network)
+        return network
+
+    monkeypatch.setattr(module, "load_network", load_disturbed)
+    file = tmp_path / "folder" / "model.onnx"
+    assert export_onnx(run, file) < TOLERANCE
+    session = onnxruntime.InferenceSession(file, providers=["CPUExecutionProvider"])
+    config = read_config(run)
+    network = PortableNetwork(load_disturbed(run, config))
+    known = {item.name for item in session.get_inputs()}
+    assert tuple(item.name for item in session.get_outputs()) == OUTPUTS
+    for batch in (1, 3):
+        inputs = random_inputs(config, batch, seed=batch)
+        with torch.no_grad():
+            expected = network(**inputs)
+        found = session.run(None, {key: value.numpy() for key, value in inputs.items() if key in known})
+        for a, b in zip(found, expected, strict=True):
+            np.testing.assert_allclose(a, b.numpy(), atol=TOLERANCE)
+    (item,) = json.loads(session.get_modelmeta().custom_metadata_map["objects"])
+    assert (item["obj_id"], item["name"]) == (1, "toy-pallet")
+
+
+def test_a_file_that_computes_something_else_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "TOLERANCE", -1.0)
+    with pytest.raises(TrainingError, match="differs from torch"):
+        export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")
+    assert not (tmp_path / "model.onnx").exists()
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "onnxscript", None)
+    with pytest.raises(MissingPackageError, match=r"warehouse-sim\[export\]"):
+        export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")

@@ -1,0 +1,65 @@
+import pytest
+import torch
+
+from tests.estimators.pose.densefusion.made_crops import pallet_shape
+from warehouse_sim.errors import TrainingError, UnknownNameError
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.learning.run_folder import DatasetSource, StartingWeights, read_kind, write_weights
+
+
+def made_config(name: str) -> RunConfig:
+    network = ESTIMATORS.get(name).network("nano")
+    datasets = (DatasetSource("data", "0" * 64), DatasetSource("more", "1" * 64))
+    crop = CropConfig(side_px=48, depth=True)
+    return RunConfig(
+        name, "1.2.3", datasets, (pallet_shape(),), network, crop, TrainConfig(), StartingWeights("other", "2" * 64)
+    )
+
+
+@pytest.mark.parametrize("name", ESTIMATORS.names())
+def test_round_trip(tmp_path, name: str) -> None:
+    config = made_config(name)
+    write_config(tmp_path, config)
+    assert read_config(tmp_path) == config
+    torch.manual_seed(1)
+    network = DenseFusion(config.network, 1)
+    write_weights(tmp_path, network)
+    loaded = load_network(tmp_path, config)
+    assert not loaded.training
+    for key, value in network.state_dict().items():
+        assert torch.equal(loaded.state_dict()[key], value), key
+
+
+def test_errors_name_the_folder_and_the_remedy(tmp_path) -> None:
+    with pytest.raises(TrainingError, match=r"is not a run folder: it has no config\.yaml"):
+        read_config(tmp_path)
+    config = made_config("densefusion-pointcloud")
+    write_config(tmp_path, config)
+    with pytest.raises(TrainingError, match=r"has no weights\.safetensors; finish the training"):
+        load_network(tmp_path, config)
+    write_weights(tmp_path, DenseFusion(config.network, 2))
+    with pytest.raises(TrainingError, match=r"weights\.safetensors does not fit config\.yaml"):
+        load_network(tmp_path, config)
+    (tmp_path / "config.yaml").write_text("estimatr: x\n")
+    with pytest.raises(TrainingError, match="did you mean 'estimator'"):
+        read_config(tmp_path)
+
+
+def test_a_run_of_before_kinds_were_written_opens_and_one_of_another_family_is_refused(tmp_path) -> None:
+    config = made_config("densefusion-pointcloud")
+    write_config(tmp_path, config)
+    text = (tmp_path / "config.yaml").read_text()
+    assert text.count("kind: densefusion\n") == 1
+    (tmp_path / "config.yaml").write_text(text.replace("kind: densefusion\n", ""))
+    assert read_kind(tmp_path) == "densefusion"
+    assert read_config(tmp_path) == config
+    (tmp_path / "config.yaml").write_text(text.replace("kind: densefusion\n", "kind: rectangle\n"))
+    with pytest.raises(TrainingError, match="is a run of the kind rectangle, not densefusion"):
+        read_config(tmp_path)
+    with pytest.raises(UnknownNameError, match="kind of run folder 'rectangle'"):
+        load_estimator(tmp_path)

@@ -1,0 +1,79 @@
+"""The time of a run includes reading, and what will fit into it is told in time."""
+
+import json
+import re
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training import preparation
+from warehouse_sim.estimators.train import train
+
+NAME = "densefusion-pointcloud"
+SHORT = TrainConfig(max_minutes=12 / 60, batch=4, validations=2, precision="32", workers=1)
+
+
+def slow_steps(notes: list[str], caplog: pytest.LogCaptureFixture):
+    """Return a progress callback that takes its time at each step and notes how much had been said by then."""
+
+    def progress(share: float, note: str) -> None:
+        if note.startswith("step"):
+            time.sleep(0.4)
+            notes.append(caplog.text)
+
+    return progress
+
+
+def test_few_steps_are_foretold(toy_root: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    notes: list[str] = []
+    run = train(NAME, toy_root, tmp_path / "run", SHORT, progress=slow_steps(notes, caplog), cache=Path("none"))
+    result = json.loads((run / "result.json").read_text())
+    (told,) = re.findall(
+        r"about (\d+) steps of .* max_minutes 0\.2,.* fewer than 100 .* allow (\S+) minutes", caplog.text
+    )
+    assert int(told[0]) == pytest.approx(result["steps"], rel=0.4)
+    assert 100 * 0.4 / 60 < float(told[1]) < 3.0
+    assert "about" in notes[8], "told when the training was over"
+    assert result["seconds"] < 15.0
+
+
+def test_nothing_is_said_when_steps_were_asked_for(toy_root: Path, tmp_path: Path, caplog) -> None:
+    for name, config in (
+        ("few", replace(SHORT, max_steps=7)),
+        ("endless", replace(SHORT, max_steps=7, max_minutes=None)),
+    ):
+        train(NAME, toy_root, tmp_path / name, config)
+    assert "hardly train" not in caplog.text
+
+
+def test_reading_counts_and_may_leave_nothing(toy_root: Path, tmp_path: Path, monkeypatch) -> None:
+    load_crops = preparation.load_crops
+
+    def slowly(*arguments: object):
+        time.sleep(2.0)
+        return load_crops(*arguments)
+
+    monkeypatch.setattr(preparation, "load_crops", slowly)
+    run, config = tmp_path / "run", replace(SHORT, max_minutes=4 / 60)
+    with pytest.raises(TrainingError, match=r"reading and .* took \d+ s, which leaves nothing of max_minutes"):
+        train(NAME, toy_root, run, config)
+    monkeypatch.undo()
+    train(NAME, toy_root, run, config, resume=True)
+    assert json.loads((run / "result.json").read_text())["steps"] > 0
+
+
+def test_a_run_whose_time_is_up_validates_once_more_only(toy_root: Path, tmp_path: Path, caplog) -> None:
+    def pause(share: float, note: str) -> None:
+        if note.startswith("step"):
+            time.sleep(8.0)
+
+    config = replace(SHORT, max_minutes=8 / 60, validations=8)
+    run = train(NAME, toy_root, tmp_path / "run", config, progress=pause, cache=Path("none"))
+    # The second step is drawn before the first is done.
+    assert json.loads((run / "result.json").read_text())["steps"] <= 2
+    assert len((run / "curves.csv").read_text().splitlines()) == 2
+    assert "fewer than 100" in caplog.text

@@ -1,0 +1,68 @@
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from tests.estimators.pose.densefusion.made_crops import pallet_shape
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import start_from
+from warehouse_sim.learning.run_folder import DatasetSource, write_weights
+
+NAMES = ("a", "b", "c")
+
+
+def shapes(*names: str):
+    return tuple(replace(pallet_shape(), obj_id=1 + i, name=name) for i, name in enumerate(names))
+
+
+def network(method: str, classes: int, seed: int) -> DenseFusion:
+    torch.manual_seed(seed)
+    made = DenseFusion(ESTIMATORS.get(method).network("nano"), classes)
+    for value in made.state_dict().values():
+        if value.is_floating_point():
+            value.normal_()
+    return made
+
+
+def run_of(method: str, folder: Path) -> tuple[Path, DenseFusion]:
+    folder.mkdir()
+    source = network(method, 3, 1)
+    datasets = (DatasetSource("data", "0" * 64),)
+    write_config(
+        folder, RunConfig(method, "1", datasets, shapes(*NAMES), source.config, CropConfig(), TrainConfig())
+    )  # fmt: skip
+    write_weights(folder, source)
+    return folder, source
+
+
+@pytest.mark.parametrize("method", ESTIMATORS.names())
+def test_known_objects_keep_their_weights_and_new_ones_start_fresh(method: str, tmp_path: Path) -> None:
+    folder, source = run_of(method, tmp_path / "run")
+    target = network(method, 4, 2)
+    fresh = {name: value.clone() for name, value in target.state_dict().items()}
+    began = start_from(folder, target, shapes("new", "c", "a", "newer"))
+    assert (began.name, len(began.sha256)) == (str(folder), 64)
+    per_object = 0
+    for name, value in target.state_dict().items():
+        old = source.state_dict()[name]
+        if value.shape == old.shape:
+            assert torch.equal(value, old), name
+            continue
+        per_object += 1
+        assert torch.equal(value[1], old[2]), name
+        assert torch.equal(value[2], old[0]), name
+        assert torch.equal(value[[0, 3]], fresh[name][[0, 3]]), name
+    assert per_object >= 2
+
+
+def test_another_size_is_refused_with_what_would_fit(tmp_path: Path) -> None:
+    folder, _ = run_of("densefusion-pointcloud", tmp_path / "run")
+    target = DenseFusion(ESTIMATORS.get("densefusion-pointcloud").network("small"), 3)
+    with pytest.raises(TrainingError, match=r"other points.*--size nano"):
+        start_from(folder, target, shapes(*NAMES))

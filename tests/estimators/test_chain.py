@@ -1,0 +1,111 @@
+"""The chain with stages of other kinds: no network, its own choice, ICP behind it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.dataset.toy import PALLET, make_scene, observe
+from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.chain import Chain, Stages, Verdict
+from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pose.choose import Candidates
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig
+from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, quat_wxyz_from_matrix, rotation_z
+
+OFF = make_transform(rotation_z(np.deg2rad(2)), np.array([0.03, 0.02, 0.01]))
+"""A guess is 4 cm and 2 degrees off."""
+
+
+class Points(NamedTuple):
+    position: int
+    obj_id: int
+    points: np.ndarray
+
+
+def cloud_of(image: RgbdImage) -> list[Points]:
+    found = []
+    for position, item in enumerate(image.detections):
+        v, u = np.nonzero(item.pixels(*image.depth.shape) & (image.depth > 0))
+        z = image.depth[v, u].astype(float)[:, None]
+        points = np.concatenate([image.camera.tangents_at(u, v) * z, z], axis=1)
+        if len(points) >= 32:
+            found.append(Points(position, 1, np.random.default_rng(0).permutation(points)))
+    return found
+
+
+@dataclass(frozen=True)
+class Guesses:
+    candidates: Candidates
+
+
+class NearTruth:
+    """Stands for a fit that is nearly right: the true pose next to the points, moved, and a wrong one beside it."""
+
+    def __init__(self, truths: Sequence[np.ndarray]) -> None:
+        self.truths = truths
+
+    def __call__(self, seen: Sequence[Points]) -> Guesses:
+        T = np.stack([self.truths[item.position] @ OFF for item in seen])
+        quat = np.stack([quat_wxyz_from_matrix(pose[:3, :3]) for pose in T])
+        both = np.stack([T[:, :3, 3], T[:, :3, 3] + 1.0], axis=1)
+        return Guesses(Candidates(np.stack([quat, quat], axis=1), both, np.tile([0.4, 0.8], (len(T), 1))))
+
+
+def least_confident(candidates: Candidates, seen: Sequence[Points]) -> np.ndarray:
+    return make_transform(matrix_from_quat_wxyz(candidates.quat_wxyz[:, 0]), candidates.translation[:, 0])
+
+
+def test_stages_of_any_kind_make_an_estimator() -> None:
+    observation = observe(make_scene(0))[0]
+    image = RgbdImage.from_observation(observation)
+    pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
+    truths = [pose_of[item.number] for item in image.detections]
+    half = len(image.detections) // 2
+
+    def first_half(image: RgbdImage) -> Sequence[Detection]:
+        return image.detections[: half + 1]
+
+    def near_only(T: np.ndarray, seen: Points, confidence: float) -> Verdict | None:
+        return Verdict(confidence / 2, 0.01, 0.02) if seen.position != half else None
+
+    icp = IcpRefiner({1: PALLET.mesh()}, IcpConfig(), seed=0)
+    plain = Chain(Stages(cloud_of, NearTruth(truths), least_confident))
+    whole = Chain(Stages(cloud_of, NearTruth(truths), least_confident, (first_half,), (icp,), near_only))
+    expected = {image.detections[item.position].number for item in cloud_of(image)}
+    before, after = plain.estimate(image), whole.estimate_all([image])
+    assert {item.detection for item in before} == expected
+    assert {item.detection for item in after} == {image.detections[i].number for i in range(half)} & expected
+    assert after
+
+    def off(item) -> float:
+        return float(np.linalg.norm(item.T_camera_object[:3, 3] - pose_of[item.detection][:3, 3]))
+
+    assert [off(item) for item in before] == pytest.approx([np.linalg.norm(OFF[:3, 3])] * len(before))
+    assert np.median([off(item) for item in after]) < 0.01
+    assert {(item.score, item.predicted_error, item.error_bound) for item in after} == {(0.4, 0.01, 0.02)}
+    assert {item.score for item in before} == {0.8}
+
+
+def test_a_detection_of_an_unknown_model_is_tried_as_each_object(tmp_path: Path) -> None:
+    estimator = load_estimator(made_run(tmp_path / "run"))
+    image = RgbdImage.from_observation(observe(make_scene(0))[0])
+    nameless = tuple(Detection(item.mask, number=item.number) for item in image.detections)
+    found = estimator.estimate(RgbdImage(image.camera, image.depth, nameless))
+    expected = estimator.estimate(image)
+    assert [item.detection for item in found] == [item.detection for item in expected]
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_allclose(a.T_camera_object, b.T_camera_object, atol=1e-6)
+
+
+def test_a_box_is_all_pixels_within_and_something_is_needed() -> None:
+    mask = Detection(box_xyxy=(1.0, 0.5, 2.0, 3.9)).pixels(5, 4)
+    assert np.argwhere(mask).tolist() == [[v, u] for v in (1, 2, 3) for u in (1, 2)]
+    with pytest.raises(InputError, match="neither a mask nor a box_xyxy"):
+        Detection()

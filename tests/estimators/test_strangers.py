@@ -1,0 +1,109 @@
+"""Estimators, detectors and segmenters of another package, found by its entry points alone."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+STRANGER = '''
+import numpy as np
+from scipy import ndimage
+from warehouse_sim.estimators.rgbd_image import Detection
+from warehouse_sim.schema import PoseEstimate
+
+
+class AboveFloor:
+    """Boxes about what the camera sees nearer than 6 m, without saying what it is."""
+
+    def detect(self, image):
+        parts, _ = ndimage.label((image.depth > 0) & (image.depth < 6))
+        boxes = ndimage.find_objects(parts)
+        return [Detection(box_xyxy=(u.start, v.start, u.stop - 1, v.stop - 1), score=0.5) for v, u in boxes]
+
+
+class Outline:
+    def segment(self, image):
+        return [Detection(item.pixels(*image.depth.shape) & (image.depth > 0)) for item in image.detections]
+
+
+class Centroid:
+    """No network: an object is where the middle of its points is."""
+
+    objects = None
+    inputs = "depth"
+
+    def onboard(self, objects):
+        (self.obj_id,) = objects
+
+    def estimate(self, image):
+        found, points = [], image.camera.unproject(image.depth)
+        for number, item in enumerate(image.detections):
+            v, u = np.nonzero(item.pixels(*image.depth.shape) & (image.depth > 0))
+            if len(u) == 0:
+                continue
+            T = np.eye(4)
+            T[:3, 3] = np.median(points[v, u], axis=0)
+            found.append(PoseEstimate(image.scene_id, image.image_id, self.obj_id, item.score, T, detection=number))
+        return found
+'''
+ENTRY_POINTS = """[warehouse_sim.estimators]
+centroid = stranger:Centroid
+[warehouse_sim.detectors]
+above-floor = stranger:AboveFloor
+[warehouse_sim.segmenters]
+outline = stranger:Outline
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    site = tmp_path_factory.mktemp("site")
+    (site / "stranger.py").write_text(STRANGER)
+    info = site / "stranger-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: stranger\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(ENTRY_POINTS)
+    return site
+
+
+def run(site: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), *filter(None, sys.path)])}
+    command = [sys.executable, "-m", "warehouse_sim", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+
+def test_they_are_listed_and_without_them_nothing_is(installed: Path, tmp_path: Path) -> None:
+    told = run(installed, "list").stdout
+    (row,) = (line.split() for line in told.splitlines() if line.split()[:1] == ["centroid"])
+    assert row == ["centroid", "depth", "needs", "no", "training"]
+    assert "above-floor" in told
+    assert "outline" in told
+    assert "centroid" not in run(tmp_path, "list").stdout
+
+
+@pytest.mark.parametrize("detections", ["truth", "above-floor", "above-floor+outline"])
+def test_one_predicts_without_a_run_folder(installed: Path, toy_root: Path, tmp_path: Path, detections: str) -> None:
+    out = tmp_path / "poses.csv"
+    options = ("--split", "train", "--out", out, "--detections", detections)
+    done = run(installed, "predict", "centroid", "--data", toy_root, *options)
+    assert done.returncode == 0, done.stderr
+    _, *rows = out.read_text().splitlines()
+    assert rows
+    assert {row.split(",")[3] for row in rows} == {"0.5" if detections == "above-floor" else "1.0"}
+
+
+def test_what_makes_no_sense_is_one_line(installed: Path, toy_root: Path, tmp_path: Path) -> None:
+    predict = ["predict", "centroid", "--data", toy_root, "--out", tmp_path / "poses.csv"]
+    cases = [
+        (["train", "centroid", "--data", toy_root, "--out", tmp_path / "run"], "centroid needs no training"),
+        ([*predict, "--refine", "icp"], "centroid selects and refines in its own way"),
+        ([*predict, "--detections", "abovefloor"], "detector or segmenter"),
+    ]
+    for arguments, message in cases:
+        done = run(installed, *arguments)
+        assert done.returncode == 2
+        (line,) = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+        assert message in line
+        assert "Traceback" not in done.stderr

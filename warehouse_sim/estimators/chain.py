@@ -1,0 +1,215 @@
+"""A pose estimator as a chain of stages, each of which can be another's.
+
+detect | segment -> select points -> propose -> choose -> refine -> verify
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from jaxtyping import Float, Float32
+
+from warehouse_sim.estimators import KnownObject
+from warehouse_sim.estimators.pose.choose import Candidates
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.geometry.pose import Transform, Transforms
+from warehouse_sim.schema import Observation, PoseEstimate
+
+
+class ObjectPoints(Protocol):
+    """What is looked at of one detection; a stage may ask for more than these."""
+
+    @property
+    def position(self) -> int:
+        """Position of the detection among those of its image."""
+
+    @property
+    def obj_id(self) -> int:
+        """Which object it is taken for."""
+
+    @property
+    def points(self) -> Float32[np.ndarray, "p 3"]:
+        """Its points in the camera frame (m), in random order."""
+
+
+class Proposals(Protocol):
+    """Poses of b objects; the refiners of whoever proposed them may find more in it."""
+
+    @property
+    def candidates(self) -> Candidates:
+        """The poses, one or many for each object."""
+
+
+class FindDetections(Protocol):
+    """Detects, or outlines what was detected: ``Detector.detect`` and ``Segmenter.segment`` are such."""
+
+    def __call__(self, image: RgbdImage, /) -> Sequence[Detection]:
+        """Return the detections that the next stage works on."""
+
+
+class SelectPoints(Protocol):
+    """Takes out of an image what the next stages look at."""
+
+    def __call__(self, image: RgbdImage, /) -> Sequence[ObjectPoints]:
+        """Return those detections that show enough; one of an unknown model once for each object it may be."""
+
+
+class Propose(Protocol):
+    """Estimates poses from points."""
+
+    def __call__(self, seen: Sequence[ObjectPoints], /) -> Proposals:
+        """Return the poses that each of b >= 1 objects may have."""
+
+
+class Choose(Protocol):
+    """Makes one pose of many."""
+
+    def __call__(self, candidates: Candidates, seen: Sequence[ObjectPoints], /) -> Transforms:
+        """Return one ``T_camera_object`` for each object, (b 4 4)."""
+
+
+class Refine(Protocol):
+    """Makes poses better."""
+
+    def __call__(
+        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
+    ) -> Transforms:
+        """Return the poses that follow from these, (b 4 4)."""
+
+
+class Verdict(NamedTuple):
+    """What is thought of a pose."""
+
+    score: float
+    """Trust in it, 0-1."""
+    predicted_error: float | None = None
+    """Error that is as likely exceeded as not (m)."""
+    error_bound: float | None = None
+    """Error that is exceeded in one case of ten (m)."""
+
+
+class Verify(Protocol):
+    """Judges a pose."""
+
+    def __call__(self, T_camera_object: Transform, seen: ObjectPoints, confidence: float, /) -> Verdict | None:
+        """Return what is thought of it; None rejects it.
+
+        Args:
+            T_camera_object: The pose.
+            seen: The points that it was made of.
+            confidence: Largest confidence among its proposals, 0-1.
+        """
+
+
+def trust_confidence(T_camera_object: Transform, seen: ObjectPoints, confidence: float) -> Verdict:
+    """Return the confidence as it is."""
+    return Verdict(confidence)
+
+
+@dataclass(frozen=True, eq=False)
+class Stages:
+    """One chain, from left to right."""
+
+    select: SelectPoints
+    propose: Propose
+    choose: Choose
+    detect: tuple[FindDetections, ...] = ()
+    """One after the other; none where images bring their detections."""
+    refine: tuple[Refine, ...] = ()
+    """One after the other."""
+    verify: Verify = trust_confidence
+
+
+class Chain:
+    """Run the stages over all objects of some images at once.
+
+    Args:
+        stages: What is run.
+        objects: What it knows, with names and classes; None where it takes any object.
+    """
+
+    def __init__(self, stages: Stages, objects: Sequence[KnownObject] | None = None) -> None:
+        self.stages, self._objects = stages, objects
+
+    @property
+    def objects(self) -> Sequence[KnownObject] | None:
+        """What it knows; None where it takes any object."""
+        return self._objects
+
+    def estimate(self, image: RgbdImage | Observation) -> list[PoseEstimate]:
+        """Return the poses of the detected objects of one image, in order of detections.
+
+        A detection that shows too little gets no estimate; ``PoseEstimate.detection`` says which one each belongs to.
+        Of a simulated observation, the labelled objects that are known are estimated.
+
+        Raises:
+            InputError: A detection is of an object that is not known, or the image lacks what is read.
+        """
+        return self.estimate_all([self._known_of(image) if isinstance(image, Observation) else image])
+
+    def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
+        """Return the poses of the detected objects of several images, which pass the stages together.
+
+        The time of an estimate is that of its image, which counts with its share by objects of what is batched.
+        """
+        seen, owners, seconds, found = list[ObjectPoints](), list[int](), list[float](), list[RgbdImage]()
+        for number, image in enumerate(images):
+            started = time.perf_counter()
+            for stage in self.stages.detect:
+                image = replace(image, detections=tuple(stage(image)))
+            selected = self.stages.select(image)
+            seen += selected
+            owners += [number] * len(selected)
+            seconds.append(time.perf_counter() - started)
+            found.append(image)
+        if not seen:
+            return []
+        started = time.perf_counter()
+        T, confidence = self.estimate_objects(seen)
+        share = (time.perf_counter() - started) / len(seen)
+        times = [spent + share * owners.count(number) for number, spent in enumerate(seconds)]
+        best: dict[tuple[int, int], PoseEstimate] = {}
+        for owner, item, pose, trust in zip(owners, seen, T, confidence, strict=True):
+            if verdict := self.stages.verify(pose, item, float(trust)):
+                estimate = self._describe(found[owner], item, pose, verdict, times[owner])
+                # A detection of an unknown model was tried as each object.
+                key = owner, item.position
+                best[key] = max(best.get(key, estimate), estimate, key=lambda one: one.score)
+        return list(best.values())
+
+    def estimate_objects(self, seen: Sequence[ObjectPoints]) -> tuple[Transforms, Float[np.ndarray, " b"]]:
+        """Return ``T_camera_object`` (b 4 4) and the largest confidence among the proposals of at least one object."""
+        stages = self.stages
+        proposals = stages.propose(seen)
+        T = stages.choose(proposals.candidates, seen)
+        for refine in stages.refine:
+            T = refine(T, seen, proposals)
+        return T, proposals.candidates.confidence.max(axis=1)
+
+    def _describe(
+        self, image: RgbdImage, item: ObjectPoints, T_camera_object: Transform, verdict: Verdict, seconds: float
+    ) -> PoseEstimate:
+        known = next((shape for shape in self.objects or () if shape.obj_id == item.obj_id), None)
+        detection = image.detections[item.position]
+        return PoseEstimate(
+            image.scene_id,
+            image.image_id,
+            item.obj_id,
+            verdict.score * detection.score,
+            T_camera_object,
+            seconds,
+            name=known.name if known else "",
+            class_name=getattr(known, "class_name", ""),
+            detection=item.position if detection.number is None else detection.number,
+            predicted_error=verdict.predicted_error,
+            error_bound=verdict.error_bound,
+        )
+
+    def _known_of(self, observation: Observation) -> RgbdImage:
+        image = RgbdImage.from_observation(observation)
+        if self.objects is None:
+            return image
+        known = {shape.obj_id for shape in self.objects}
+        return replace(image, detections=tuple(item for item in image.detections if item.model in known))

@@ -1,0 +1,40 @@
+"""Open an estimator by name: bundled weights, a run folder, or one that needs no training."""
+
+from pathlib import Path
+
+from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
+from warehouse_sim.estimators import ESTIMATORS, FAMILIES, PoseEstimator, is_trainable
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.learning.run_folder import read_kind
+from warehouse_sim.resources import model_dir, model_names
+
+
+def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfig()) -> PoseEstimator:  # noqa: B008  frozen
+    """Return a bundled estimator by name ("densefusion-pointcloud"), a trained one by its run folder, or another's.
+
+    Args:
+        name_or_run: Which one: a run folder, a bundled name, or a registered one that needs no training.
+        config: How poses are selected and refined.
+
+    Raises:
+        UnknownNameError: None of these.
+        TrainingError: The folder holds no complete run, or what is registered must be trained first.
+        InputError: The estimator has no stages that ``config`` could choose.
+    """
+    name = str(name_or_run)
+    if Path(name_or_run).is_dir() or name in model_names():
+        folder = model_dir(name_or_run)
+        estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
+        return estimator
+    registered = ESTIMATORS.names()
+    if name not in registered:
+        known = sorted({*model_names(), *registered})
+        raise UnknownNameError("estimator (a bundled name or a run folder, or one that is not trained)", name, known)
+    target = ESTIMATORS.get(name)
+    if is_trainable(target):
+        raise TrainingError(f"{name} has no bundled weights: train it first, and predict with the run folder")
+    default = PredictConfig()
+    if (config.selection, config.refine) != (default.selection, default.refine):
+        raise InputError(f"{name} selects and refines in its own way; leave --selection and --refine out")
+    made: PoseEstimator = target()
+    return made

@@ -1,0 +1,1 @@
+"""Estimators of 6D poses, one method family a folder."""

@@ -1,0 +1,1 @@
+"""The DenseFusion family: networks, crops, losses, its training, calibration and export."""

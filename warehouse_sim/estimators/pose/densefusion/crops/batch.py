@@ -1,0 +1,128 @@
+"""Draw network inputs from a crop set: choose points, disturb them, centre and scale them."""
+
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+
+from warehouse_sim.estimators.pose.densefusion.crops.augment import (
+    Noise,
+    disturb_colour,
+    draw_noise,
+    hide_points,
+    random_turns,
+)
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, CropTable
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
+
+DEPTH_LIMIT = 3.0
+"""Depth crops are clipped to so many half diameters before and behind the centre."""
+
+
+class Batch(NamedTuple):
+    """Inputs and true poses in normalised units: about ``centre``, in multiples of ``scale``."""
+
+    inputs: NetworkInput
+    rotation: Float[Tensor, "b 3 3"]
+    """True rotation."""
+    translation: Float[Tensor, "b 3"]
+    """True object origin, normalised."""
+    centre: Float[Tensor, "b 3"]
+    """Camera frame (m)."""
+    scale: Float[Tensor, " b"]
+    """Half the object's diameter (m)."""
+
+    @property
+    def truth(self) -> Truth:
+        """What the networks' losses compare with."""
+        return Truth(self.rotation, self.translation, self.inputs.class_index)
+
+
+def draw_batch(
+    crops: CropSet,
+    index: Int[Tensor, " b"],
+    count: int,
+    generator: torch.Generator | None = None,
+    augment: AugmentConfig | None = None,
+    share: slice = slice(None),
+) -> Batch:
+    """Return ``count`` random points of each of the crops ``index``, and their square crops.
+
+    Args:
+        crops: All crops.
+        index: Which of them.
+        count: Points of each; a crop with fewer repeats them.
+        generator: Decides which points, and how they are disturbed; without it the first points are taken as measured.
+        augment: How training samples are disturbed; None leaves them as measured.
+        share: Which samples of the batch are wanted; each is disturbed as it is in the whole batch.
+    """
+    rows = crops.rows(index[share])
+    noise = None if generator is None else draw_noise(len(index), generator).rows(share)
+    order = _choose_points(rows, count, noise, augment)
+    points = torch.gather(rows.points, 1, order[..., None].expand(-1, -1, 3))
+    scale, centre = rows.diameter / 2.0, points.mT.contiguous().median(dim=2).values
+    if augment and noise:
+        centre = centre + (noise.shift * 2.0 - 1.0) * augment.shift
+    T = rows.T_camera_object
+    translation = ((T[:, :3, 3] - centre.double()) / scale[:, None]).float()
+    points, rotation = (points - centre[:, None]) / scale[:, None, None], T[:, :3, :3].float()
+    turn, rgb = None, rows.rgb
+    if augment and noise:
+        turn = random_turns(noise.turn, augment)
+        points, rotation = points @ turn.mT, turn @ rotation
+        translation = (turn @ translation[..., None])[..., 0]
+        rgb = None if rgb is None else disturb_colour(rgb, noise.colour, augment)
+    pixel = torch.zeros_like(order) if rows.pixel is None else torch.gather(rows.pixel, 1, order).long()
+    inputs = NetworkInput(points, pixel, rows.class_index, rgb, _normalised_depth(rows, centre, scale, turn))
+    return Batch(inputs, rotation, translation, centre, scale)
+
+
+def _choose_points(
+    rows: CropTable, count: int, noise: Noise | None, augment: AugmentConfig | None
+) -> Int[Tensor, "b n"]:
+    """Return which of its points each sample takes."""
+    steps, present = torch.arange(count, device=rows.points.device), rows.point_count[:, None]
+    if noise is None:
+        return steps % present
+    # Points lie in random order: any stretch of those that remain, from any start, is a random choice.
+    start, dropped = noise.choice.split(1, dim=1)
+    if augment is None:
+        return ((start * present).long() + steps % present) % present
+    remaining = hide_points(rows.points, rows.border_px, _present(rows), noise.hide, augment)
+    present = remaining.sum(dim=1, keepdim=True)
+    # Dropout at random only matters to a sample that is left with fewer points than it needs.
+    kept = (present * (1.0 - dropped * augment.drop_share)).long()
+    kept = kept.clamp(min=augment.min_points).minimum(present)
+    wanted = ((start * present).long() + steps % kept) % present
+    places, first = remaining.nonzero()[:, 1], present.cumsum(dim=0) - present
+    return places[first + wanted]
+
+
+def _present(rows: CropTable) -> Bool[Tensor, "b p"]:
+    places = torch.arange(rows.points.shape[1], device=rows.points.device)
+    return places < rows.point_count[:, None]
+
+
+def _normalised_depth(
+    rows: CropTable, centre: Float[Tensor, "b 3"], scale: Float[Tensor, " b"], turn: Float[Tensor, "b 3 3"] | None
+) -> Float[Tensor, "b s s 2"] | None:
+    """Return the depth crops of the turned camera about the centre, and where they hold a reading.
+
+    The pixel with ray r and depth z shows the point z r, which a turn R about the centre c brings to the depth
+    (R (z r - c))_z: with the third row of R, and r linear in the pixel, one product a pixel.
+    """
+    if rows.depth is None or rows.depth_base is None or rows.ray_map is None:
+        return None
+    forward = torch.tensor([[0.0, 0.0, 1.0]], device=centre.device) if turn is None else turn[:, 2]
+    plane = torch.einsum("bi,bij->bj", forward[:, :2].expand(len(centre), 2), rows.ray_map)
+    across = torch.arange(rows.depth.shape[-1], device=centre.device, dtype=torch.float32)
+    factor = plane[:, 0, None, None] * across + plane[:, 1, None, None] * across[:, None]
+    factor += (plane[:, 2] + forward[:, 2])[:, None, None]
+    depth = rows.depth.float()
+    offset = (forward * centre).sum(dim=1)
+    ahead = ((depth + rows.depth_base[:, None, None]) * factor - offset[:, None, None]) / scale[:, None, None]
+    reading = ~depth.isnan()
+    ahead = ahead.clamp(-DEPTH_LIMIT, DEPTH_LIMIT).masked_fill(~reading, 0.0)
+    return torch.stack([ahead, reading.float()], dim=1).permute(0, 2, 3, 1)

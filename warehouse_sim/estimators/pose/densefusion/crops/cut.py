@@ -1,0 +1,125 @@
+"""Cut each target of an image out as a fixed number of points and a square crop of colour and depth."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int32, UInt8
+
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.window import Window
+from warehouse_sim.geometry.camera import PinholeCamera
+
+
+@dataclass(frozen=True, eq=False)
+class Crop:
+    """One target of one image, ready for a network."""
+
+    scene_id: int
+    image_id: int
+    position: int
+    """Number among the image's labels or detections."""
+    obj_id: int
+    T_camera_object: Float[np.ndarray, "4 4"]
+    points: Float32[np.ndarray, "p 3"]
+    """Back-projected pixels of the mask in the camera frame (m), in random order."""
+    border_px: UInt8[np.ndarray, " p"]
+    """Distance of each point's pixel to the border of the mask, 1 = on it."""
+    pixel: Int32[np.ndarray, " p"]
+    """Row-major index into the square crop of each point's pixel; zero without a square crop."""
+    rgb: UInt8[np.ndarray, "s s 3"] | None = None
+    depth: Float32[np.ndarray, "s s"] | None = None
+    """Metres along z, 0 = no reading."""
+    ray_map: Float[np.ndarray, "2 3"] | None = None
+    """Maps (column, row, 1) of the depth crop's pixels to their rays (x / z, y / z)."""
+
+
+class CropLabel(NamedTuple):
+    """Which object of which image a crop shows, as the first fields of ``Crop`` say it."""
+
+    scene_id: int
+    image_id: int
+    position: int
+    obj_id: int
+    T_camera_object: Float[np.ndarray, "4 4"]
+    """True pose; the identity where nobody knows it."""
+
+
+def back_project(
+    camera: PinholeCamera, u: Int32[np.ndarray, " n"], v: Int32[np.ndarray, " n"], depth: Float32[np.ndarray, " n"]
+) -> Float32[np.ndarray, "n 3"]:
+    """Return camera-frame points (m) of pixels with z-depth (m); pixel centres are integers."""
+    z = depth.astype(np.float64)[:, None]
+    return np.concatenate([camera.tangents_at(u, v) * z, z], axis=-1).astype(np.float32)
+
+
+def wanted_targets(image: ImageRecord, config: CropConfig) -> list[TargetRecord]:
+    """Return the targets of ``image`` that are visible enough to be estimated."""
+    return [target for target in image.targets if config.least_visible.takes(target)]
+
+
+def image_crops(reader: DatasetReader, image: ImageRecord, config: CropConfig, seed: int) -> Iterator[Crop]:
+    """Yield a crop of each wanted target of ``image``, decoding the image once.
+
+    Args:
+        reader: The dataset.
+        image: Which image.
+        config: How to cut.
+        seed: Decides which pixels of large targets are kept, the same for each target whatever the order.
+    """
+    targets = wanted_targets(image, config)
+    if not targets:
+        return
+    depth = reader.depth(image)
+    rgb = reader.rgb(image) if config.reads_rgb else None
+    for target in targets:
+        rng = np.random.default_rng([seed, image.scene_id, image.image_id, target.gt_index])
+        mask = reader.mask_visible(image, target.gt_index)
+        crop = cut_mask(image.camera, label_of(image, target), mask, depth, rgb, config, rng)
+        if crop is not None:
+            yield crop
+
+
+def label_of(image: ImageRecord, target: TargetRecord) -> CropLabel:
+    """Return what the labels of a dataset say of one target."""
+    T_camera_object = np.asarray(target.T_camera_object, dtype=np.float64)
+    return CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object)
+
+
+def cut_mask(
+    camera: PinholeCamera,
+    label: CropLabel,
+    mask: Bool[np.ndarray, "h w"],
+    depth: Float32[np.ndarray, "h w"],
+    rgb: UInt8[np.ndarray, "h w 3"] | None,
+    config: CropConfig,
+    rng: np.random.Generator,
+) -> Crop | None:
+    """Return the crop of what a mask shows, or None when the sensor sees too few points of it."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if rows.size == 0:
+        return None
+    top, bottom, left, right = int(rows[0]), int(rows[-1]), int(columns[0]), int(columns[-1])
+    # One pixel of background all around, so that pixels at the edge of the box have their true border distance.
+    inside = np.pad(mask[top : bottom + 1, left : right + 1], 1).astype(np.uint8)
+    border = cv2.distanceTransform(inside, cv2.DIST_C, 3)[1:-1, 1:-1]
+    v, u = np.nonzero((inside[1:-1, 1:-1] > 0) & (depth[top : bottom + 1, left : right + 1] > 0))
+    if len(u) < config.min_points:
+        return None
+    chosen = rng.permutation(len(u))[: config.stored_points]
+    u, v = u[chosen], v[chosen]
+    border_px = np.minimum(border[v, u], 255).astype(np.uint8)
+    u, v = (u + left).astype(np.int32), (v + top).astype(np.int32)
+    window, side = Window.around((left, top, right, bottom), config.margin), config.side_px
+    return Crop(
+        *label,
+        back_project(camera, u, v, depth[v, u]),
+        border_px,
+        pixel=window.index(u, v, side) if side else np.zeros(len(u), dtype=np.int32),
+        rgb=window.cut_rgb(rgb, side) if rgb is not None and side and config.rgb else None,
+        depth=window.cut_depth(depth, side) if side and config.depth else None,
+        ray_map=window.ray_map(camera, side) if side and config.depth else None,
+    )

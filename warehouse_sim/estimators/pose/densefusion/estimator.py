@@ -1,0 +1,106 @@
+"""A trained network of the family as an estimator: crops, proposals, selection, its refiner, and ICP if configured."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.chain import Chain, ObjectPoints, Stages, Verdict
+from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
+from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
+from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropLabel, cut_mask
+from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.runner import Runner
+from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.visibility import LeastVisible
+from warehouse_sim.geometry.pose import Transform, Transforms
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+
+class Estimator(Chain):
+    """The stages of a run folder; batched over all objects of some images.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: Settings.
+
+    Raises:
+        TrainingError: The folder holds no complete run, or no CAD surfaces although ICP is asked for.
+    """
+
+    def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
+        self._runner, self.config = Runner(run, config.device, config.threads), config
+        self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
+        groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
+        self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
+        self.calibration: ErrorCurve | None = read_calibration(run).get(config.selection, config.refine)
+        """How confidence tells the error; None when it was not fitted for these settings."""
+        icp = (IcpRefiner(read_meshes(run), config.icp, config.seed),) if config.refine == "icp" else ()
+        refine = (self._runner.refine, *icp)
+        super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify))
+
+    @property
+    def objects(self) -> tuple[ObjectShape, ...]:
+        """What it knows, in the order of the network's classes."""
+        return self._runner.config.objects
+
+    @property
+    def crop(self) -> CropConfig:
+        """How objects are cut out, and how much must be seen of them."""
+        return self._runner.config.crop
+
+    @property
+    def least_visible(self) -> LeastVisible:
+        """Which targets of a dataset are estimated."""
+        return self.crop.least_visible
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour."""
+        return self._runner.config.network.reads_rgb
+
+    def cut(self, image: RgbdImage) -> list[Crop]:
+        """Return the crops of the detections that show enough; one of an unknown model as each object.
+
+        Raises:
+            InputError: A detection is of an object that the estimator does not know, or colour is missing.
+        """
+        if image.rgb is None and self.reads_rgb:
+            raise InputError(f"{self._runner.config.estimator} reads colour, but the image has no rgb")
+        found = (
+            self._cut_one(image, position, item, obj_id)
+            for position, item in enumerate(image.detections)
+            for obj_id in self._may_be(item)
+        )
+        return [crop for crop in found if crop is not None]
+
+    def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
+        rows = [self._row[crop.obj_id] for crop in crops]
+        return select_poses(candidates, self._symmetries.rows(rows), self._diameters[rows], self.config.selection)
+
+    def _verify(self, T_camera_object: Transform, crop: ObjectPoints, confidence: float) -> Verdict:
+        curve, diameter = self.calibration, self.objects[self._row[crop.obj_id]].diameter
+        if curve is None:
+            return Verdict(confidence)
+        return Verdict(confidence, curve.error_at(confidence) * diameter, curve.bound_at(confidence) * diameter)
+
+    def _cut_one(self, image: RgbdImage, position: int, detection: Detection, obj_id: int) -> Crop | None:
+        number = position if detection.number is None else detection.number
+        rng = np.random.default_rng([self.config.seed, image.scene_id, image.image_id, number])
+        label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4))
+        mask = detection.pixels(*image.depth.shape)
+        return cut_mask(image.camera, label, mask, image.depth, image.rgb, self.crop, rng)
+
+    def _may_be(self, detection: Detection) -> list[int]:
+        """Return the numbers of the objects that a detection may show."""
+        if detection.model is None:
+            return [shape.obj_id for shape in self.objects]
+        for shape in self.objects:
+            if detection.model in (shape.obj_id, shape.name):
+                return [shape.obj_id]
+        names = ", ".join(f"{shape.name} ({shape.obj_id})" for shape in self.objects)
+        raise InputError(f"the estimator does not know the object {detection.model!r}; it knows: {names}")

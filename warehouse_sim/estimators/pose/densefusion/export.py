@@ -1,0 +1,146 @@
+"""A trained network as an ONNX file: proposals and one refiner pass, for programs without torch."""
+
+import json
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput
+from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.optional import require
+from warehouse_sim.output import make_folder, write_bytes
+
+OUTPUTS = ("rotations", "translations", "confidences", "rotation", "translation")
+"""Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""
+TOLERANCE = 1e-4
+"""Largest difference from torch that is accepted, in rotation matrices, confidences and half diameters."""
+_TRACED, _CHECKED = 2, 5
+
+
+class PortableNetwork(nn.Module):
+    """A network whose inputs and outputs are plain tensors; lengths are normalised as those of ``NetworkInput``.
+
+    Args:
+        network: A trained network.
+    """
+
+    def __init__(self, network: DenseFusion) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(
+        self,
+        points: Tensor,
+        pixel: Tensor,
+        class_index: Tensor,
+        rgb: Tensor | None = None,
+        depth: Tensor | None = None,
+    ) -> tuple[Tensor, ...]:
+        """Return what ``OUTPUTS`` names."""
+        inputs = NetworkInput(points, pixel, class_index, rgb, depth)
+        embedding = self.network.embed(inputs)
+        found = self.network.propose(inputs, embedding).hypotheses
+        rotation, translation = self.network.refine(*found.most_confident(), inputs, embedding)
+        rotations = matrix_from_quat_wxyz(found.quat_wxyz)
+        return rotations, found.translation, torch.sigmoid(found.logit), rotation, translation
+
+
+def export_onnx(run: Path, out: Path) -> float:
+    """Write the network of a run folder as an ONNX file with a free batch axis, and compare it with torch.
+
+    The file's metadata say what is needed to prepare inputs and to read outputs: the objects in the order of the
+    classes with their diameters (m), points an object, side of the crops.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        out: File to write.
+
+    Returns:
+        The largest difference from torch over a batch of random inputs.
+
+    Raises:
+        MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
+        TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
+    """
+    onnx, onnxruntime = (require(name, "export", "to export a network") for name in ("onnx", "onnxruntime"))
+    require("onnxscript", "export", "to export a network")
+    config = read_config(run)
+    network = PortableNetwork(load_network(run, config)).eval()
+    example = random_inputs(config, _TRACED)
+    names = list(example)
+    make_folder(out.parent)
+    free = {name: {0: torch.export.Dim("batch")} for name in names}
+    with torch.no_grad(), _quiet():
+        # Strict: the other way of tracing takes the length of a batch for a constant.
+        traced = torch.export.export(network, (), kwargs=example, dynamic_shapes=free, strict=True)
+        program = torch.onnx.export(traced, input_names=names, output_names=OUTPUTS, dynamo=True, verbose=False)
+    assert program is not None
+    model = program.model_proto
+    onnx.helper.set_model_props(model, _metadata(config))
+    session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
+    difference = _difference(network, session, random_inputs(config, _CHECKED))
+    if not difference <= TOLERANCE:
+        raise TrainingError(f"{run}: the exported network differs from torch by {difference:.1e}; nothing was written")
+    write_bytes(out, model.SerializeToString())
+    return difference
+
+
+def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Tensor]:
+    """Return random inputs of a network by name, of the shapes and ranges that real ones have."""
+    generator = torch.Generator().manual_seed(seed)
+    network, side = config.network, config.network.side_px or 1
+    count = network.points.count
+    inputs = {
+        "points": torch.randn((batch, count, 3), generator=generator) * 0.4,
+        "pixel": torch.randint(0, side**2, (batch, count), generator=generator),
+        "class_index": torch.randint(0, len(config.objects), (batch,), generator=generator),
+    }
+    if network.reads_rgb:
+        inputs["rgb"] = torch.randint(0, 256, (batch, side, side, 3), generator=generator, dtype=torch.uint8)
+    if network.reads_depth:
+        ahead = torch.randn((batch, side, side), generator=generator).clamp(-3.0, 3.0)
+        reading = torch.rand((batch, side, side), generator=generator) < 0.9
+        inputs["depth"] = torch.stack([ahead * reading, reading.float()], dim=-1)
+    return inputs
+
+
+def _difference(network: PortableNetwork, session: Any, inputs: dict[str, Tensor]) -> float:
+    known = {item.name for item in session.get_inputs()}
+    found = session.run(None, {name: value.numpy() for name, value in inputs.items() if name in known})
+    with torch.no_grad():
+        expected = network(**inputs)
+    return max(float((torch.from_numpy(a) - b).abs().max()) for a, b in zip(found, expected, strict=True))
+
+
+def _metadata(config: RunConfig) -> dict[str, str]:
+    objects = [{"obj_id": item.obj_id, "name": item.name, "diameter": item.diameter} for item in config.objects]
+    return {
+        "estimator": config.estimator,
+        "objects": json.dumps(objects),
+        "points": str(config.network.points.count),
+        "side_px": str(config.network.side_px or 0),
+        "units": "lengths about the median point, in half diameters of the object",
+    }
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep back what the exporter says of packages that are not installed and of its own future."""
+    logger = logging.getLogger("torch.onnx")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.setLevel(level)

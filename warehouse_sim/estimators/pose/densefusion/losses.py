@@ -1,0 +1,144 @@
+"""Losses between predicted and true poses, in normalised units and over each object's symmetry group.
+
+The distance of two poses is the RMS distance of the model's surface points. It depends on the surface through its mean
+and covariance only, so four anchor points with the same moments give it exactly, and the minimum over a finite group
+costs little.
+"""
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+from torch.nn.functional import logsigmoid
+
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
+from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss
+
+# Keeps the square root differentiable at a perfect prediction; 1e-4 of half a diameter.
+_EPSILON = 1e-8
+
+
+def equivalent_poses(truth: Truth, shapes: ShapeTensors) -> tuple[Float[Tensor, "b g 3 3"], Float[Tensor, "b g 3"]]:
+    """Return every pose that looks the same as the true one, in normalised units."""
+    R_s, t_s = shapes.symmetry_rotation[truth.class_index], shapes.symmetry_translation[truth.class_index]
+    rotations = truth.rotation[:, None] @ R_s
+    return rotations, (truth.rotation[:, None] @ t_s[..., None])[..., 0] + truth.translation[:, None]
+
+
+def pose_distance(
+    rotation: Float[Tensor, "b n 3 3"],
+    translation: Float[Tensor, "b n 3"],
+    truth: Truth,
+    shapes: ShapeTensors,
+    symmetry: SymmetryLoss = "group",
+) -> Float[Tensor, "b n"]:
+    """Return the surface distance of each predicted pose to the true one.
+
+    Args:
+        rotation: Predicted rotations.
+        translation: Predicted object origins, normalised.
+        truth: True poses.
+        shapes: Shapes of the classes.
+        symmetry: "group" gives the RMS distance to the nearest equivalent of the true pose; "none" to the true pose
+            itself; "nearest" the mean distance of each surface point to the nearest one of the true pose for classes
+            that are symmetric (ADD-S, as the original), and the RMS distance for the others.
+    """
+    with _in_32_bits(rotation):
+        placed = _place(rotation, translation, truth.class_index, shapes)
+        if symmetry == "group":
+            return _rms(placed - _nearest_equivalent(placed, truth, shapes))
+        true_pose = truth.rotation[:, None], truth.translation[:, None]
+        plain = _rms(placed - _place(*true_pose, truth.class_index, shapes))
+        if symmetry == "none":
+            return plain
+        symmetric = shapes.is_symmetric()[truth.class_index]
+        return torch.where(symmetric[:, None], _nearest_point_distance(rotation, translation, truth, shapes), plain)
+
+
+def confidence_loss(distance: Float[Tensor, "b n"], logit: Float[Tensor, "b n"], weight: float) -> Float[Tensor, ""]:
+    """Return the mean of ``distance * c - weight * ln c`` with c = sigmoid(logit) (Wang et al. 2019, equation 3).
+
+    Args:
+        distance: Normalised pose distances.
+        logit: Confidence before the sigmoid, so that ln c never meets a zero.
+        weight: Distance up to which full confidence pays, normalised.
+    """
+    return (distance * torch.sigmoid(logit) - weight * logsigmoid(logit)).mean()
+
+
+def coordinate_loss(
+    predicted: Float[Tensor, "b n 3"],
+    log_scale: Float[Tensor, "b n"],
+    points: Float[Tensor, "b n 3"],
+    truth: Truth,
+    shapes: ShapeTensors,
+    symmetry: SymmetryLoss = "group",
+) -> Float[Tensor, ""]:
+    """Return the mean negative log-likelihood of object coordinates, constants left out.
+
+    The error of a point is Laplace distributed, p(e) ~ exp(-|e| / b) / b^3. Each object is compared with that
+    equivalent of its true pose that explains its points best, all points with the same.
+
+    Args:
+        predicted: Coordinates in the object's frame, normalised.
+        log_scale: ln b of each point.
+        points: The measured points that they belong to, normalised.
+        truth: True poses.
+        shapes: Shapes of the classes.
+        symmetry: "none" compares with the true pose only.
+    """
+    with _in_32_bits(points):
+        if symmetry == "none":
+            rotations, translations = truth.rotation[:, None], truth.translation[:, None]
+        else:
+            rotations, translations = equivalent_poses(truth, shapes)
+        # R^T (p - t), for each equivalent pose.
+        wanted = (points.float()[:, None] - translations[:, :, None]) @ rotations
+        error = ((predicted[:, None] - wanted).square().sum(dim=-1) + _EPSILON).sqrt()
+        log_scale = log_scale[:, None]
+        return (error * torch.exp(-log_scale) + 3.0 * log_scale).mean(dim=-1).amin(dim=1).mean()
+
+
+def _in_32_bits(tensor: Tensor) -> torch.autocast:
+    """Keep mixed precision out: in 16 bits a pose is off by millimetres."""
+    return torch.autocast(tensor.device.type, enabled=False)
+
+
+def _nearest_equivalent(placed: Float[Tensor, "b n 12"], truth: Truth, shapes: ShapeTensors) -> Float[Tensor, "b n 12"]:
+    """Return, for each pose, the anchors under that equivalent of the true pose which is nearest to it."""
+    wanted = _place(*equivalent_poses(truth, shapes), truth.class_index, shapes)
+    with torch.no_grad():
+        # |a - b|^2 = |a|^2 - 2 a.b + |b|^2: one product finds the nearest, whose distance is then computed exactly.
+        cross = torch.bmm(placed, wanted.mT)
+        nearest = (wanted.square().sum(dim=-1)[:, None] - 2.0 * cross).argmin(dim=-1)
+    return torch.gather(wanted, 1, nearest[..., None].expand(-1, -1, wanted.shape[-1]))
+
+
+def _rms(difference: Float[Tensor, "b n a"]) -> Float[Tensor, "b n"]:
+    # Four anchors of three values each: the mean over anchors of the sum over axes.
+    return (difference.square().sum(dim=-1) / 4.0 + _EPSILON).sqrt()
+
+
+def _place(
+    rotation: Float[Tensor, "b n 3 3"],
+    translation: Float[Tensor, "b n 3"],
+    class_index: Int[Tensor, " b"],
+    shapes: ShapeTensors,
+) -> Float[Tensor, "b n 12"]:
+    """Return the classes' anchors under each pose, their coordinates in one row."""
+    anchors = shapes.anchors[class_index].mT[:, None]
+    return (rotation @ anchors + translation[..., None]).flatten(2)
+
+
+def _nearest_point_distance(
+    rotation: Float[Tensor, "b n 3 3"], translation: Float[Tensor, "b n 3"], truth: Truth, shapes: ShapeTensors
+) -> Float[Tensor, "b n"]:
+    surface = shapes.surface[truth.class_index]
+    predicted = torch.einsum("bnij,bmj->bnmi", rotation, surface) + translation[:, :, None]
+    wanted = surface @ truth.rotation.mT + truth.translation[:, None]
+    with torch.no_grad():
+        # Not by matrix products: their differences of squares lose the small distances.
+        far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")
+        nearest = far.argmin(dim=-1)
+    matched = torch.gather(wanted, 1, nearest[..., None].expand(-1, -1, 3)).view_as(predicted)
+    return ((predicted - matched).square().sum(dim=-1) + _EPSILON).sqrt().mean(dim=-1)

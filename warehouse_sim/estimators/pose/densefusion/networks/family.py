@@ -1,0 +1,118 @@
+"""The named members of the DenseFusion family, their parts and their widths at each size.
+
+``nano`` trains on a CPU, ``full`` has the widths of Wang et al., "DenseFusion", CVPR 2019.
+"""
+
+from dataclasses import replace
+
+from warehouse_sim.estimators.pose.densefusion.methods import Method
+from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
+from warehouse_sim.estimators.pose.densefusion.networks.image import ImageConfig, Reading
+from warehouse_sim.estimators.pose.densefusion.networks.points import PointConfig
+from warehouse_sim.estimators.pose.densefusion.networks.refiner import RefinerConfig
+from warehouse_sim.estimators.pose.densefusion.settings import Size
+
+_IMAGES: dict[Size, ImageConfig] = {
+    "nano": ImageConfig(kind="unet", side_px=48, width=24),
+    "small": ImageConfig(kind="psp-resnet18", side_px=64, width=32),
+    "full": ImageConfig(kind="psp-resnet18", side_px=80, width=64),
+}
+_POINTS: dict[Size, PointConfig] = {
+    "nano": PointConfig(count=256, local=(64, 128), pooled=(256, 512), pooling="average+max"),
+    "small": PointConfig(count=256, local=(64, 128), pooled=(512, 1024), pooling="average+max"),
+    "full": PointConfig(count=500, local=(64, 128), pooled=(512, 1024), pooling="average"),
+}
+_HEADS: dict[Size, HeadConfig] = {
+    "nano": HeadConfig(widths=(256, 128), shared=True, training_points=64),
+    "small": HeadConfig(widths=(320, 128, 64), shared=False, training_points=128),
+    "full": HeadConfig(widths=(640, 256, 128), shared=False),
+}
+_REFINERS: dict[Size, RefinerConfig] = {
+    "nano": RefinerConfig(local=(32, 64), pooled=(128, 256), widths=(128, 64)),
+    "small": RefinerConfig(local=(64, 128), pooled=(256, 512), widths=(256, 128)),
+    "full": RefinerConfig(local=(64, 128), pooled=(512, 1024), widths=(512, 128)),
+}
+# The two middle fusions differ in the embedding of the attention alone.
+_ATTENTION: dict[Size, tuple[AttentionConfig, AttentionConfig]] = {
+    "nano": (AttentionConfig(32, heads=4), AttentionConfig(128, heads=4)),
+    "small": (AttentionConfig(64, heads=4), AttentionConfig(256, heads=8)),
+    "full": (AttentionConfig(64, heads=4), AttentionConfig(256, heads=8)),
+}
+
+
+def _config(size: Size, faithful: bool, *images: tuple[Reading, ...]) -> DenseFusionConfig:
+    """Return a network with one image branch for each of ``images``, named by what it reads."""
+    branches = tuple(replace(_IMAGES[size], reads=reads) for reads in images)
+    config = DenseFusionConfig(_POINTS[size], _HEADS[size], _REFINERS[size], branches)
+    return as_original(config) if faithful else config
+
+
+def as_original(config: DenseFusionConfig) -> DenseFusionConfig:
+    """Return the same network with the quirks of Wang et al.'s code, for parity."""
+    return replace(
+        config,
+        points=replace(config.points, pooling="average"),
+        heads=replace(config.heads, shared=False, class_bias=False, training_points=None),
+        refiner=replace(config.refiner, pooling="average", shared=False, class_bias=False),
+        images=tuple(replace(image, faithful=True) for image in config.images),
+    )
+
+
+def _fused(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return _config(size, faithful, ("rgb",))
+
+
+def _early(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return _config(size, faithful, ("rgb", "depth"))
+
+
+def _middle_1(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return replace(_config(size, faithful, ("rgb",), ("depth",)), fusion=_ATTENTION[size][0])
+
+
+def _middle_2(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return replace(_config(size, faithful, ("rgb",), ("depth",)), fusion=_ATTENTION[size][1])
+
+
+def _depth(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return _config(size, faithful, ("depth",))
+
+
+def _cloud_only(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    return _config(size, faithful)
+
+
+def _coordinates(size: Size, faithful: bool = False) -> DenseFusionConfig:
+    config = _config(size, faithful, ("rgb",))
+    # One trunk at any size: coordinates and their scale are one prediction.
+    return replace(config, heads=replace(config.heads, shared=True, predicts="coordinates"))
+
+
+DENSEFUSION = Method("densefusion", "pixel-wise fusion of colour and cloud", "RGB crop + point cloud", _fused)
+DENSEFUSION_EARLY = Method(
+    "densefusion-early", "colour and depth joined before the first layer", "RGB + depth crop + point cloud", _early
+)
+DENSEFUSION_MIDDLE_1 = Method(
+    "densefusion-middle-1",
+    "colour and depth fused by attention over the points, small embedding",
+    "RGB crop + depth crop + point cloud",
+    _middle_1,
+)
+DENSEFUSION_MIDDLE_2 = Method(
+    "densefusion-middle-2",
+    "colour and depth fused by attention over the points, large embedding",
+    "RGB crop + depth crop + point cloud",
+    _middle_2,
+)
+DENSEFUSION_DEPTH = Method(
+    "densefusion-depth", "the depth image in place of colour", "depth crop + point cloud", _depth
+)
+DENSEFUSION_POINTCLOUD = Method("densefusion-pointcloud", "the cloud alone", "point cloud", _cloud_only)
+OBJECT_COORDINATES = Method(
+    "object-coordinates",
+    "object coordinates at each point and a weighted least-squares pose",
+    "RGB crop + point cloud",
+    _coordinates,
+)

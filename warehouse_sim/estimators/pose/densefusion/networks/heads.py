@@ -1,0 +1,122 @@
+"""Per-point heads: each point proposes a whole pose and says how much it trusts it."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+
+from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, pose_distance
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear, class_bias
+from warehouse_sim.estimators.pose.densefusion.networks.points import point_layers
+from warehouse_sim.estimators.pose.densefusion.networks.proposal import Hypotheses, Proposal
+from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
+from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
+from warehouse_sim.ranges import Range, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class HeadConfig:
+    """Kind and sizes of the heads."""
+
+    widths: Annotated[tuple[int, ...], Range(1, 8192)] = (256, 128)
+    """Channels of the hidden layers, 1-8,192."""
+    shared: bool = True
+    """One trunk for all outputs; the original has one each for rotation, translation and confidence."""
+    predicts: Literal["poses", "coordinates"] = "poses"
+    """A pose at each point, or where each point lies on the object, to which one pose is fitted."""
+    class_bias: bool = True
+    """Whether the trunk knows the object's class, not only its last layer; not in the original."""
+    training_points: Annotated[int, Range(1, 65_536)] | None = None
+    """Points of each object whose outputs are computed in training, drawn afresh each time, 1-65,536; none for all, as
+    the original. Outputs of one object's points say much the same, so a few of them train as well for less time."""
+
+
+class SplitTrunk(nn.Module):
+    """Hidden layers on [local, global], with the first layer split in two.
+
+    ``W [local, global] = W_local local + W_global global``: the global part is the same for all points and
+    is computed once, which gives the same numbers as tiling it.
+
+    Args:
+        local_channels: Channels of the per-point features.
+        global_channels: Channels of the pooled features.
+        widths: Channels of the hidden layers.
+        classes: Number of classes that the first layer tells apart; 0 for none.
+    """
+
+    def __init__(self, local_channels: int, global_channels: int, widths: tuple[int, ...], classes: int = 0) -> None:
+        super().__init__()
+        self.from_local = nn.Linear(local_channels, widths[0])
+        self.from_global = nn.Linear(global_channels, widths[0], bias=False)
+        self.from_class = class_bias(classes, widths[0]) if classes else None
+        self.rest = point_layers(*widths)
+
+    def forward(
+        self, local: Float[Tensor, "b n local"], whole: Float[Tensor, "b global"], class_index: Int[Tensor, " b"]
+    ) -> Float[Tensor, "b n out"]:
+        """Return hidden features of each point."""
+        shared = self.from_global(whole)
+        if self.from_class is not None:
+            shared = shared + self.from_class(class_index)
+        hidden = self.from_local(local)
+        return self.rest(torch.relu_(hidden + shared[:, None].to(hidden.dtype)))
+
+
+class PoseHeads(nn.Module):
+    """Predict rotation, offset and confidence at each point for the object's class.
+
+    Args:
+        config: Widths.
+        local_channels: Channels of the per-point features.
+        global_channels: Channels of the pooled features.
+        classes: Number of CAD geometries that the network knows.
+    """
+
+    _OUTPUTS = (4, 3, 1)
+
+    def __init__(self, config: HeadConfig, local_channels: int, global_channels: int, classes: int) -> None:
+        super().__init__()
+        known = classes if config.class_bias else 0
+        # The rotation is among the first output layer's values, shared or not.
+        sizes = (sum(self._OUTPUTS),) if config.shared else self._OUTPUTS
+        self.trunks = nn.ModuleList(SplitTrunk(local_channels, global_channels, config.widths, known) for _ in sizes)
+        self.outputs = nn.ModuleList(PerClassLinear(config.widths[-1], size, classes) for size in sizes)
+
+    @torch.no_grad()
+    def start_rotation(self, class_index: int, quat_wxyz: Float[Tensor, " 4"]) -> None:
+        """Make an untrained network propose about this rotation for a class."""
+        self.outputs[0].get_parameter("bias")[class_index, :4] = quat_wxyz
+
+    def forward(
+        self,
+        local: Float[Tensor, "b n local"],
+        whole: Float[Tensor, "b global"],
+        points: Float[Tensor, "b n 3"],
+        class_index: Int[Tensor, " b"],
+    ) -> Proposal:
+        """Return one pose a point of ``points`` for the class of each object."""
+        values = torch.cat(
+            [
+                output(trunk(local, whole, class_index), class_index)
+                for trunk, output in zip(self.trunks, self.outputs, strict=True)
+            ],
+            dim=-1,
+        )
+        quat, offset, logit = values.split(self._OUTPUTS, dim=-1)
+        return Proposal(Hypotheses(quat, points.float() + offset, logit[..., 0]))
+
+    @staticmethod
+    def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+        """Return the confidence loss of all points' poses."""
+        found = proposal.hypotheses
+        if config.symmetry == "nearest":
+            # Points are in random order: the first few are a fair sample of them.
+            found = Hypotheses(*(values[:, : config.nearest_hypotheses] for values in found))
+        rotation = matrix_from_quat_wxyz(found.quat_wxyz)
+        distance = pose_distance(rotation, found.translation, truth, shapes, config.symmetry)
+        return confidence_loss(distance, found.logit, config.confidence_weight)

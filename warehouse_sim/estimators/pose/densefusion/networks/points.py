@@ -1,0 +1,93 @@
+"""The point branch: shared layers on each point, then a pooled description of the whole object."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from warehouse_sim.estimators.pose.densefusion.networks.pooling import rectified_average_and_max
+from warehouse_sim.ranges import Range, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class PointConfig:
+    """Sizes of the point branch."""
+
+    count: Annotated[int, Range(1, 65_536)] = 256
+    """Points drawn from each object, 1-65,536."""
+    local: Annotated[tuple[int, int], Range(1, 8192)] = (64, 128)
+    """Channels of the two per-point layers, on geometry and on the image embedding alike, 1-8,192."""
+    pooled: Annotated[tuple[int, int], Range(1, 8192)] = (256, 512)
+    """Channels of the two layers before pooling, 1-8,192."""
+    pooling: Literal["average", "average+max"] = "average+max"
+    """How points are summed up; the original averages."""
+
+
+def point_layers(*widths: int) -> nn.Sequential:
+    """Return layers shared by all points, each followed by ReLU: (b, n, widths[0]) -> (b, n, widths[-1])."""
+    layers: list[nn.Module] = []
+    for before, after in pairwise(widths):
+        layers += [nn.Linear(before, after), nn.ReLU(inplace=True)]
+    return nn.Sequential(*layers)
+
+
+class PointBranch(nn.Module):
+    """Fuse geometry with the image embedding at each point, as PoseNetFeat of DenseFusion does.
+
+    Args:
+        config: Widths.
+        embedding_channels: Channels of the image embedding at each point, 0 for none.
+    """
+
+    def __init__(self, config: PointConfig, embedding_channels: int) -> None:
+        super().__init__()
+        first, second = config.local
+        self.geometry_1, self.geometry_2 = point_layers(3, first), point_layers(first, second)
+        self.has_image = embedding_channels > 0
+        if self.has_image:
+            self.image_1, self.image_2 = point_layers(embedding_channels, first), point_layers(first, second)
+        branches = 2 if self.has_image else 1
+        self.pooled = point_layers(second * branches, *config.pooled[:-1])
+        self.deepest = nn.Linear(*config.pooled[-2:])
+        self.pooling = config.pooling
+        self.local_channels = (first + second) * branches
+        self.global_channels = config.pooled[-1] * (2 if config.pooling == "average+max" else 1)
+
+    def forward(
+        self, points: Float[Tensor, "b n 3"], embedding: Float[Tensor, "b n e"] | None, wanted: int | None = None
+    ) -> tuple[Float[Tensor, "b m local"], Float[Tensor, "b global"]]:
+        """Return the features of each point and those of the whole object.
+
+        Args:
+            points: Cloud in normalised units.
+            embedding: Image embedding at the points; None without an image branch.
+            wanted: Only so many points' features are returned, the first; None for all.
+        """
+        first, second = self._layers(points, embedding)
+        return torch.cat([features[:, :wanted] for features in (*first, *second)], dim=-1), self._pool(second)
+
+    def describe(
+        self, points: Float[Tensor, "b n 3"], embedding: Float[Tensor, "b n e"] | None
+    ) -> Float[Tensor, "b global"]:
+        """Return the features of the whole object only."""
+        return self._pool(self._layers(points, embedding)[1])
+
+    def _layers(self, points: Tensor, embedding: Tensor | None) -> tuple[list[Tensor], list[Tensor]]:
+        first = [self.geometry_1(points)]
+        second = [self.geometry_2(first[0])]
+        if self.has_image:
+            if embedding is None:
+                raise ValueError("this network reads an image, but was given no embedding")
+            first.append(self.image_1(embedding))
+            second.append(self.image_2(first[1]))
+        return first, second
+
+    def _pool(self, second: list[Tensor]) -> Float[Tensor, "b global"]:
+        deep = self.deepest(self.pooled(torch.cat(second, dim=-1) if len(second) > 1 else second[0]))
+        if self.pooling == "average+max":
+            return rectified_average_and_max(deep)
+        return torch.relu(deep).mean(dim=1)

@@ -1,0 +1,50 @@
+"""The CAD surfaces of the objects that an estimator knows, kept beside its weights: ICP needs no dataset."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import safetensors
+import safetensors.numpy
+
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.output import write_bytes
+
+MESHES = "objects.safetensors"
+
+
+def dataset_meshes(datasets: Sequence[Path], shapes: Sequence[ObjectShape]) -> dict[int, TriangleMesh]:
+    """Return the CAD surfaces (m, object frame) of ``shapes`` by obj_id, each from the first dataset that has it."""
+    readers = [DatasetReader(data) for data in datasets]
+    known = {obj_id: info for reader in reversed(readers) for obj_id, info in reader.objects.items()}
+    return {shape.obj_id: known[shape.obj_id].mesh() for shape in shapes}
+
+
+def write_meshes(run: Path, meshes: Mapping[int, TriangleMesh]) -> None:
+    """Write the CAD surfaces (m, object frame) by obj_id into a run folder."""
+    tensors = {}
+    for obj_id, mesh in meshes.items():
+        tensors[f"{obj_id}.vertices"] = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
+        tensors[f"{obj_id}.faces"] = np.ascontiguousarray(mesh.faces, dtype=np.int32)
+    write_bytes(run / MESHES, safetensors.numpy.save(tensors), durable=True)
+
+
+def read_meshes(run: Path) -> dict[int, TriangleMesh]:
+    """Return the CAD surfaces (m, object frame) by obj_id.
+
+    Raises:
+        TrainingError: The run has none, or the file is malformed.
+    """
+    path = run / MESHES
+    if not path.is_file():
+        raise TrainingError(f"{run} has no {MESHES}, which ICP needs; train again, or predict with --refine none")
+    try:
+        tensors = safetensors.numpy.load_file(path)
+        ids = sorted(int(name.removesuffix(".faces")) for name in tensors if name.endswith(".faces"))
+        meshes = {i: (tensors[f"{i}.vertices"].astype(float), tensors[f"{i}.faces"]) for i in ids}
+    except (safetensors.SafetensorError, KeyError, ValueError) as problem:
+        raise TrainingError(f"{path} is malformed: {problem}") from problem
+    return {i: TriangleMesh(vertices, faces) for i, (vertices, faces) in meshes.items()}

@@ -1,0 +1,100 @@
+"""One training step and one validation of a network of the DenseFusion family."""
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+
+from warehouse_sim.estimators.pose.densefusion.crops import CropSet
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.losses import pose_distance
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
+from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss, TrainConfig
+from warehouse_sim.learning.loop import Task
+
+THRESHOLDS = (0.02, 0.05, 0.10)
+"""Accuracy thresholds of the validation, in diameters."""
+_VALIDATION_BATCH = 64
+
+
+class PoseTask(Task):
+    """Train the heads on every point's pose, and in the later part of the run the refiner on the most confident one.
+
+    Args:
+        network: What is trained.
+        shapes: Shapes of the network's classes.
+        config: Settings.
+        crops: Crop sets by split, "train" and "val".
+    """
+
+    network: DenseFusion
+
+    def __init__(
+        self, network: DenseFusion, shapes: ShapeTensors, config: TrainConfig, crops: dict[str, CropSet]
+    ) -> None:
+        super().__init__(network)
+        self.config, self._shapes, self._crops = config, shapes, crops
+        self._device = torch.device("cpu")
+
+    def move_samples(self, device: torch.device) -> None:
+        """Move what the batches are drawn from to a device."""
+        self._device, self._shapes = device, self._shapes.to(device)
+        self._crops = {split: crops.to(device) for split, crops in self._crops.items()}
+
+    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+        """Return the loss on the crops ``index``, disturbed afresh."""
+        batch, network = self._draw("train", index, step + 1, share), self.network
+        embedding = network.embed(batch.inputs)
+        proposal = network.propose(batch.inputs, embedding)
+        loss = network.loss(proposal, batch.truth, self._shapes, self.config.loss)
+        if fraction >= self.config.refiner_start:
+            for pose in self._corrections(network, *proposal.hypotheses.most_confident(), batch, embedding):
+                loss = loss + self._distance(*pose, batch, self.config.loss.symmetry).mean()
+        return loss
+
+    def validate(self, network: nn.Module) -> dict[str, float]:
+        """Return the median RMS surface distance of the most confident poses, and shares below each threshold."""
+        assert isinstance(network, DenseFusion)
+        crops = self._crops["val"]
+        errors = [self._errors(network, index) for index in torch.arange(len(crops)).split(_VALIDATION_BATCH)]
+        before, after = torch.cat(errors).unbind(dim=1)
+        metrics = {"val_median_mm": _median_mm(after), "val_median_unrefined_mm": _median_mm(before)}
+        for threshold in THRESHOLDS:
+            within = 100.0 * float((after / crops.diameter < threshold).float().mean())
+            metrics[f"val_within_{round(100 * threshold)}_percent"] = within
+        return metrics
+
+    def _errors(self, network: DenseFusion, index: Int[Tensor, " b"]) -> Float[Tensor, "b 2"]:
+        """Return the distance (m) of the most confident pose of each crop, before and after the refiner."""
+        batch = self._draw("val", index, 0)
+        embedding = network.embed(batch.inputs)
+        pose = network.propose(batch.inputs, embedding).hypotheses.most_confident()
+        before = self._distance(*pose, batch, "group")
+        after = [self._distance(*one, batch, "group") for one in self._corrections(network, *pose, batch, embedding)]
+        return torch.stack([before, after[-1] if after else before], dim=1) * batch.scale[:, None]
+
+    def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
+        # One stream a step, so that a resumed run disturbs its samples as an uninterrupted one would.
+        generator = torch.Generator(self._device).manual_seed(self.config.seed * 1_000_003 + stream)
+        augment = self.config.augment if split == "train" else None
+        count = self.network.config.points.count
+        # Mixed precision is for the layers: in 16 bits points and true poses would be off by millimetres.
+        with torch.autocast(self._device.type, enabled=False):
+            return draw_batch(self._crops[split], index.to(self._device), count, generator, augment, share)
+
+    def _corrections(
+        self, network: DenseFusion, rotation: Tensor, translation: Tensor, batch: Batch, embedding: Tensor | None
+    ) -> list[tuple[Tensor, Tensor]]:
+        poses = [(rotation, translation)]
+        for _ in range(self.config.refiner_iterations):
+            poses.append(network.refine(*poses[-1], batch.inputs, embedding))
+        return poses[1:]
+
+    def _distance(
+        self, rotation: Tensor, translation: Tensor, batch: Batch, symmetry: SymmetryLoss
+    ) -> Float[Tensor, " b"]:
+        return pose_distance(rotation[:, None], translation[:, None], batch.truth, self._shapes, symmetry)[:, 0]
+
+
+def _median_mm(distance: Float[Tensor, " k"]) -> float:
+    return 1000.0 * float(distance.median())

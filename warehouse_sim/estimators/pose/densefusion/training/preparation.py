@@ -1,0 +1,145 @@
+"""Turn dataset folders into what training runs on: crops of both splits and the run's configuration."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import table_of
+from warehouse_sim.estimators.pose.densefusion.crops.store import Arrays, load_crops
+from warehouse_sim.estimators.pose.densefusion.methods import Method
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.run_folder import DatasetSource
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a training runs on."""
+
+    crops: dict[str, CropSet]
+    """By split, "train" and "val"."""
+    classes: tuple[str, ...]
+    """Class name of each of the run's objects."""
+    config: RunConfig
+    """The resolved configuration."""
+
+
+def prepare(
+    method: Method, data: Sequence[Path], config: TrainConfig, cache: Path | None, progress: Progress | None
+) -> Prepared:
+    """Cut all targets of train and val out of the images of the datasets and measure the objects that occur.
+
+    Args:
+        method: What is trained.
+        data: Dataset folders; their objects must agree where they share a number.
+        config: Settings.
+        cache: Folder to keep crops in; None keeps them in memory.
+        progress: Told what is read.
+
+    Raises:
+        DatasetError: A folder is no dataset with BOP files.
+        TrainingError: A split is empty, val holds objects that train lacks, or the datasets do not fit together.
+    """
+    if not data:
+        raise TrainingError("there is nothing to train on: name at least one dataset folder")
+    readers = [DatasetReader(folder) for folder in data]
+    objects = common_objects(readers)
+    wanted = _wanted_objects(objects, config.objects)
+    network = method.network(config.size, config.faithful)
+    crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
+    found: dict[str, list[Arrays]] = {}
+    for split in ("train", "val"):
+        reads = [
+            load_crops(reader, split, crop, config.workers, cache, _reading(progress, f"{split} of {reader.root.name}"))
+            for reader in readers
+        ]
+        found[split] = [arrays for arrays in reads if arrays is not None]
+    known = _known_objects(found, wanted, crop, data)
+    rng = np.random.default_rng(config.seed)
+    surface = config.loss.nearest_points if config.loss.symmetry == "nearest" else 0
+    shapes = tuple(measure_shape(objects[obj_id], rng, network.reads_rgb, surface) for obj_id in known)
+    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    return Prepared(
+        crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
+        classes=tuple(objects[obj_id].class_name for obj_id in known),
+        config=RunConfig(method.name, _version(), sources, shapes, network, crop, config),
+    )
+
+
+def common_objects(readers: Sequence[DatasetReader]) -> dict[int, ObjectInfo]:
+    """Return the objects of all datasets by number.
+
+    Raises:
+        TrainingError: One number stands for two geometries.
+    """
+    objects: dict[int, ObjectInfo] = {}
+    for reader in readers:
+        for obj_id, info in reader.objects.items():
+            other = objects.setdefault(obj_id, info)
+            if info.name != other.name or abs(info.diameter - other.diameter) > 1e-4:
+                raise TrainingError(
+                    f"object {obj_id} is {info.name} ({info.diameter:.3f} m across) in {reader.root} but {other.name} "
+                    f"({other.diameter:.3f} m) in {other.root}; train on datasets that number their objects alike"
+                )
+    return objects
+
+
+def _wanted_objects(objects: dict[int, ObjectInfo], patterns: Sequence[str]) -> set[int]:
+    """Return the numbers of the objects whose name or class matches a pattern; all without patterns."""
+    for pattern in patterns:
+        if not any(_matches(info, pattern) for info in objects.values()):
+            names = ", ".join(sorted({info.name for info in objects.values()}))
+            raise TrainingError(f"no object or class of the datasets is called {pattern!r}; objects: {names}")
+    return {i for i, info in objects.items() if not patterns or any(_matches(info, pattern) for pattern in patterns)}
+
+
+def _matches(info: ObjectInfo, pattern: str) -> bool:
+    return fnmatchcase(info.name, pattern) or info.class_name == pattern
+
+
+def _known_objects(
+    found: dict[str, list[Arrays]], wanted: set[int], crop: CropConfig, data: Sequence[Path]
+) -> list[int]:
+    """Return the numbers of the objects that training sees."""
+    folders = ", ".join(map(str, data))
+    seen = {
+        split: {int(obj_id) for arrays in parts for obj_id in np.unique(arrays["obj_id"])} & wanted
+        for split, parts in found.items()
+    }
+    for split, obj_ids in seen.items():
+        if not obj_ids:
+            raise TrainingError(
+                f"{folders}: the split {split!r} has no target with visible fraction >= {crop.min_visible_fraction} "
+                f"and {crop.min_points} depth readings; generate more scenes"
+            )
+    if unknown := sorted(seen["val"] - seen["train"]):
+        raise TrainingError(f"{folders}: objects {unknown} of val do not occur in train; generate more scenes")
+    return sorted(seen["train"])
+
+
+def _crop_set(parts: Sequence[Arrays], shapes: Sequence[ObjectShape]) -> CropSet:
+    tables = [table_of(arrays, shapes) for arrays in parts]
+    classes = torch.cat([table.class_index for table in tables])
+    return CropSet(tables, None if (classes >= 0).all() else (classes >= 0).nonzero()[:, 0])
+
+
+def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
+    return (lambda share: progress(0.0, f"reading {what} {share:.0%}")) if progress else None
+
+
+def _version() -> str:
+    try:
+        return version("warehouse-sim")
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,189 @@
+"""Train a network of the family on dataset folders and leave a run folder."""
+
+import os
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.methods import Method
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.object_meshes import dataset_meshes, write_meshes
+from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_weights
+from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
+from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
+from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import start_from
+from warehouse_sim.learning import run_folder
+from warehouse_sim.learning.checkpoint import latest_checkpoint
+from warehouse_sim.learning.clock import Clock
+from warehouse_sim.learning.forecast import StepForecast
+from warehouse_sim.learning.loop import fit
+from warehouse_sim.learning.observer import Observer, TrainingState
+from warehouse_sim.learning.order import SampleOrder
+from warehouse_sim.learning.parallel import Place, companions
+from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter
+from warehouse_sim.learning.run_log import RunLog
+from warehouse_sim.learning.threads import cpu_threads
+from warehouse_sim.output import writing
+from warehouse_sim.resources import cache_folder
+
+
+def train_method(
+    method: Method,
+    data: Sequence[Path],
+    run: Path,
+    config: TrainConfig,
+    resume: bool = False,
+    progress: Progress | None = None,
+    init: str | Path | None = None,
+    cache: Path | None = None,
+) -> Path:
+    """Train ``method``; arguments and errors are those of ``warehouse_sim.estimators.train.train``."""
+    old = read_config(run) if run_folder.claim_folder(run, resume) else None
+    if old:
+        _require_same(old, method.name, config, run)
+    job = _Job(method, tuple(data), run, old.train if old else config, _crops_folder(cache))
+    log = RunLog(run / run_folder.LOG)
+    names = ", ".join(map(str, data))
+    log.note(f"{'resume' if old else 'train'} {method.name} {job.config.size} on {names}, torch {torch.__version__}")
+    with job.threads():
+        clock, prepared = job.clock(), job.prepare(progress)
+        if old and old.datasets != prepared.config.datasets:
+            before = ", ".join(source.name for source in old.datasets)
+            raise TrainingError(f"{run} was trained on other data ({before}) than {names}; resume with the same")
+        network, prepared = _begin(prepared, init, old)
+        write_config(run, prepared.config)
+        log.note(", ".join(f"{len(crops)} crops of {split}" for split, crops in prepared.crops.items()))
+        with companions(job.config.devices, _accompany, job) as place:
+            observers = _observers(run, job.config.max_minutes, log, progress)
+            state = train_network(prepared, network, clock, run, place, observers)
+        result = _result(state, network, prepared)
+    run_folder.write_weights(run, network)
+    write_meshes(run, dataset_meshes(data, prepared.config.objects))
+    run_folder.write_result(run, result)
+    log.note(f"done: {result['samples']} samples in {result['seconds']} s on {result['device']}, {result['precision']}")
+    return run
+
+
+def train_network(
+    prepared: Prepared,
+    network: DenseFusion,
+    clock: Clock,
+    run: Path,
+    place: Place = Place(),  # noqa: B008  frozen
+    observers: Sequence[Observer] = (),
+) -> TrainingState:
+    """Train ``network`` in one process, which may be one of several, and leave it with the averaged weights.
+
+    Args:
+        prepared: Crops and configuration.
+        network: What is trained; processes of other rank than 0 get the weights of rank 0.
+        clock: Progress of the run.
+        run: Run folder; a checkpoint in it is gone on from.
+        place: Which process this is.
+        observers: Told what happens; given in rank 0 only.
+    """
+    config, crops = prepared.config.train, prepared.crops
+    task = PoseTask(network, shape_tensors(prepared.config.objects), config, crops)
+    weights = sampling_weights(crops["train"].class_index, prepared.classes, config.balance)
+    order = SampleOrder(len(crops["train"]), config.batch, config.seed, weights)
+    return fit(task, order, config, clock, run, place, observers)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What every process of a training must know."""
+
+    method: Method
+    data: tuple[Path, ...]
+    run: Path
+    config: TrainConfig
+    cache: Path | None
+
+    def prepare(self, progress: Progress | None = None) -> Prepared:
+        """Return crops and configuration."""
+        return prepare(self.method, self.data, self.config, self.cache, progress)
+
+    def clock(self) -> Clock:
+        """Start a clock."""
+        config = self.config
+        return Clock(config.max_steps, config.max_minutes * 60.0 if config.max_minutes else None)
+
+    def threads(self) -> AbstractContextManager[None]:
+        """Use the CPU threads of one process."""
+        config = self.config
+        share = 1 if config.size == "nano" else max(1, (os.cpu_count() or 1) // config.devices)
+        return cpu_threads(config.threads or share)
+
+
+def _accompany(place: Place, job: _Job) -> None:
+    """Train beside rank 0, in a process of its own that leaves nothing behind."""
+    with job.threads():
+        clock, prepared = job.clock(), job.prepare()
+        network = DenseFusion(prepared.config.network, len(prepared.config.objects))
+        train_network(prepared, network, clock, job.run, place)
+
+
+def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -> tuple[DenseFusion, Prepared]:
+    """Return the network as training begins with it, and the configuration that says so."""
+    config = prepared.config
+    torch.manual_seed(config.train.seed)
+    network = DenseFusion(config.network, len(config.objects))
+    start_at_mean_rotation(network, prepared.crops["train"], config.objects)
+    if old:
+        init = old.started_from.name if old.started_from else None
+    started_from = start_from(init, network, config.objects) if init else None
+    return network, replace(prepared, config=replace(config, started_from=started_from))
+
+
+def _observers(run: Path, minutes: float | None, log: RunLog, progress: Progress | None) -> list[Observer]:
+    """Return what writes the curves; those of a session that left no checkpoint are begun anew."""
+    if latest_checkpoint(run) is None:
+        with writing(run / run_folder.CURVES):
+            (run / run_folder.CURVES).unlink(missing_ok=True)
+    observers: list[Observer] = [CurveWriter(run / run_folder.CURVES), EventWriter(run / run_folder.EVENTS), log]
+    if progress:
+        words = "validation within 5 % of diameter {:.1f} %"
+        observers.append(ProgressReporter(progress, "val_within_5_percent", words))
+    return [*observers, StepForecast(minutes)] if minutes else observers
+
+
+def _crops_folder(cache: Path | None) -> Path | None:
+    if cache is None:
+        return cache_folder("crops")
+    return None if cache == Path("none") else cache
+
+
+def _require_same(old: RunConfig, estimator: str, config: TrainConfig, run: Path) -> None:
+    if old.estimator != estimator:
+        raise TrainingError(f"{run} is a run of {old.estimator}, not of {estimator}; choose another folder")
+    if config not in (old.train, TrainConfig()):
+        raise TrainingError(f"{run} goes on with the settings in its {run_folder.CONFIG}; leave other settings out")
+
+
+def _result(state: TrainingState, network: DenseFusion, prepared: Prepared) -> dict[str, Any]:
+    samples, clock = state.step * state.config.batch, state.clock
+    return {
+        **{name: round(value, 3) for name, value in state.metrics.items()},
+        "steps": state.step,
+        "samples": samples,
+        "seconds": round(clock.spent(), 1),
+        "samples_per_second": round(samples / max(clock.trained(), 1e-9), 1),
+        "train_crops": len(prepared.crops["train"]),
+        "val_crops": len(prepared.crops["val"]),
+        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "precision": state.precision,
+        "device": str(state.device),
+        "devices": state.config.devices,
+        "threads": torch.get_num_threads(),
+        "torch": torch.__version__,
+    }

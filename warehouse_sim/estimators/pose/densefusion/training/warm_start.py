@@ -1,0 +1,64 @@
+"""Begin a training with the weights of another run, for other data or other objects."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
+from warehouse_sim.resources import model_dir
+
+
+def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[ObjectShape]) -> StartingWeights:
+    """Copy the weights of a bundled estimator or a run into ``network``; objects are matched by name.
+
+    What a network keeps for each object is copied where both know the object. Other objects keep what ``network``
+    holds for them.
+
+    Args:
+        name_or_run: Bundled name or run folder.
+        network: Where to.
+        shapes: The objects that it knows, in the order of its classes.
+
+    Raises:
+        UnknownNameError: Neither a bundled name nor a folder.
+        TrainingError: The run is incomplete, or its network is another one.
+    """
+    folder = model_dir(name_or_run)
+    old = read_config(folder)
+    if old.network != network.config:
+        raise TrainingError(_misfit(name_or_run, old, network.config))
+    source = load_network(folder, old).state_dict()
+    known = {shape.name: number for number, shape in enumerate(old.objects)}
+    pairs = [(number, known[shape.name]) for number, shape in enumerate(shapes) if shape.name in known]
+    per_object = _per_object_tensors(network.config)
+    with torch.no_grad():
+        for name, target in network.state_dict().items():
+            if name not in per_object:
+                target.copy_(source[name])
+                continue
+            for here, there in pairs:
+                target[here].copy_(source[name][there])
+    return StartingWeights(str(name_or_run), hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest())
+
+
+def _per_object_tensors(config: DenseFusionConfig) -> set[str]:
+    """Return the names of the weights with one row an object: those that grow with the number of objects."""
+    with torch.device("meta"):
+        one, two = (DenseFusion(config, classes).state_dict() for classes in (1, 2))
+    return {name for name in one if one[name].shape != two[name].shape}
+
+
+def _misfit(name_or_run: str | Path, old: RunConfig, network: DenseFusionConfig) -> str:
+    parts = [name for name in ("points", "heads", "refiner", "images", "fusion")
+             if getattr(old.network, name) != getattr(network, name)]  # fmt: skip
+    faithful = " and faithful" if old.train.faithful else ""
+    return (
+        f"{name_or_run} holds weights of {old.estimator}, size {old.train.size}{faithful}, which do not fit "
+        f"(other {', '.join(parts)}); train {old.estimator} with --size {old.train.size}, or without --init"
+    )

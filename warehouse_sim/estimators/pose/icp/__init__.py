@@ -1,0 +1,1 @@
+"""Point-to-plane refinement of a pose against the CAD surface."""

@@ -1,0 +1,38 @@
+"""Point-to-plane refinement as the stage of a chain."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from warehouse_sim.estimators.chain import ObjectPoints, Proposals
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import Transforms
+
+_SURFACE_SAMPLES = 20_000
+
+
+class IcpRefiner:
+    """Fit poses to the points, whoever proposed them.
+
+    Args:
+        meshes: CAD surfaces (m, object frame) by obj_id.
+        config: Settings.
+        seed: Decides the samples of the surfaces.
+    """
+
+    def __init__(self, meshes: Mapping[int, TriangleMesh], config: IcpConfig, seed: int) -> None:
+        self._meshes, self._config, self._seed = meshes, config, seed
+        self._surfaces: dict[int, CadSurface] = {}
+
+    def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
+        """Return the poses that fit the points, or the given ones where the fit gets no better."""
+        surfaces = [self._surface(item.obj_id) for item in seen]
+        return refine_poses(T_camera_object, [item.points for item in seen], surfaces, self._config)
+
+    def _surface(self, obj_id: int) -> CadSurface:
+        if obj_id not in self._surfaces:
+            rng = np.random.default_rng([self._seed, obj_id])
+            self._surfaces[obj_id] = build_surface(self._meshes[obj_id], _SURFACE_SAMPLES, rng)
+        return self._surfaces[obj_id]

@@ -1,0 +1,45 @@
+"""The outer surface of a CAD mesh as samples, without the faces that nothing outside can see."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from warehouse_sim.estimators.pose.icp.triangles import inside
+from warehouse_sim.geometry.mesh import TriangleMesh
+
+# How far outside a face one looks to tell whether another part covers it (m).
+_PROBE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class CadSurface:
+    """Samples of the outer surface of one object, in its frame, and the triangles they lie on."""
+
+    points: Float[np.ndarray, "k 3"]
+    """Samples, uniform by area (m)."""
+    faces: Int[np.ndarray, " k"]
+    """Triangle of each sample."""
+    rank: Float[np.ndarray, " k"]
+    """A number 0-1 for each sample; those below p are a random share p of all."""
+    corners: Float[np.ndarray, "m 3 3"]
+    """Corners of all triangles (m)."""
+    normals: Float[np.ndarray, "m 3"]
+    """Unit outward normals of all triangles."""
+
+
+def build_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> CadSurface:
+    """Sample ``count`` points of ``mesh`` by area and drop those covered by another part of it.
+
+    Args:
+        mesh: Closed parts that may touch or overlap (m, object frame).
+        count: Samples before dropping.
+        rng: Source of randomness.
+    """
+    areas, corners, normals = mesh.face_areas(), mesh.vertices[mesh.faces], mesh.face_normals()
+    faces = rng.choice(len(areas), size=count, p=areas / areas.sum())
+    r1, r2 = np.sqrt(rng.random((count, 1))), rng.random((count, 1))
+    a, b, c = np.moveaxis(corners[faces], 1, 0)
+    points = (1 - r1) * a + r1 * (1 - r2) * b + r1 * r2 * c
+    free = ~inside(corners, points + _PROBE * normals[faces])
+    return CadSurface(points[free], faces[free], rng.random(int(free.sum())), corners, normals)

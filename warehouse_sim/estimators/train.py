@@ -1,0 +1,58 @@
+"""Train an estimator by name."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators import ESTIMATORS, Trainable, is_trainable
+from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.settings import LoopConfig
+
+
+def train(
+    estimator: str,
+    data: Path | Sequence[Path],
+    run: Path,
+    config: LoopConfig,
+    resume: bool = False,
+    progress: Progress | None = None,
+    init: str | Path | None = None,
+    cache: Path | None = None,
+) -> Path:
+    """Train ``estimator`` on the train splits of ``data``, watch it on their val splits, and return the run folder.
+
+    Args:
+        estimator: Registered name.
+        data: One or several dataset folders with BOP files; objects of one number must be one geometry.
+        run: Folder to fill; must be new or empty unless ``resume``.
+        config: Settings, of the type that the estimator takes. A resumed run goes on with its own; give the same or
+            the defaults.
+        resume: Go on from the last checkpoint in ``run``, or begin if there is none.
+        progress: Told the share that is done and what is going on.
+        init: Bundled estimator or run folder whose weights training begins with; fresh ones by default.
+        cache: Folder that keeps the crops for the next training, by default one in the user's cache folder;
+            ``Path("none")`` keeps them in memory.
+
+    Raises:
+        UnknownNameError: No such estimator, or nothing to begin with of that name.
+        InputError: The estimator needs no training.
+        DatasetError: A folder of ``data`` is no dataset with BOP files.
+        OutputError: The run folder cannot be written.
+        TrainingError: A split, the run folder or the weights to begin with cannot be used.
+    """
+    folders = (data,) if isinstance(data, Path) else tuple(data)
+    return trainable(estimator).train(folders, run, config, resume, progress, init, cache)
+
+
+def trainable(name: str) -> Trainable:
+    """Return what trains an estimator.
+
+    Raises:
+        UnknownNameError: No such estimator.
+        InputError: It needs no training.
+    """
+    found = ESTIMATORS.get(name)
+    if not is_trainable(found):
+        raise InputError(f"{name} needs no training; use it at once: warehouse-sim predict {name} --data ... --out ...")
+    trained: Trainable = found
+    return trained

@@ -1,0 +1,35 @@
+"""Exponential moving average of a network's weights, which is less noisy than the weights of any one step."""
+
+import torch
+from torch import Tensor, nn
+from torch.optim.swa_utils import AveragedModel
+
+Tensors = list[Tensor] | tuple[Tensor, ...]
+
+
+class MovingAverage(AveragedModel):
+    """Keep the average of a network's parameters and buffers.
+
+    Args:
+        network: Whose weights; the average begins with them.
+        decay: Share of the average that stays at each step, below 1. The first steps count more, (1 + n) / (10 + n)
+            after n steps, so that a short run forgets its random start; 0 makes the average the weights themselves.
+    """
+
+    def __init__(self, network: nn.Module, decay: float) -> None:
+        super().__init__(network, multi_avg_fn=self._blend, use_buffers=True)
+        self._decay, self._share = decay, 1.0
+        self.update_parameters(network)  # the first update copies
+
+    def follow(self, network: nn.Module, step: int) -> None:
+        """Move the average towards the weights after ``step`` steps."""
+        self._share = 1.0 - min(self._decay, (1.0 + step) / (10.0 + step))
+        self.update_parameters(network)
+
+    @torch.no_grad()
+    def _blend(self, averages: Tensors, values: Tensors, _: Tensor | int) -> None:
+        """Take over the counters among the buffers, and mix the rest in; torch gives tensors of one type at a time."""
+        if averages[0].is_floating_point():
+            torch._foreach_lerp_(averages, values, self._share)
+        else:
+            torch._foreach_copy_(averages, values)

@@ -1,0 +1,190 @@
+"""The loop that trains a network in one process, which may be one of several."""
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+from torch.nn.parallel import DistributedDataParallel
+
+from warehouse_sim.learning.averaging import MovingAverage
+from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
+from warehouse_sim.learning.clock import Clock, learning_rate_factor
+from warehouse_sim.learning.observer import Observer, TrainingState
+from warehouse_sim.learning.order import SampleOrder
+from warehouse_sim.learning.parallel import Place, agree_on_time, joined
+from warehouse_sim.learning.precision import choose_precision, mixed
+from warehouse_sim.learning.settings import LoopConfig
+
+
+class Task(nn.Module, ABC):
+    """What is trained: a network, its loss on some samples, and how its success is measured.
+
+    Args:
+        network: What is trained.
+    """
+
+    def __init__(self, network: nn.Module) -> None:
+        super().__init__()
+        self.network = network
+
+    @abstractmethod
+    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+        """Return the loss of a step.
+
+        Args:
+            index: Samples of the step.
+            share: Those of them that this process takes.
+            step: Steps done before this one.
+            fraction: Share of the training that is over, 0-1.
+        """
+
+    @abstractmethod
+    def validate(self, network: nn.Module) -> dict[str, float]:
+        """Return how well ``network``, the average of the trained one, does on samples that are not trained on."""
+
+    def move_samples(self, device: torch.device) -> None:
+        """Move what samples are drawn from to a device."""
+
+
+def fit(
+    task: Task,
+    order: SampleOrder,
+    config: LoopConfig,
+    clock: Clock,
+    run: Path,
+    place: Place = Place(),  # noqa: B008  frozen
+    observers: Sequence[Observer] = (),
+) -> TrainingState:
+    """Train until the clock has run out, leave the task's network with the averaged weights, and tell where it ended.
+
+    Args:
+        task: What is trained; processes of other rank than 0 get the weights of rank 0.
+        order: Samples of each step.
+        config: Settings.
+        clock: Progress of the run.
+        run: Run folder; a checkpoint in it is gone on from.
+        place: Which process this is; rank 0 alone validates and writes.
+        observers: Told what happens; given in rank 0 only.
+
+    Raises:
+        TrainingError: The checkpoint cannot be read.
+        OutputError: A checkpoint cannot be written.
+    """
+    with joined(place):
+        loop = _Loop(task, order, config, clock, run, place)
+        loop.start(observers)
+        while not loop.is_over():
+            loop.train_stretch(observers)
+            loop.finish_stretch(observers)
+        for observer in observers:
+            observer.on_end(loop.state)
+        loop.leave_average()
+    return loop.state
+
+
+class _Loop:
+    """One process's part of a training."""
+
+    def __init__(
+        self, task: Task, order: SampleOrder, config: LoopConfig, clock: Clock, run: Path, place: Place
+    ) -> None:
+        self._task, self._order, self._config, self._run, self._place = task, order, config, run, place
+        self._device = place.device
+        self.state = TrainingState(config, clock, self._device, choose_precision(config.precision))
+        task.to(self._device)
+        task.move_samples(self._device)
+        self._forward = _shared(task, place)
+        # Rank 0's weights have arrived; the average begins with them.
+        self._average = MovingAverage(task.network, config.ema)
+        self._optimiser = torch.optim.AdamW(
+            task.network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay, fused=True
+        )
+
+    def start(self, observers: Sequence[Observer]) -> None:
+        """Go on from a checkpoint; else validate once, which tells how much time the last validation needs."""
+        self.state.clock.start_training()
+        if checkpoint := latest_checkpoint(self._run):
+            load_checkpoint(checkpoint, self._task.network, self._average, self._optimiser, self.state)
+            self._reserve()
+        else:
+            self._validate()
+        for observer in observers:
+            observer.on_start(self.state)
+
+    def is_over(self) -> bool:
+        """Return whether the last stretch is done: all of them, or the time is up; each run has one at least."""
+        agree_on_time(self.state.clock, self._place, self._device)
+        stretch = self.state.stretch
+        return stretch >= self._config.validations or (stretch > 0 and self.state.fraction >= 1.0)
+
+    def train_stretch(self, observers: Sequence[Observer]) -> None:
+        """Take steps, at least one, until the next validation is due."""
+        self._task.train()
+        due = (self.state.stretch + 1) / self._config.validations
+        while True:
+            self._step()
+            for observer in observers:
+                observer.on_step(self.state)
+            if self.state.fraction >= due:
+                return
+
+    def finish_stretch(self, observers: Sequence[Observer]) -> None:
+        """Validate and keep a checkpoint."""
+        self.state.stretch += 1
+        self._validate()
+        for observer in observers:
+            observer.on_validation(self.state)
+        if self._place.rank == 0:
+            save_checkpoint(self._run, self._task.network, self._average, self._optimiser, self.state)
+
+    def leave_average(self) -> None:
+        """Give the network its average for good."""
+        self._task.network.load_state_dict(self._average.module.state_dict())
+
+    def _step(self) -> None:
+        state, config, network = self.state, self._config, self._task.network
+        agree_on_time(state.clock, self._place, self._device)
+        fraction = state.fraction
+        state.learning_rate = config.learning_rate * learning_rate_factor(fraction, state.step, config.warmup_steps)
+        for group in self._optimiser.param_groups:
+            group["lr"] = state.learning_rate
+        # One stream a step, so that layers that drop at random do so in a resumed run as in an uninterrupted one.
+        torch.manual_seed((config.seed * 1_000_003 + state.step) * config.devices + self._place.rank)
+        with mixed(state.precision, self._device):
+            loss = self._forward(self._order.indices(state.step), self._place.share, state.step, fraction)
+        self._optimiser.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), config.clip_norm)
+        self._optimiser.step()
+        state.step += 1
+        state.last_loss = loss.detach()
+        self._average.follow(network, state.step)
+
+    def _validate(self) -> None:
+        if self._place.rank:
+            return
+        started = time.monotonic()
+        self._average.eval()
+        with torch.no_grad(), mixed(self.state.precision, self._device):
+            self.state.metrics = self._task.validate(self._average.module)
+        self.state.validation_seconds = time.monotonic() - started
+        self._reserve()
+
+    def _reserve(self) -> None:
+        # The last validation comes after the last step: keep its time, and some for writing the files.
+        self.state.clock.reserve(1.0 + 1.2 * self.state.validation_seconds)
+
+
+def _shared(task: Task, place: Place) -> nn.Module:
+    """Return what computes the loss so that all processes have its mean gradient after ``backward``."""
+    if place.world == 1:
+        return task
+    on_gpu = place.device.type == "cuda"
+    if on_gpu:
+        nn.SyncBatchNorm.convert_sync_batchnorm(task)
+    # Some parts of a network may take no part in some steps.
+    return DistributedDataParallel(task, [place.rank] if on_gpu else None, find_unused_parameters=True)

@@ -1,1 +1,0 @@
-"""From dataset folders to a run folder: preparation, the loop, and what it records."""
