@@ -83,7 +83,7 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
     )
     crops = estimator.cut(image)
     return _costs("cut", lambda: estimator.cut(image), rounds) | _costs(
-        "network", lambda: estimator.estimate_crops(crops), rounds
+        "network", lambda: estimator.estimate_objects(crops), rounds
     )
 
 

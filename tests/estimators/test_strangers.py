@@ -11,14 +11,17 @@ STRANGER = '''
 import numpy as np
 from scipy import ndimage
 from warehouse_sim.estimators.rgbd_image import Detection
+from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.schema import PoseEstimate
 
 
 class AboveFloor:
-    """Boxes about what the camera sees nearer than 6 m, without saying what it is."""
+    """Boxes about what stands on the floor, without saying what it is."""
 
     def detect(self, image):
-        parts, _ = ndimage.label((image.depth > 0) & (image.depth < 6))
+        points = transform_points(image.T_world_camera, image.camera.unproject(image.depth).reshape(-1, 3))
+        height = points[:, 2].reshape(image.depth.shape)
+        parts, _ = ndimage.label((image.depth > 0) & (height > 0.02) & (height < 2))
         boxes = ndimage.find_objects(parts)
         return [Detection(box_xyxy=(u.start, v.start, u.stop - 1, v.stop - 1), score=0.5) for v, u in boxes]
 

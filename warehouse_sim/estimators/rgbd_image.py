@@ -10,6 +10,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecor
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Observation
 
 _FARTHEST = 200.0
@@ -57,6 +58,8 @@ class RgbdImage:
     """Needed by estimators that read colour."""
     scene_id: int = 0
     image_id: int = 0
+    T_world_camera: Transform | None = None
+    """Where the camera is, above the floor z = 0; None where nobody knows. No network reads it."""
 
     def __post_init__(self) -> None:
         size = self.camera.height, self.camera.width
@@ -117,6 +120,7 @@ class RgbdImage:
             observation.rgbd.rgb,
             observation.scene_index,
             observation.observation_index,
+            observation.T_world_camera,
         )
 
     @classmethod
@@ -136,4 +140,5 @@ class RgbdImage:
             for target in targets
         )
         colors = reader.rgb(image) if rgb else None
-        return cls(image.camera, reader.depth(image), detections, colors, image.scene_id, image.image_id)
+        numbers = image.scene_id, image.image_id
+        return cls(image.camera, reader.depth(image), detections, colors, *numbers, image.T_world_camera)
