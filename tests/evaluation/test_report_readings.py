@@ -1,29 +1,21 @@
 """The table of what sensors gave that are neither camera nor LiDAR."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
+from warehouse_sim.dataset.contents import ChannelContents, ReadingContents
 from warehouse_sim.evaluation.report.page import render
 from warehouse_sim.evaluation.report.readings import reading_rows
 from warehouse_sim.schema import ChannelReading, MountedReading
 
-
-@dataclass
-class Channel:
-    dtype: str
-    shape: tuple[int | None, ...]
-    unit: str = ""
-
-
-@dataclass
-class Sensor:
-    kind: str
-    channels: dict[str, Channel] = field(default_factory=dict)
-
-
-RING = {"distance": Channel("<f4", (8,), "m"), "echoes": Channel("<i4", (None, 2)), "warm": Channel("|b1", ())}
-DESCRIBED = {"ring": Sensor("ultrasonic_ring", RING), "silent": Sensor("gas", {"ppm": Channel("<f8", (None,), "ppm")})}
+RING = {
+    "distance": ChannelContents("<f4", (8,), "m"),
+    "echoes": ChannelContents("<i4", (None, 2)),
+    "warm": ChannelContents("|b1", ()),
+}
+DESCRIBED = {
+    "ring": ReadingContents("ultrasonic_ring", RING),
+    "silent": ReadingContents("gas", {"ppm": ChannelContents("<f8", (None,), "ppm")}),
+}
 
 
 def given(nearest: float, echoes: int) -> dict[str, MountedReading[ChannelReading]]:

@@ -10,6 +10,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.numbers import counted
 from warehouse_sim.evaluation.report.pictures import depth_frame, frame_with_boxes, jpeg_uri
+from warehouse_sim.evaluation.report.readings import reading_rows
 from warehouse_sim.evaluation.report.sources import RunSource
 
 _GALLERY_FRAMES, _GALLERY_WIDTH = 7, 900
@@ -42,8 +43,15 @@ def dataset_section(data: DatasetReader) -> dict[str, Any]:
         "description": "" if manifest is None else manifest.contents.description,
         "facts": facts,
         "frames": frames,
+        "readings": _reading_rows(data, images),
         "recipe": "" if manifest is None else json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
     }
+
+
+def _reading_rows(data: DatasetReader, images: list[ImageRecord]) -> list[dict[str, str]]:
+    """Describe what sensors gave that no format holds; nothing where there are none."""
+    contents = {} if data.manifest is None else data.manifest.contents.readings
+    return reading_rows(contents, (data.readings(image) for image in images)) if contents else []
 
 
 def _origin(manifest: Manifest) -> dict[str, str]:

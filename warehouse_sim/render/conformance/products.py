@@ -125,9 +125,11 @@ def check_lamps(subject: Subject) -> None:
     lamps = [replace(spot((x, y, 4.0), 2500.0), cone_inner=0.25, cone_outer=0.4) for x, y in places]
     scene = make_scene([_FLOOR], [("floor", at(0, 0, -0.05))], lamps, ambient=0.0)
     buffers = subject.draw(scene, _CAMERA, level_camera(np.array([0.0, 0.0, 20.0]), 0.0, -np.pi / 2))
-    # Seen from above with the picture's top along +x and its right along -y.
+    # Seen from above with the image's top along +x and its right along -y; beside each patch no lamp shines.
     pixels = [(round(_CAMERA.cx - 11.0 * y), round(_CAMERA.cy - 11.0 * x)) for x, y in places]
-    lit, most = int((_patch_levels(buffers, pixels) > 40.0).sum()), subject.renderer.capabilities.max_lights
+    beside = [(u, v + 22) for u, v in pixels]
+    brighter = _patch_levels(buffers, pixels) - _patch_levels(buffers, beside)
+    lit, most = int((brighter > 30.0).sum()), subject.renderer.capabilities.max_lights
     wanted = len(lamps) if most is None else min(len(lamps), most)
     subject.expect(lit == wanted, f"{lit} of {len(lamps)} lamps are drawn, {wanted} are declared")
 

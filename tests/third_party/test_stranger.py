@@ -1,0 +1,181 @@
+"""A stranger's package brings one plug-in of each kind, and every verb takes them as its own.
+
+The package under ``package/`` is installed by pip into an environment of its own; nothing of ours is patched.
+"""
+
+import hashlib
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.third_party.environment import Environment
+
+pytestmark = pytest.mark.gl
+PACKAGE = Path(__file__).parent / "package"
+NAMES = ("kettle_drum", "ultrasonic_ring", "flat_rays", "flat_files", "rectangle", "low_things")
+RECIPE = """
+extends: smoke
+description: A kettle drum in the aisle, and a ring of rangers on the truck.
+scene:
+  targets: [pallet, kettle_drum]
+  traffic: {objects: [kettle_drum], own: {min: 1, max: 1}}
+sensors:
+  camera: {width: 480, height: 200, focal_px: 300}
+  more:
+    ring: {sensor: ultrasonic_ring, mount: {carrier: vehicle, up: 0.4}, rangers: 12, sigma: 0.005}
+"""
+
+
+@dataclass(frozen=True)
+class Made:
+    """The dataset that is made with all of them."""
+
+    environment: Environment
+    folder: Path
+    data: Path
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    folder = tmp_path_factory.mktemp("stranger")
+    shutil.copytree(PACKAGE, folder / "package", ignore=shutil.ignore_patterns("__pycache__"))
+    environment = Environment.create(folder / "environment")
+    environment.install(folder / "package")
+    return environment
+
+
+@pytest.fixture(scope="module")
+def made(installed: Environment, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "kettle.yaml").write_text(RECIPE, encoding="utf-8")
+    installed.verb(
+        "generate", "kettle.yaml", "--out", "data", "--scenes", 2, "--workers", 2, "--formats", "flat_files",
+        "--backend", "flat_rays", "--backend-options", "shade=0.9", folder=folder,
+    )  # fmt: skip
+    return Made(installed, folder, folder / "data")
+
+
+def digests(root: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(root.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_it_is_listed_while_it_is_installed(tmp_path: Path) -> None:
+    environment = Environment.create(tmp_path / "environment")
+    before = environment.verb("list")
+    assert not any(name in before for name in NAMES)
+    shutil.copytree(PACKAGE, tmp_path / "package", ignore=shutil.ignore_patterns("__pycache__"))
+    environment.install(tmp_path / "package")
+    listed = environment.verb("list")
+    assert [name for name in NAMES if name not in listed] == []
+    environment.pip("uninstall", "--quiet", "--yes", "stranger-warehouse")
+    assert environment.verb("list") == before
+
+
+def test_our_recipes_do_not_change(installed: Environment, tmp_path: Path) -> None:
+    generate = ("generate", "smoke", "--scenes", "1", "--workers", "1", "--out")
+    installed.verb(*generate, tmp_path / "with")
+    Environment.create(tmp_path / "environment").verb(*generate, tmp_path / "without")
+    assert digests(tmp_path / "with") == digests(tmp_path / "without")
+
+
+def test_a_preview_shows_object_and_sensor(made: Made) -> None:
+    sheets = []
+    for shade in (0.0, 0.9):
+        made.environment.verb(
+            "preview", "kettle.yaml", "--backend", "flat_rays", "--backend-options", f"shade={shade}",
+            "--out", f"{shade}.png", folder=made.folder,
+        )  # fmt: skip
+        sheets.append(cv2.imread(str(made.folder / f"{shade}.png")))
+    assert all(sheet is not None for sheet in sheets)
+    assert not np.array_equal(*sheets)
+
+
+def test_an_option_that_the_backend_lacks_is_refused_by_name(made: Made) -> None:
+    refused = ("preview", "kettle.yaml", "--backend", "flat_rays", "--out", "x.png", "--backend-options")
+    for option in ("shadow=1", "shade=2", "shade=dark"):
+        made.environment.verb(*refused, option, folder=made.folder, code=2)
+
+
+def test_the_dataset_holds_what_the_sensors_read(made: Made) -> None:
+    manifest = json.loads((made.data / "manifest.json").read_text())
+    assert manifest["formats"] == ["flat_files"]
+    assert "flat_rays 1.2.3" in manifest["renderers"][0]
+    assert "stranger-warehouse" in json.dumps(manifest)
+    readings = sorted((made.data / "readings" / "ring").iterdir())
+    assert len(readings) == manifest["scenes"] * manifest["observations_per_scene"]
+    distances = [np.load(path, allow_pickle=False)["distance"] for path in readings]
+    assert all(distance.shape == (12,) and distance.dtype == np.float32 for distance in distances)
+    # The rangers are 0.4 m above a floor that the lowest rays of their cones meet at 1.55 m or a little beyond.
+    assert all(((distance > 0.05) & (distance < 1.8)).all() for distance in distances)
+    models = {info["name"] for info in json.loads((made.data / "objects.json").read_text()).values()}
+    assert "kettle_drum" in models
+
+
+def test_its_checks_are_run_and_find_what_is_broken(made: Made, tmp_path: Path) -> None:
+    said = made.environment.verb("validate", made.data)
+    assert "flat files" in said
+    broken = tmp_path / "broken"
+    shutil.copytree(made.data, broken)
+    path = next((broken / "flat_files").rglob("scene.json"))
+    path.write_text(json.dumps({"objects": {}}))
+    assert "is not in scene.json" in made.environment.verb("validate", broken, code=1)
+    shutil.copytree(made.data, tmp_path / "other")
+    ring = next((tmp_path / "other/readings/ring").iterdir())
+    ring.unlink()
+    assert ring.name in made.environment.verb("validate", tmp_path / "other", code=1)
+
+
+def test_the_reader_gives_the_reading_back(made: Made) -> None:
+    program = """
+from pathlib import Path
+from warehouse_sim.dataset.reader import DatasetReader
+reader = DatasetReader(Path("data"))
+image = reader.images("test")[0]
+ring = reader.readings(image)["ring"]
+print(image.scene_id, image.image_id, *ring.reading.channels["distance"])
+"""
+    scene, image, *distance = made.environment.script(program, made.folder).split()
+    stored = np.load(made.data / f"readings/ring/{int(scene):06d}_{int(image):06d}.npz", allow_pickle=False)
+    assert np.array_equal(np.array(distance, np.float32), stored["distance"])
+
+
+def test_its_estimator_and_detector_are_scored_and_reported(made: Made) -> None:
+    scores = {}
+    for detections in ("truth", "low_things"):
+        # What stands before the first underscore of a CSV's name is the method, as BOP has it.
+        csv, out = f"rectangle-{detections.replace('_', '-')}.csv", made.folder / detections
+        predict = ("predict", "rectangle", "--data", "data", "--out", csv, "--detections", detections)
+        made.environment.verb(*predict, folder=made.folder)
+        made.environment.verb("evaluate", csv, "--data", "data", "--out", out, folder=made.folder)
+        scores[detections] = json.loads((out / "scores.json").read_text())
+    made.environment.verb("report", "data", "truth", "low_things", "--out", "report.html", folder=made.folder)
+    page = (made.folder / "report.html").read_text(encoding="utf-8")
+    assert [word for word in ("ultrasonic_ring", "distance", "rectangle") if word not in page] == []
+    assert scores["truth"]["method"] == "rectangle-truth"
+    assert scores["truth"]["counts"]["found"] > scores["low_things"]["counts"]["found"] > 0
+    assert scores["truth"]["overall"]["metrics"]["add_10pct"] > 0.5
+
+
+def test_its_backend_passes_the_conformance_suite(installed: Environment) -> None:
+    program = """
+from warehouse_sim.render import open_renderer
+from warehouse_sim.render.conformance import CHECKS, check_backend
+with open_renderer("flat_rays") as renderer:
+    check_backend("flat_rays", renderer)
+print(len(CHECKS), "checks hold")
+"""
+    assert "checks hold" in installed.script(program)
+
+
+def test_a_setting_of_its_sensor_is_held_to_its_range(made: Made) -> None:
+    (made.folder / "wide.yaml").write_text(RECIPE.replace("rangers: 12", "rangers: 65"), encoding="utf-8")
+    made.environment.verb("preview", "wide.yaml", "--out", "wide.png", folder=made.folder, code=2)
