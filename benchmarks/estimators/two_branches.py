@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.settings import Size
+from warehouse_sim.estimators.pose.densefusion.trainable import TrainableMethod
 
 NAME = "two-branches"
 
@@ -14,7 +14,7 @@ def _network(size: Size, faithful: bool = False) -> DenseFusionConfig:
     return replace(ESTIMATORS.get("densefusion-middle-1").network(size, faithful), fusion=None)
 
 
-TWO_BRANCHES = Method(NAME, "colour and depth joined after a branch each", "RGB crop + depth crop + cloud", _network)
+TWO_BRANCHES = TrainableMethod(NAME, "colour and depth after a branch each", "RGB crop + depth crop + cloud", _network)
 
 
 def register() -> None:

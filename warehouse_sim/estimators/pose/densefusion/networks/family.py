@@ -5,7 +5,6 @@
 
 from dataclasses import replace
 
-from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
@@ -13,6 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.image import ImageConfig
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointConfig
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.settings import Size
+from warehouse_sim.estimators.pose.densefusion.trainable import TrainableMethod
 
 _IMAGES: dict[Size, ImageConfig] = {
     "nano": ImageConfig(kind="unet", side_px=48, width=24),
@@ -90,27 +90,27 @@ def _coordinates(size: Size, faithful: bool = False) -> DenseFusionConfig:
     return replace(config, heads=replace(config.heads, shared=True, predicts="coordinates"))
 
 
-DENSEFUSION = Method("densefusion", "pixel-wise fusion of colour and cloud", "RGB crop + point cloud", _fused)
-DENSEFUSION_EARLY = Method(
+DENSEFUSION = TrainableMethod("densefusion", "pixel-wise fusion of colour and cloud", "RGB crop + point cloud", _fused)
+DENSEFUSION_EARLY = TrainableMethod(
     "densefusion-early", "colour and depth joined before the first layer", "RGB + depth crop + point cloud", _early
 )
-DENSEFUSION_MIDDLE_1 = Method(
+DENSEFUSION_MIDDLE_1 = TrainableMethod(
     "densefusion-middle-1",
     "colour and depth fused by attention over the points, small embedding",
     "RGB crop + depth crop + point cloud",
     _middle_1,
 )
-DENSEFUSION_MIDDLE_2 = Method(
+DENSEFUSION_MIDDLE_2 = TrainableMethod(
     "densefusion-middle-2",
     "colour and depth fused by attention over the points, large embedding",
     "RGB crop + depth crop + point cloud",
     _middle_2,
 )
-DENSEFUSION_DEPTH = Method(
+DENSEFUSION_DEPTH = TrainableMethod(
     "densefusion-depth", "the depth image in place of colour", "depth crop + point cloud", _depth
 )
-DENSEFUSION_POINTCLOUD = Method("densefusion-pointcloud", "the cloud alone", "point cloud", _cloud_only)
-OBJECT_COORDINATES = Method(
+DENSEFUSION_POINTCLOUD = TrainableMethod("densefusion-pointcloud", "the cloud alone", "point cloud", _cloud_only)
+OBJECT_COORDINATES = TrainableMethod(
     "object-coordinates",
     "object coordinates at each point and a weighted least-squares pose",
     "RGB crop + point cloud",
