@@ -31,7 +31,7 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.open_numbers import OpenSetting
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
-from warehouse_sim.sensors.rgbd.depth.models import MODELS
+from warehouse_sim.sensors.rgbd.depth.models import MODELS, read_depth_model
 
 ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, RunConfig, Calibration, ForkConfig)
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
@@ -153,7 +153,10 @@ def test_a_number_within_its_range_survives_the_round_trip(setting: tuple[type, 
         refused = ""
     assert f"{name} must be {allowed}" not in refused
     assume(not refused)
-    assert convert(cls, to_mapping(config), "again") == config
+    plain = to_mapping(config)
+    # A depth model is written with its name, by which files choose it.
+    again = read_depth_model(plain, "again") if isinstance(config, DepthModel) else convert(cls, plain, "again")
+    assert again == config
 
 
 @given(st.sampled_from(SINGLE), st.floats(1e-6, 1e6), st.booleans())

@@ -16,7 +16,7 @@ from warehouse_sim.generation.recipe import load_recipe
 @pytest.mark.parametrize(
     ("backend", "pair", "message"),
     [
-        ("raster", "samplse=4", "--backend-options of raster"),
+        ("raster", "samplse=4", "options of the render backend raster"),
         ("raster", "device", "expected key=value, each key once; found 'device'"),
         ("vulkan", "device=0", "unknown render backend 'vulkan'"),
     ],

@@ -77,24 +77,14 @@ def run(site: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
 
 
-def test_they_are_listed_and_without_them_nothing_is(installed: Path, tmp_path: Path) -> None:
-    told = run(installed, "list").stdout
-    (row,) = (line.split() for line in told.splitlines() if line.split()[:1] == ["centroid"])
-    assert row == ["centroid", "depth", "needs", "no", "training"]
-    assert "above-floor" in told
-    assert "outline" in told
-    assert "centroid" not in run(tmp_path, "list").stdout
-
-
-@pytest.mark.parametrize("detections", ["truth", "above-floor", "above-floor+outline"])
-def test_one_predicts_without_a_run_folder(installed: Path, toy_root: Path, tmp_path: Path, detections: str) -> None:
+def test_a_segmenter_outlines_what_a_detector_found(installed: Path, toy_root: Path, tmp_path: Path) -> None:
     out = tmp_path / "poses.csv"
-    options = ("--split", "train", "--out", out, "--detections", detections)
+    options = ("--split", "train", "--out", out, "--detections", "above-floor+outline")
     done = run(installed, "predict", "centroid", "--data", toy_root, *options)
     assert done.returncode == 0, done.stderr
     _, *rows = out.read_text().splitlines()
     assert rows
-    assert {row.split(",")[3] for row in rows} == {"0.5" if detections == "above-floor" else "1.0"}
+    assert {row.split(",")[3] for row in rows} == {"1.0"}
 
 
 def test_what_makes_no_sense_is_one_line(installed: Path, toy_root: Path, tmp_path: Path) -> None:

@@ -75,7 +75,14 @@ def outcome(load, file: Path, plain: dict[str, Any]) -> str:
     return "read"
 
 
-@pytest.mark.parametrize("name", ["smoke", "block_storage", "dock_staging", "conveyor_pickup", "occlusion_study"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "smoke",
+        "conveyor_pickup",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("block_storage", "dock_staging", "occlusion_study")),
+    ],
+)
 def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: str) -> None:
     file, plain = tmp_path / "own.yaml", whole_recipe(name)
     assert outcome(lambda path: load_recipe(str(path)), file, plain) == "read"

@@ -43,7 +43,7 @@ def test_text_becomes_the_checked_options_of_the_backend() -> None:
         backend_options("raster", {"device": "first"})
     with pytest.raises(ConfigError, match=r"device must be 0-1,023, found -1"):
         backend_options("raster", {"device": "-1"})
-    with pytest.raises(ConfigError, match=r"device: '\[' is no value"):
+    with pytest.raises(ConfigError, match="device: is not valid YAML"):
         backend_options("raster", {"device": "["})
     with pytest.raises(UnknownNameError, match="rastr"):
         backend_options("rastr", {})

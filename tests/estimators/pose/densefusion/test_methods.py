@@ -24,7 +24,13 @@ def small_input(config: DenseFusionConfig) -> DenseFusionConfig:
     return replace(config, points=replace(config.points, count=128), images=images)
 
 
-@pytest.mark.parametrize("name", ESTIMATORS.names())
+QUICK = ("densefusion-pointcloud", "densefusion-middle-1")
+"""A cloud alone, and both kinds of image with attention between them."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in ESTIMATORS.names()]
+)
 def test_overfits_16_crops(name: str) -> None:
     network_config = small_input(ESTIMATORS.get(name).network("nano"))
     # Noise in the images tells 16 crops apart; the cloud alone takes longer to.
