@@ -112,7 +112,6 @@ def table(rows: list[Row]) -> dict[str, float]:
         values[f"{name}: share met"] = sum(row.met for row in mine) / len(mine)
         values[f"{name}: CPU-ms a request"] = 1000 * float(np.mean([row.cpu_s for row in mine]))
         values[f"{name}: CPU-ms of rays a request"] = 1000 * float(np.mean([row.ray_s for row in mine]))
-    values["images drawn for a request"] = float(np.mean([row.outcome.draws for row in rows]))
     values["views and occluders tried for a request"] = float(np.mean([row.outcome.tries for row in rows]))
     values["largest error of the fraction by rays"] = float(np.abs(error).max())
     values["mean error of the fraction by rays"] = float(np.abs(error).mean())

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
-from warehouse_sim.estimators.pose.densefusion.runner import Runner
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.schema import Observation, PoseEstimate
@@ -141,9 +141,9 @@ def test_a_detections_score_lowers_that_of_its_pose_but_not_its_predicted_error(
 
 def test_a_small_network_takes_one_thread_and_gives_the_others_back(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before, taken = torch.get_num_threads(), []
-    original = Runner._propose
+    embed = DenseFusion.embed
     monkeypatch.setattr(
-        Runner, "_propose", lambda self, crops: (taken.append(torch.get_num_threads()), original(self, crops))[1]
+        DenseFusion, "embed", lambda self, *given: (taken.append(torch.get_num_threads()), embed(self, *given))[1]
     )
     for threads in (None, 2):
         load_estimator(run, PredictConfig(threads=threads)).estimate(seen())
