@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.formats.test_bop_of_others import write_folder
+from tests.dataset.formats.test_external_bop import write_folder
 from warehouse_sim.cli.main import main
 
 

@@ -13,7 +13,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 
 @dataclass(frozen=True)
 @ranged
-class Lamp:
+class Light:
     height: Annotated[float, Range(0.1, 10, "m")] = 2.0
     shares: Annotated[tuple[float, ...], Range(0, 1)] = ()
     spot: Share | None = None
@@ -25,13 +25,13 @@ class Lamp:
 
 @dataclass(frozen=True)
 @ranged
-class HighLamp(Lamp):
+class HighLight(Light):
     count: Annotated[int, Range(1, 1000)] = 1
 
 
 @pytest.mark.parametrize("height", [0.1, 10, 3.7])
 def test_both_ends_belong_to_a_range(height: float) -> None:
-    assert Lamp(height).height == height
+    assert Light(height).height == height
 
 
 @pytest.mark.parametrize(
@@ -47,12 +47,12 @@ def test_both_ends_belong_to_a_range(height: float) -> None:
     ],
 )
 def test_a_number_outside_is_refused_from_everywhere(values: dict, message: str) -> None:
-    for make in (lambda: HighLamp(**values), lambda: replace(HighLamp(), **values)):
+    for make in (lambda: HighLight(**values), lambda: replace(HighLight(), **values)):
         with pytest.raises(ConfigError) as caught:
             make()
         assert str(caught.value) == message
     with pytest.raises(ConfigError) as caught:
-        from_mapping(HighLamp, {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}, "a.yaml")
+        from_mapping(HighLight, {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}, "a.yaml")
     assert str(caught.value) == f"a.yaml: {message}"
 
 

@@ -29,7 +29,7 @@ from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.ranges import Range, range_of, ranges_of
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.site import Layout
-from warehouse_sim.scene.open_numbers import OpenSetting
+from warehouse_sim.scene.random_settings import RandomSetting
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
 from warehouse_sim.sensors.rgbd.depth.models import MODELS, read_depth_model
 
@@ -37,8 +37,8 @@ ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig,
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
 """Abstract settings and all that a file can name in their place."""
 NUMBERS = (int, float, Distribution)
-# A file cannot give open settings: they are what a recipe's distributions become, checked where those stand.
-NOT_READ = (OpenSetting,)
+# A file cannot give random settings: they are what a recipe's distributions become, checked where those stand.
+NOT_READ = (RandomSetting,)
 
 
 def settings_classes() -> list[type]:

@@ -47,8 +47,8 @@ Seed = Annotated[int, Range(0, 2**63 - 1)]
 """Where random numbers begin."""
 
 
-class OpenNumber(Protocol):
-    """A number that is yet to be drawn."""
+class RandomNumber(Protocol):
+    """A number that is drawn from a distribution."""
 
     def check_within(self, allowed: Range, name: str) -> None:
         """Refuse, with a ValueError, what may draw numbers outside of ``allowed``."""

@@ -28,7 +28,7 @@ def floor_lux_by_walks(scene: SceneSpec, caster: RayCaster, walks: int, rng: np.
     grey = [(1.0 - item.metallic) * float(LUMINANCE @ item.base_color) for item in paint]
     albedo, total, weight, start = np.array([*grey, 0.0]), 0.0, np.ones(len(points)), len(points)
     for _ in range(_BOUNCES):
-        total += float((weight * _from_lamps(scene, caster, points, normals)).sum())
+        total += float((weight * _from_lights(scene, caster, points, normals)).sum())
         ball = rng.normal(size=points.shape)
         directions = normals + ball / np.linalg.norm(ball, axis=1, keepdims=True)  # their density falls with the cosine
         hits = caster.cast(points + _LIFT * normals, directions)
@@ -54,13 +54,13 @@ def _free_places(
     return places, up[: len(places)]
 
 
-def _from_lamps(
+def _from_lights(
     scene: SceneSpec, caster: RayCaster, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, " n"]:
-    """Return the illuminance (lx) straight from the lamps; shadows by rays that start at the lamp."""
+    """Return the illuminance (lx) straight from the lights; shadows by rays that start at the light."""
     total = np.zeros(len(points))
-    for lamp in scene.lights:
-        rays = points + _LIFT * normals - lamp.position
-        seen = caster.cast(np.tile(lamp.position, (len(points), 1)), rays).distance >= 0.999
-        total += light_illuminance(lamp, points, normals) * seen
+    for light in scene.lights:
+        rays = points + _LIFT * normals - light.position
+        seen = caster.cast(np.tile(light.position, (len(points), 1)), rays).distance >= 0.999
+        total += light_illuminance(light, points, normals) * seen
     return total

@@ -1,11 +1,11 @@
 """How well requested lux are reached, and what lighting a scene costs.
 
     python -m benchmarks.acceptance.light_requests            # prints the table
-    python -m benchmarks.acceptance.light_requests --write    # and stores the result and its picture
+    python -m benchmarks.acceptance.light_requests --write    # and stores the result and its image
 
 Each settled scene is lit once by every preset, each time with a request between 2 and 600 lx, all magnitudes alike
 often. What counts as reached is the mean illuminance of the aisle's free floor by random walks (``floor_walks.py``),
-not the measure that the lamps were scaled by.
+not the measure that the lights were scaled by.
 """
 
 import time
@@ -119,7 +119,7 @@ def main(scenes: int = 5, seed: int = 0, write: bool = False) -> None:
     Args:
         scenes: Scenes of each recipe.
         seed: Seed of the scenes.
-        write: Store the result and its picture.
+        write: Store the result and its image.
     """
     rows = [row for name in RECIPES for index in range(scenes) for row in requests_of(name, index, seed)]
     values = table(rows)

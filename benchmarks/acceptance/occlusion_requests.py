@@ -1,7 +1,7 @@
 """How many requests for a visible fraction are met, by what, and what they cost.
 
     python -m benchmarks.acceptance.occlusion_requests            # prints the table
-    python -m benchmarks.acceptance.occlusion_requests --write    # and stores the result and its picture
+    python -m benchmarks.acceptance.occlusion_requests --write    # and stores the result and its image
 
 Each observation asks for a range of width 0.1 between 0.1 and 1, all ranges alike often. What counts is the visible
 fraction in the annotation of the image drawn at full resolution, not the estimate that the search goes by.
@@ -57,7 +57,7 @@ def requests_of(recipe: Recipe, index: int, seed: int, renderer: Renderer) -> It
     settled = drawn.scene
     caster, camera = RayCaster(settled), recipe.sensors.make_camera()
     caster.cast(np.zeros((1, 3)), np.ones((1, 3)))  # the first ray finishes its structure, which others use too
-    config, rng = OcclusionConfig(VisibleFractions.tenths()), drawn.stream("occlusion")
+    config, rng = OcclusionConfig(VisibleFractions.deciles()), drawn.stream("occlusion")
     with timed_rays() as rays:
         start = time.process_time()
         scene, report = request_views(settled, drawn.settings, camera, config, caster, rng)
@@ -166,7 +166,7 @@ def main(
         recipes: Names or paths of recipes.
         requests: Least number of requests, shared out evenly among the recipes.
         seed: Seed of the dataset.
-        write: Store the result file and the picture.
+        write: Store the result file and the image.
     """
     rows: list[Row] = []
     with open_renderer("raster") as renderer:
@@ -187,7 +187,7 @@ def main(
 
 
 def store(rows: list[Row], values: dict[str, float], command: str) -> None:
-    """Write the result file and the picture."""
+    """Write the result file and the image."""
     results = [{"name": name, "value": value} for name, value in values.items()]
     write_result(RESULTS / "occlusion_requests.json", command, results)
     draw_chart(rows, ROOT / PICTURE)

@@ -1,4 +1,4 @@
-"""Every object of a test split that an estimator puts beyond a tenth of its diameter, as pictures and as causes.
+"""Every object of a test split that an estimator puts beyond a tenth of its diameter, as images and as causes.
 
 python -m benchmarks.estimators.misses [--write]     # after python -m benchmarks.estimators
 """
@@ -15,7 +15,7 @@ from benchmarks.estimators.score import SETTINGS, place_of
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.evaluation import Scores, read_scores
-from warehouse_sim.evaluation.report.pictures import close_up
+from warehouse_sim.evaluation.report.images import close_up
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "estimator_misses.jpg"
 _COLUMNS, _TILE_WH = 7, (272, 170)
@@ -33,7 +33,7 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name, write: bool = 
     Args:
         folder: Where data and scores are.
         setting: Which of the settings.
-        write: Store the picture.
+        write: Store the image.
     """
     data = made(SCORED[0], folder)
     reader = DatasetReader(data)
@@ -104,8 +104,8 @@ def _tile(
     row = int(np.flatnonzero((table.scene_id == key[0]) & (table.image_id == key[1]) & (table.gt_index == key[2]))[0])
     prediction = int(table.prediction[row])
     estimate = scores[methods[0]].estimates[prediction].T_camera_object if prediction >= 0 else None
-    picture = close_up(reader.rgb(image), image.camera, reader.objects[target.obj_id], target.T_camera_object, estimate)
-    tile = cv2.resize(picture, _TILE_WH, interpolation=cv2.INTER_AREA)
+    overlay = close_up(reader.rgb(image), image.camera, reader.objects[target.obj_id], target.T_camera_object, estimate)
+    tile = cv2.resize(overlay, _TILE_WH, interpolation=cv2.INTER_AREA)
     tile[:_CAPTION_PX] //= 4
     for number, text in enumerate((
         f"{key[0]}/{key[1]}: {target.visible_fraction:.0%} seen, {target.T_camera_object[2, 3]:.1f} m",

@@ -30,8 +30,8 @@ def compare(peer: str, settings: Settings) -> dict[str, Any]:
         ours_costs, peer_costs = draw_in_turns([ours, theirs], subject.views[::2], repeats=1)
         same = _agreement(subject, ours, theirs)
         names: dict[str, Any] = {"ours": ours.description, "peer": theirs.description}
-        most, lamps = theirs.capabilities.max_lights, len(subject.scene.lights)
-        names["peer_lights"] = lamps if most is None else min(most, lamps)
+        most, lights = theirs.capabilities.max_lights, len(subject.scene.lights)
+        names["peer_lights"] = lights if most is None else min(most, lights)
         loads = {"ours_load_cpu_s": ours.load_cost.cpu_s, "peer_load_cpu_s": theirs.load_cost.cpu_s}
     our_median, peer_median = median(ours_costs), median(peer_costs)
     ratios = [theirs.cpu_s / ours.cpu_s for ours, theirs in zip(ours_costs, peer_costs, strict=True)]

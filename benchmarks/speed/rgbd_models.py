@@ -72,7 +72,7 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
 def _stereo(
     repeats: int, camera: PinholeCamera, left: RenderBuffers, right: RenderBuffers, rng: np.random.Generator
 ) -> dict[str, Cost]:
-    """Return what the second camera adds to a frame, once its picture is drawn."""
+    """Return what the second camera adds to a frame, once its image is drawn."""
     config, capture = StereoConfig(matching=None), Capture(camera, LITTLE_LIGHT)
     rgb = [read_color(seen, capture, ColorConfig(), rng) for seen in (left, right)]
     return {

@@ -65,7 +65,7 @@ def _hall(settings: Settings) -> SceneSpec:
 
 
 def continued(hall: SceneSpec, copies: int) -> SceneSpec:
-    """Return ``hall`` with everything but its lamps and walls standing ``copies`` times in a row along x."""
+    """Return ``hall`` with everything but its lights and walls standing ``copies`` times in a row along x."""
     racks = [item.T_world_object[0, 3] for item in hall.instances if hall.model_of(item).class_name == "rack"]
     length = float(np.ptp(racks)) + 1.0
     count = max(item.instance_id for item in hall.instances)

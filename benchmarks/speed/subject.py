@@ -46,7 +46,7 @@ def draw_subject(settings: Settings, scene_index: int = 0) -> Subject:
 
 
 def scene_facts(scene: SceneSpec) -> dict[str, Any]:
-    """Return the numbers of instances, parts, triangles and lamps of a scene."""
+    """Return the numbers of instances, parts, triangles and lights of a scene."""
     models = [scene.model_of(instance) for instance in scene.instances]
     return {
         "instances": len(models),

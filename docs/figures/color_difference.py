@@ -1,4 +1,4 @@
-"""How different two pictures look: CIEDE2000.
+"""How different two images look: CIEDE2000.
 
 Formulas and test data: Sharma, Wu & Dalal 2005, "The CIEDE2000 color-difference formula: implementation notes,
 supplementary test data, and mathematical observations". sRGB to CIELAB by IEC 61966-2-1 and CIE 15, white point D65.

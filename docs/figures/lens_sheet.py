@@ -1,4 +1,4 @@
-"""What a lens does to a picture and to its labels, and what is wrong with labels that know nothing of it.
+"""What a lens does to an image and to its labels, and what is wrong with labels that know nothing of it.
 
 python -m docs.figures.lens_sheet [--out DIR] writes docs/images/sensors/lens.jpg.
 """
@@ -24,7 +24,7 @@ from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
-Picture = UInt8[np.ndarray, "h w 3"]
+Image = UInt8[np.ndarray, "h w 3"]
 YELLOW, CYAN, RED = (255, 210, 0), (0, 230, 255), (255, 60, 60)
 PANEL_WIDTH = 800
 
@@ -37,30 +37,28 @@ def aisle_scene() -> SceneSpec:
     return replace(scene, viewpoints=(Viewpoint(pose, exposure=view.exposure),))
 
 
-def labelled(observation: Observation, camera: PinholeCamera | None = None) -> Picture:
-    """Return the picture with boxes in space, boxes and outlines of what is visible.
+def labelled(observation: Observation, camera: PinholeCamera | None = None) -> Image:
+    """Return the image with boxes in space, boxes and outlines of what is visible.
 
     Args:
         observation: What was seen.
         camera: By which boxes in space are drawn, the observation's own by default; with another one they are all.
     """
-    picture = observation.rgbd.rgb.copy()
+    image = observation.rgbd.rgb.copy()
     for item in observation.annotations:
         if item.visible_fraction < 0.1:
             continue
-        draw_box_3d(
-            picture, camera or observation.camera, item.T_camera_object, item.size, RED if camera else YELLOW, 2
-        )
+        draw_box_3d(image, camera or observation.camera, item.T_camera_object, item.size, RED if camera else YELLOW, 2)
         if camera is None and item.box_visible_xyxy is not None:
             left, top, right, bottom = item.box_visible_xyxy
-            cv2.rectangle(picture, (left, top), (right, bottom), (255, 255, 255), 1)
+            cv2.rectangle(image, (left, top), (right, bottom), (255, 255, 255), 1)
             visible = (observation.buffers.instance_ids == item.instance_id).astype(np.uint8)
             outlines, _ = cv2.findContours(visible, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-            cv2.drawContours(picture, outlines, -1, CYAN, 1)
-    return picture
+            cv2.drawContours(image, outlines, -1, CYAN, 1)
+    return image
 
 
-def rows(scene: SceneSpec, name: str, renderer: Renderer) -> list[Picture]:
+def rows(scene: SceneSpec, name: str, renderer: Renderer) -> list[Image]:
     """Return one preset's panels, two by two."""
     config = CAMERA_PRESETS[name]
     rig = RigConfig(camera=config, rgbd=RgbdConfig(color=IDEAL_COLOR), lidar=None)
@@ -84,7 +82,7 @@ def main(out: Path = OUT) -> None:
     """Write the sheet.
 
     Args:
-        out: Folder of the picture.
+        out: Folder of the image.
     """
     out.mkdir(parents=True, exist_ok=True)
     scene = aisle_scene()

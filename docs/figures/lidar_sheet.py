@@ -27,7 +27,7 @@ T_WORLD_LIDAR = make_transform(None, np.array([0.0, 0.0, 1.0]))
 
 
 def main(folder: Path = FOLDER) -> None:
-    """Draw both pictures.
+    """Draw both images.
 
     Args:
         folder: Where they are written.

@@ -31,26 +31,26 @@ COLUMNS = 2
 
 
 def tiles() -> list[UInt8[np.ndarray, "h w 3"]]:
-    """Return one picture a preset, and a last one with its numbers."""
+    """Return one image a preset, and a last one with its numbers."""
     settled = draw_scene(load_recipe(RECIPE), SEED, INDEX).scene
     settled = replace(settled, viewpoints=(VIEW,))
-    caster, pictures, lines = RayCaster(settled), [], []
+    caster, images, lines = RayCaster(settled), [], []
     with open_renderer("raster") as renderer:
         for preset in PRESETS:
             rng = scene_rng(SEED, INDEX, "lighting")
             scene = light_scene(settled, LightingConfig(preset=preset), caster, CAMERA, rng)
             view = scene.viewpoints[0]
             renderer.load(scene.seen_from(view))
-            pictures.append(renderer.render(CAMERA, view.T_world_camera).rgb.copy())
-            draw_caption(pictures[-1], preset)
+            images.append(renderer.render(CAMERA, view.T_world_camera).rgb.copy())
+            draw_caption(images[-1], preset)
             measured = measure_conditions(LightMeter(scene, caster), view)
             lines.append(f"{preset:<14}{measured.floor_lux:8.1f} lx   EV {measured.exposure_ev:5.2f}")
-    board = np.full_like(pictures[0], 24)
+    board = np.full_like(images[0], 24)
     for row, line in enumerate(["mean of the aisle's floor, exposure:", "", *lines]):
         for column, text in enumerate((line[:14], line[14:]) if row > 1 else (line,)):
             at = (40 + 230 * column, 70 + 36 * row)
             cv2.putText(board, text.strip(), at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, (230, 230, 230), 1, cv2.LINE_AA)
-    return [*pictures, board]
+    return [*images, board]
 
 
 def main(out: Path = PICTURE) -> None:
@@ -59,8 +59,8 @@ def main(out: Path = PICTURE) -> None:
     Args:
         out: Its file.
     """
-    pictures = tiles()
-    rows = [np.concatenate(pictures[start : start + COLUMNS], axis=1) for start in range(0, len(pictures), COLUMNS)]
+    images = tiles()
+    rows = [np.concatenate(images[start : start + COLUMNS], axis=1) for start in range(0, len(images), COLUMNS)]
     sheet = cv2.cvtColor(np.concatenate(rows), cv2.COLOR_RGB2BGR)
     cv2.imwrite(str(out), sheet, [cv2.IMWRITE_JPEG_QUALITY, 86])
     print(f"{out}: {out.stat().st_size / 1000:.0f} kB")

@@ -1,10 +1,10 @@
 """The same views by every render backend, and how far each is from the path tracer.
 
-    python -m docs.figures.looks                 # pictures to docs/images/looks, tables to docs/looks.md, numbers to
+    python -m docs.figures.looks                 # images to docs/images/looks, tables to docs/looks.md, numbers to
                                                # benchmarks/results/looks.json
     python -m docs.figures.looks --samples 8 --out /tmp/looks      # a quick look, elsewhere
 
-The path tracer's pictures are kept in ``cache`` and used again while scene, camera and number of paths stay the same.
+The path tracer's images are kept in ``cache`` and used again while scene, camera and number of paths stay the same.
 """
 
 import hashlib
@@ -31,12 +31,12 @@ from warehouse_sim.schema import SceneSpec, Viewpoint
 ROOT = Path(__file__).parents[2]
 PEERS = ("raster", "mujoco", "pyrender")
 _BEGIN, _END = "<!-- written by docs/figures/looks.py -->", "<!-- end -->"
-_LARGEST_FILE = 118_000  # bytes, so that twenty pictures stay below 2.4 MB
+_LARGEST_FILE = 118_000  # bytes, so that twenty images stay below 2.4 MB
 
 
 @dataclass(frozen=True)
 class View:
-    """One picture of the gallery."""
+    """One image of the gallery."""
 
     recipe: str
     viewpoint: int
@@ -65,7 +65,7 @@ class Subject:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The path tracer's picture of a view."""
+    """The path tracer's image of a view."""
 
     rgb: UInt8[np.ndarray, "h w 3"]
     noise: float
@@ -78,7 +78,7 @@ def main(samples: int = 128, out: Path = ROOT, cache: Path = Path("out/looks"), 
     Args:
         samples: Paths a pixel of the reference.
         out: Folder in which docs/ and benchmarks/results/ are written.
-        cache: Folder of the path tracer's pictures.
+        cache: Folder of the path tracer's images.
         only: Recipes to draw; all when omitted, and only then docs/looks.md is written.
     """
     images, results = out / "docs" / "images" / "looks", out / "benchmarks" / "results"
@@ -86,16 +86,16 @@ def main(samples: int = 128, out: Path = ROOT, cache: Path = Path("out/looks"), 
         folder.mkdir(parents=True, exist_ok=True)
     subjects = [load(view) for view in VIEWS if not only or view.recipe in only]
     references = [reference(subject, samples, cache) for subject in subjects]
-    pictures = {name: list(draw(name, subjects)) for name in PEERS}
+    rendered = {name: list(draw(name, subjects)) for name in PEERS}
     rows = []
     for number, (subject, ideal) in enumerate(zip(subjects, references, strict=True)):
         save_jpeg(images / f"{subject.view.recipe}_pathtrace.jpg", ideal.rgb)
         rows.append({"name": f"{subject.view.recipe}/pathtrace noise", "value": ideal.noise})
         for name in PEERS:
-            picture = pictures[name][number]
-            if picture is not None:
-                save_jpeg(images / f"{subject.view.recipe}_{name}.jpg", picture)
-                rows.append({"name": f"{subject.view.recipe}/{name}", **difference(picture, ideal.rgb)})
+            image = rendered[name][number]
+            if image is not None:
+                save_jpeg(images / f"{subject.view.recipe}_{name}.jpg", image)
+                rows.append({"name": f"{subject.view.recipe}/{name}", **difference(image, ideal.rgb)})
     for row in rounded(rows):
         print(row)
     if not only:
@@ -113,7 +113,7 @@ def load(view: View) -> Subject:
 
 
 def reference(subject: Subject, samples: int, cache: Path) -> Reference:
-    """Return the path tracer's picture, from ``cache`` if it is there."""
+    """Return the path tracer's image, from ``cache`` if it is there."""
     path = cache / f"{subject.view.recipe}-{samples}-{fingerprint(subject)}.npz"
     if not path.is_file():
         halves = []
@@ -133,7 +133,7 @@ def reference(subject: Subject, samples: int, cache: Path) -> Reference:
 
 
 def fingerprint(subject: Subject) -> str:
-    """Return a hash of all that the picture depends on."""
+    """Return a hash of all that the image depends on."""
     scene, total = subject.scene, hashlib.sha256()
     total.update(repr((subject.camera, sorted(scene.materials.items()), scene.ambient, scene.exposure)).encode())
     total.update(repr([vars(light) for light in scene.lights]).encode())
@@ -147,7 +147,7 @@ def fingerprint(subject: Subject) -> str:
 
 
 def draw(name: str, subjects: list[Subject]) -> Iterator[UInt8[np.ndarray, "h w 3"] | None]:
-    """Yield the picture of each subject by the backend ``name``, or None where it cannot draw."""
+    """Yield the image of each subject by the backend ``name``, or None where it cannot draw."""
     try:
         with open_renderer(name) as renderer:
             for subject in subjects:
@@ -158,18 +158,18 @@ def draw(name: str, subjects: list[Subject]) -> Iterator[UInt8[np.ndarray, "h w 
         yield from [None] * len(subjects)
 
 
-def difference(picture: UInt8[np.ndarray, "h w 3"], ideal: UInt8[np.ndarray, "h w 3"]) -> dict[str, float]:
+def difference(image: UInt8[np.ndarray, "h w 3"], ideal: UInt8[np.ndarray, "h w 3"]) -> dict[str, float]:
     """Return the mean absolute difference of sRGB codes, the mean CIEDE2000, and how much brighter it is."""
-    apart = picture.astype(float) - ideal
+    apart = image.astype(float) - ideal
     return {
         "value": float(np.abs(apart).mean()),
-        "ciede2000": float(ciede2000(lab_from_srgb(picture), lab_from_srgb(ideal)).mean()),
+        "ciede2000": float(ciede2000(lab_from_srgb(image), lab_from_srgb(ideal)).mean()),
         "brighter": float(apart.mean()),
     }
 
 
 def save_jpeg(path: Path, rgb: UInt8[np.ndarray, "h w 3"]) -> None:
-    """Store a picture at the best quality that keeps it small."""
+    """Store an image at the best quality that keeps it small."""
     for quality in range(95, 40, -3):
         done, data = cv2.imencode(".jpg", np.ascontiguousarray(rgb[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, quality])
         if done and len(data) <= _LARGEST_FILE:

@@ -1,4 +1,4 @@
-"""Draw the picture of docs/occlusion.md: one target at five visible fractions, by kind of occluder.
+"""Draw the image of docs/occlusion.md: one target at five visible fractions, by kind of occluder.
 
 python -m docs.figures.occlusion_sheet
 """
@@ -67,7 +67,11 @@ def cells(scene: SceneSpec, kind: Kind, recipe: Recipe, renderer: Renderer) -> I
         config = OcclusionConfig(wanted, kinds=(kind,), tries=300)
         for _ in range(20):  # drawn again until it is this target, hidden by this kind
             hidden, report = request_views(fixed, recipe.scene, camera, config, caster, rng)
-            if report.met_share == 1.0 and report.requests[0].target == own.target and report.requests[0].means == kind:
+            if (
+                report.success_rate == 1.0
+                and report.requests[0].target == own.target
+                and report.requests[0].means == kind
+            ):
                 break
         hidden = light_scene(hidden, recipe.scene.lights, RayCaster(hidden), camera, rng)
         (viewpoint,), (outcome,) = hidden.viewpoints, report.requests
@@ -101,7 +105,7 @@ def cell(
 
 
 def main(recipe: str = "demo", index: int = 0, seed: int = 0, out: Path = PICTURE) -> None:
-    """Draw the picture.
+    """Draw the image.
 
     Args:
         recipe: Name or path of a recipe.
@@ -110,8 +114,8 @@ def main(recipe: str = "demo", index: int = 0, seed: int = 0, out: Path = PICTUR
         out: File to write.
     """
     with open_renderer("raster") as renderer:
-        picture = sheet(load_recipe(recipe), index, seed, renderer)
-    cv2.imwrite(str(out), picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
+        image = sheet(load_recipe(recipe), index, seed, renderer)
+    cv2.imwrite(str(out), image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
     print(f"output: {out}")
 
 

@@ -1,4 +1,4 @@
-"""What the kitti rig reads of one view: the pair, its disparities, and the sweep on the picture.
+"""What the kitti rig reads of one view: the pair, its disparities, and the sweep on the image.
 
 python -m docs.figures.rig_sheet [--out FILE] writes docs/images/sensors/rig.jpg.
 """
@@ -22,7 +22,7 @@ from warehouse_sim.schema import Observation
 from warehouse_sim.sensors.rig import RigConfig
 
 OUT = Path(__file__).parents[1] / "images" / "sensors" / "rig.jpg"
-Picture = UInt8[np.ndarray, "h w 3"]
+Image = UInt8[np.ndarray, "h w 3"]
 MOST_PX, FARTHEST = 190.0, 12.0
 SHRINK = 0.65
 
@@ -46,26 +46,26 @@ def main(out: Path = OUT, recipe: str = "demo", view: int = 4) -> None:
         (seen.stereo.rgb, "image_3: right, 0.54 m beside"),
         (colors(seen.stereo.disparity / MOST_PX), f"disp_occ: true disparity, red = {MOST_PX:g} px"),
         (colors(seen.stereo.matched / MOST_PX), "disp_sgbm: matched, black = none"),
-        (points_on_picture(seen), f"velodyne on image_2 by the written calibration, red = 0, blue = {FARTHEST:g} m"),
+        (points_on_image(seen), f"velodyne on image_2 by the written calibration, red = 0, blue = {FARTHEST:g} m"),
         (colors(np.clip(1.0 - seen.rgbd.depth / FARTHEST, 0.01, 1.0) * (seen.rgbd.depth > 0)), "depth_2"),
     ]
-    small = [cv2.resize(picture, None, fx=SHRINK, fy=SHRINK, interpolation=cv2.INTER_AREA) for picture, _ in tiles]
-    for picture, (_, caption) in zip(small, tiles, strict=True):
-        draw_caption(picture, caption)
+    small = [cv2.resize(image, None, fx=SHRINK, fy=SHRINK, interpolation=cv2.INTER_AREA) for image, _ in tiles]
+    for image, (_, caption) in zip(small, tiles, strict=True):
+        draw_caption(image, caption)
     sheet = np.concatenate([np.concatenate(small[start : start + 2], axis=1) for start in (0, 2, 4)])
     cv2.imwrite(str(out), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
     print(f"output: {out}")
 
 
-def colors(share: Float[np.ndarray, "h w"]) -> Picture:
+def colors(share: Float[np.ndarray, "h w"]) -> Image:
     """Return shares of 0-1 from blue to red, black at 0."""
-    picture = cv2.applyColorMap((255 * np.clip(share, 0, 1)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
-    picture[share <= 0] = 0
-    return picture
+    image = cv2.applyColorMap((255 * np.clip(share, 0, 1)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
+    image[share <= 0] = 0
+    return image
 
 
-def points_on_picture(seen: Observation) -> Picture:
-    """Return the left picture, darkened, with the sweep's points in colours of their depth."""
+def points_on_image(seen: Observation) -> Image:
+    """Return the left image, darkened, with the sweep's points in colours of their depth."""
     assert seen.lidar is not None
     points = transform_points(seen.T_camera_lidar, seen.lidar.points.astype(float))
     depth, _ = cloud_to_depth(points[points[:, 2] > 0.5], seen.camera)

@@ -20,13 +20,13 @@ from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_colo
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 OUT = Path(__file__).parents[1] / "images" / "sensors"
-Picture = UInt8[np.ndarray, "h w 3"]
+Image = UInt8[np.ndarray, "h w 3"]
 NEAR, FAR, MOST_ERROR = 1.0, 4.0, 0.06
 """Ends of the scale of depth, and of that of its error (m)."""
 SHRINK = 0.7
 
 
-def depth_sheet(view: View) -> Picture:
+def depth_sheet(view: View) -> Image:
     """Return a row a camera: what it reads, and by how much that is wrong."""
     clean = view.buffers.depth
     rows = [[view.buffers.rgb.copy(), depth_colors(clean)]]
@@ -37,14 +37,14 @@ def depth_sheet(view: View) -> Picture:
         captions.append(
             [f"{name}: {model.kind}", f"error, blue -{1000 * MOST_ERROR:g} mm, red +{1000 * MOST_ERROR:g} mm"]
         )
-    for pictures, texts in zip(rows, captions, strict=True):
-        for picture, text in zip(pictures, texts, strict=True):
-            draw_caption(picture, text)
-    tiles = [np.concatenate(pictures, axis=0) for pictures in rows]
+    for images, texts in zip(rows, captions, strict=True):
+        for image, text in zip(images, texts, strict=True):
+            draw_caption(image, text)
+    tiles = [np.concatenate(images, axis=0) for images in rows]
     return np.concatenate([np.concatenate(tiles[start : start + 3], axis=1) for start in (0, 3)])
 
 
-def depth_colors(depth: Float32[np.ndarray, "h w"]) -> Picture:
+def depth_colors(depth: Float32[np.ndarray, "h w"]) -> Image:
     """Return depth in colours, black where there is none."""
     share = np.clip((depth - NEAR) / (FAR - NEAR), 0.0, 1.0)
     colors = cv2.applyColorMap((255 * (1.0 - share)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
@@ -52,7 +52,7 @@ def depth_colors(depth: Float32[np.ndarray, "h w"]) -> Picture:
     return colors
 
 
-def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h w"]) -> Picture:
+def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h w"]) -> Image:
     """Return errors from blue over white to red, black where nothing is read."""
     share = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
     red, blue = np.array([200.0, 30.0, 30.0]), np.array([30.0, 60.0, 200.0])
@@ -60,8 +60,8 @@ def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h
     return np.where((read > 0)[..., None], mixed, 0.0).astype(np.uint8)
 
 
-def color_sheet(view: View) -> Picture:
-    """Return crops of one picture through single settings of the colour camera."""
+def color_sheet(view: View) -> Image:
+    """Return crops of one image through single settings of the colour camera."""
     alone = IDEAL_COLOR
     noise = replace(alone, noise_scale=1.0)
     moving = replace(view.capture, motion=Motion(np.array([0.6, 0.0, 1.5]), np.array([0.0, 0.3, 0.0])))
@@ -87,7 +87,7 @@ def main(out: Path = OUT) -> None:
     """Write the sheets.
 
     Args:
-        out: Folder of the pictures.
+        out: Folder of the images.
     """
     out.mkdir(parents=True, exist_ok=True)
     scene = scene_before_pallet()

@@ -1,4 +1,4 @@
-"""Draw the picture of docs/viewpoints.md: three drives from above, and one target by every kind of camera.
+"""Draw the image of docs/viewpoints.md: three drives from above, and one target by every kind of camera.
 
 python -m docs.figures.viewpoint_sheet
 """
@@ -35,7 +35,7 @@ KINDS = ("level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "f
 DRIVES = {"drive": "forklift_guard", "turn_in": "forklift_forks", "approach": "forklift_mast"}
 COLOURS = {"pallet": "#b98a4a", "carton": "#d9b27c", "rack": "#4a6a8f", "wall": "#999999", "forklift": "#c44e33"}
 FRAME_WH = (612, 185)
-"""Size of a view in the picture, and the KITTI camera's aspect (px)."""
+"""Size of a view in the image, and the KITTI camera's aspect (px)."""
 REACH = 2.2
 """Drawn length of a camera's field of view (m)."""
 
@@ -126,7 +126,7 @@ def one_target_by_all(
 
 
 def main(recipe: str = "industrial", seed: int = 0, out: Path = PICTURE) -> None:
-    """Draw the picture.
+    """Draw the image.
 
     Args:
         recipe: Name or path of the recipe.

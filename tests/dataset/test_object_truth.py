@@ -12,7 +12,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.formats.bop.models import write_models
 from warehouse_sim.dataset.formats.bop.reader import read_model
-from warehouse_sim.dataset.object_truth import hull_corners, untruths
+from warehouse_sim.dataset.object_truth import geometry_problems, hull_corners
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects, write_objects
 from warehouse_sim.dataset.ply import read_ply, write_ply
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -33,7 +33,7 @@ def infos(tmp_path: Path) -> dict[int, ObjectInfo]:
 
 
 def test_true_numbers_are_believed(infos: dict[int, ObjectInfo]) -> None:
-    assert {obj_id: untruths(info) for obj_id, info in infos.items()} == {model.obj_id: [] for model in MODELS}
+    assert {obj_id: geometry_problems(info) for obj_id, info in infos.items()} == {model.obj_id: [] for model in MODELS}
 
 
 @pytest.mark.parametrize(
@@ -42,21 +42,23 @@ def test_true_numbers_are_believed(infos: dict[int, ObjectInfo]) -> None:
 )
 def test_false_symmetries_are_found(infos: dict[int, ObjectInfo], symmetry: SymmetryGroup) -> None:
     """An oblong pallet has its half turn; no cuboid looks the same from below when it is one."""
-    problems = untruths(replace(infos[PALLET.obj_id], symmetry=symmetry))
+    problems = geometry_problems(replace(infos[PALLET.obj_id], symmetry=symmetry))
     assert any("moves the surface elsewhere" in problem for problem in problems)
     assert not any("symmetries[0] " in problem for problem in problems)
 
 
 def test_a_small_turn_is_no_group(infos: dict[int, ObjectInfo]) -> None:
     few = SymmetryGroup(SymmetryGroup.turns("z", 360).transforms[:2])
-    assert "symmetries are not closed under composition" in untruths(replace(infos[PALLET.obj_id], symmetry=few))
+    assert "symmetries are not closed under composition" in geometry_problems(
+        replace(infos[PALLET.obj_id], symmetry=few)
+    )
 
 
 @pytest.mark.parametrize(("factor", "wrong"), [(1.0, False), (1.005, False), (1.02, True), (0.98, True)])
 def test_the_diameter_is_the_farthest_pair(infos: dict[int, ObjectInfo], factor: float, wrong: bool) -> None:
     """The corners of a box are the root of its squared edges apart."""
     info = replace(infos[CARTON.obj_id], diameter=factor * float(np.linalg.norm([0.4, 0.3, 0.25])))
-    assert any(problem.startswith("diameter is") for problem in untruths(info)) == wrong
+    assert any(problem.startswith("diameter is") for problem in geometry_problems(info)) == wrong
 
 
 @pytest.mark.parametrize("kind", ["models", "models_eval"])
@@ -66,7 +68,7 @@ def test_a_dent_in_one_mesh_is_found(infos: dict[int, ObjectInfo], tmp_path: Pat
     vertices = mesh.vertices.copy()
     vertices[0] *= 0.99
     write_ply(path, TriangleMesh(vertices, mesh.faces))
-    assert any("are not the same surface" in problem for problem in untruths(infos[PALLET.obj_id]))
+    assert any("are not the same surface" in problem for problem in geometry_problems(infos[PALLET.obj_id]))
 
 
 def test_points_of_one_plane_are_their_own_hull() -> None:

@@ -15,8 +15,8 @@ def test_what_is_written_is_read_back() -> None:
     scene = make_scene(1)
     observation = observe(scene)[0]
     T = observation.T_world_camera
-    lamp = Light("spot", np.zeros(3), np.array([1.0, 0.0, 0.0]), 900.0)
-    view = Viewpoint(T, "amr", T, (0.5, 0.0, 0.0), 0.1, 2.5, 3, 10, (0.2, 0.4), (lamp,), 0.02)
+    light = Light("spot", np.zeros(3), np.array([1.0, 0.0, 0.0]), 900.0)
+    view = Viewpoint(T, "amr", T, (0.5, 0.0, 0.0), 0.1, 2.5, 3, 10, (0.2, 0.4), (light,), 0.02)
     conditions = Conditions("dim", 33.5, 6.25, "darker", 4, (20,))
     labelled = tuple(
         replace(item, hidden_by={"load": 0.25}, illuminance=12.0) if item.instance_id == 10 else item

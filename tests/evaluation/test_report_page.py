@@ -75,8 +75,8 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
     assert outside == []
     assert not re.search(r"url\((?!#)|@import", text)
     assert page.tags.count("svg") == 2 + 2 * 4 + 2
-    pictures = [value for name, value in page.attributes if name == "src"]
-    assert len(pictures) == 8 + 9 + 10
+    images = [value for name, value in page.attributes if name == "src"]
+    assert len(images) == 8 + 9 + 10
     words = " ".join(page.words)
     for expected in [
         "net (good/eval)",

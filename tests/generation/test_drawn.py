@@ -8,7 +8,7 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.scene.open_numbers import OpenSetting
+from warehouse_sim.scene.random_settings import RandomSetting
 
 OPEN = {
     "layout": {"kind": "rack_aisle", "bays": {"min": 1, "max": 3}, "beam_levels": [1.5]},
@@ -20,8 +20,8 @@ RECIPE = from_mapping(Recipe, {"description": "open settings", "name": "open", "
 
 
 def test_each_open_setting_is_drawn_once_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    draws, draw = Counter[str](), OpenSetting.draw
-    monkeypatch.setattr(OpenSetting, "draw", lambda self, rng: draws.update([self.name]) or draw(self, rng))
+    draws, draw = Counter[str](), RandomSetting.draw
+    monkeypatch.setattr(RandomSetting, "draw", lambda self, rng: draws.update([self.name]) or draw(self, rng))
     scene = prepare_scene(RECIPE, 0, 0).scene
     assert scene.attempt == 0
     assert draws == {"layout.bays": 1, "hall.tyre_marks": 1, "viewpoints.clearance": 1}
@@ -31,7 +31,7 @@ def test_what_was_drawn_is_what_the_scene_was_built_from() -> None:
     bays = set()
     for index in range(4):
         drawn = draw_scene(RECIPE, 0, index)
-        assert drawn.settings.open_settings == ()
+        assert drawn.settings.random_settings == ()
         frames = [item for item in drawn.scene.instances if item.model.startswith("rack_frame")]
         assert len(frames) == drawn.settings.layout.to_plain()["bays"] + 1
         bays.add(len(frames))

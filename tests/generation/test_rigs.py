@@ -96,7 +96,7 @@ def test_further_sensors_leave_the_first_ones_as_they_are() -> None:
     assert pair.stereo is not None
 
 
-def test_the_right_picture_is_the_left_one_moved_by_the_true_disparity() -> None:
+def test_the_right_image_is_the_left_one_moved_by_the_true_disparity() -> None:
     rig = rig_of("kitti")
     observation = observe(replace(rig, rgbd=replace(rig.rgbd, color=ColorConfig(noise_scale=0.0, exposure_error=0.0))))
     left, stereo = observation.buffers, observation.stereo
@@ -175,7 +175,7 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     assert any("image_3" in check.detail for check in validate(tmp_path / "data") if not check.ok)
 
 
-def test_the_right_picture_has_a_noise_stream_of_its_own_and_twins_share_what_light_leaves_alone() -> None:
+def test_the_right_image_has_a_noise_stream_of_its_own_and_twins_share_what_light_leaves_alone() -> None:
     rig, scene = rig_of("kitti"), scene_of("level")
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
     base = base_variant(scene, rig.rgbd)

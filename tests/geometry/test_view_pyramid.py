@@ -23,7 +23,7 @@ def test_a_sphere_touches_as_soon_as_it_reaches_a_plane() -> None:
     assert pyramid.touches(centre, np.full(3, 0.5), near=1.6).tolist() == [False, False, False]
 
 
-def test_boxes_are_kept_where_a_corner_or_more_is_in_the_picture_and_left_out_beside_it() -> None:
+def test_boxes_are_kept_where_a_corner_or_more_is_in_the_image_and_left_out_beside_it() -> None:
     camera = PinholeCamera.from_focal(320, 200, 200.0)
     pyramid = ViewPyramid.of(camera)
     rng = np.random.default_rng(1)

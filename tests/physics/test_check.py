@@ -70,6 +70,6 @@ def test_a_camera_in_an_object_is_found() -> None:
     scene = scene_of(("epal1", (0.0, 0.0, 0.072)))
     views = tuple(Viewpoint(level_camera(np.array([x, 0.0, 0.1]), 0.0)) for x in (-3.0, -0.7))
     state = contact_state(replace(scene, viewpoints=views))
-    assert state.crowded == (0, 1)  # both are also within 0.2 m of the floor
+    assert state.blocked_viewpoints == (0, 1)  # both are also within 0.2 m of the floor
     high = tuple(Viewpoint(level_camera(np.array([x, 0.0, 0.3]), 0.0)) for x in (-3.0, 0.0))
-    assert contact_state(replace(scene, viewpoints=high)).crowded == (1,)
+    assert contact_state(replace(scene, viewpoints=high)).blocked_viewpoints == (1,)

@@ -48,8 +48,8 @@ def test_goods_are_shifted_and_fall_and_the_scene_still_stands(knocked) -> None:
 
 
 def test_only_the_loads_that_the_report_names_are_disturbed(knocked) -> None:
-    for calm, scene, report in knocked:
-        for before, after in zip(calm.instances, scene.instances, strict=True):
+    for at_rest, scene, report in knocked:
+        for before, after in zip(at_rest.instances, scene.instances, strict=True):
             way = np.linalg.norm((invert(before.T_world_object) @ after.T_world_object)[:3, 3])
             if after.group not in report.knocked:
                 assert way == 0.0

@@ -40,7 +40,7 @@ def rendered_coverage(renderer: Renderer, camera: PinholeCamera) -> tuple[np.nda
 @pytest.mark.gl
 @pytest.mark.parametrize("angle", [0.05, 0.2, 0.4, 0.7, 1.2])
 def test_a_slanted_edge_has_the_brightness_of_the_area_it_covers(renderer: Renderer, angle: float) -> None:
-    """Truth: the ids of a picture with 16 x 16 times the pixels, averaged."""
+    """Truth: the ids of an image with 16 x 16 times the pixels, averaged."""
     renderer.load(boards(angle, 0.4, 4.0))
     camera = PinholeCamera.from_focal(120, 90, 100.0)
     light, ids = rendered_coverage(renderer, camera)
@@ -85,7 +85,7 @@ def test_a_floor_that_goes_on_behind_the_camera_has_edges_at_its_border_only(
         assert not reach[~border].any()
 
 
-def picture(width: int = 6, height: int = 4) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sample_image(width: int = 6, height: int = 4) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Black on the left, white from column 3 on, white nearer; no borders known yet."""
     rgba = np.zeros((height, width, 4), np.uint8)
     rgba[:, 3:] = 255
@@ -94,7 +94,7 @@ def picture(width: int = 6, height: int = 4) -> tuple[np.ndarray, np.ndarray, np
 
 
 def test_without_known_borders_nothing_changes() -> None:
-    rgba, reach, depth = picture()
+    rgba, reach, depth = sample_image()
     before = rgba.copy()
     EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
     assert np.array_equal(rgba, before)
@@ -107,7 +107,7 @@ def stored(distance: float, slope: float = 0.0) -> int:
 
 def test_the_nearer_face_says_where_the_border_is() -> None:
     """The white face reaches 0.8 px to the left, so it covers 0.3 of a black pixel; black does not count."""
-    rgba, reach, depth = picture()
+    rgba, reach, depth = sample_image()
     reach[:, 3, 0] = stored(0.8)
     reach[:, 2, 1] = stored(0.02)
     EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
@@ -118,7 +118,7 @@ def test_the_nearer_face_says_where_the_border_is() -> None:
 
 def test_a_face_that_stands_on_a_nearer_one_draws_the_border() -> None:
     """The white floor goes on below the black wall, which ends 0.1 px after its last pixel's centre."""
-    rgba, reach, depth = picture()
+    rgba, reach, depth = sample_image()
     reach[:, 2, 1] = stored(0.1)
     EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
     assert linear(rgba[:, 2, :3]) == pytest.approx(0.4, abs=0.015)
@@ -127,7 +127,7 @@ def test_a_face_that_stands_on_a_nearer_one_draws_the_border() -> None:
 
 def test_a_diagonal_border_between_two_centres_cuts_a_corner_off_both_pixels() -> None:
     """At 45 degrees halfway between the centres: an eighth of a pixel each."""
-    rgba, reach, depth = picture()
+    rgba, reach, depth = sample_image()
     reach[:, 3, 0] = stored(0.5, 1.0)
     EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
     assert linear(rgba[:, 2, :3]) == pytest.approx(0.125, abs=0.02)

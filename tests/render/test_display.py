@@ -18,7 +18,7 @@ def test_display_values_grow_with_light_in_every_channel_and_never_wrap() -> Non
     assert shown.max() == 255
 
 
-def test_single_precision_gives_the_same_picture() -> None:
+def test_single_precision_gives_the_same_image() -> None:
     linear = np.random.default_rng(0).gamma(1.0, 0.3, (40, 30, 3))
     difference = to_display(linear).astype(int) - to_display(linear.astype(np.float32))
     assert np.abs(difference).max() <= 1

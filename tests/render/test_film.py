@@ -16,7 +16,7 @@ pytestmark = pytest.mark.gl
 
 CAMERA = PinholeCamera.from_focal(320, 240, 240.0)
 VIEW = level_camera(np.array([-3.0, 0.0, 1.2]), 0.0, -0.25)
-LAMP = spot((-2.0, 1.0, 3.5), 2500.0)
+LIGHT = spot((-2.0, 1.0, 3.5), 2500.0)
 CENTRE = (120, 160)
 PLACED = [("floor", at(0, 0, -0.05)), ("carton", at(0, 0, 0.3)), ("wrap", at(0, 0, 0.3)), ("post", at(-0.8, 0.1, 0.3))]
 
@@ -31,7 +31,7 @@ def film_scene(opacity: float | None, base: float = 0.8, texture: str | None = N
         box_model("post", (0.12, 0.12, 0.6), "steel", "rack", 92),
     ]
     placed = [item for item in PLACED if opacity is not None or item[0] != "wrap"]
-    scene = make_scene(models, placed, [LAMP], materials={**MATERIALS, "film": film}, ambient=60.0)
+    scene = make_scene(models, placed, [LIGHT], materials={**MATERIALS, "film": film}, ambient=60.0)
     numbers = {name: number for number, (name, _) in enumerate(PLACED, start=1)}
     return replace(scene, instances=tuple(replace(item, instance_id=numbers[item.model]) for item in scene.instances))
 
@@ -93,7 +93,7 @@ def test_the_farther_film_is_drawn_first(renderer: Renderer) -> None:
         for order in ((near, far), (far, near)):
             x = {near: -0.5, far: 0.5}
             placed = [("floor", at(0, 0, -0.05)), *((name, at(x[name], 0, 0.6)) for name in order)]
-            scene = make_scene(models, placed, [LAMP], materials={**MATERIALS, **sheets}, ambient=200.0)
+            scene = make_scene(models, placed, [LIGHT], materials={**MATERIALS, **sheets}, ambient=200.0)
             levels[near, order] = drawn(renderer, scene).rgb[CENTRE].mean()
     assert levels["black", ("black", "white")] == levels["black", ("white", "black")]
     assert levels["white", ("black", "white")] == levels["white", ("white", "black")]

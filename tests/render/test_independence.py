@@ -1,4 +1,4 @@
-"""A picture is that of its view: neither the scene's other viewpoints nor what was asked for before change it."""
+"""An image is that of its view: neither the scene's other viewpoints nor what was asked for before change it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,14 +18,14 @@ pytestmark = pytest.mark.gl
 CAMERA = PinholeCamera.from_focal(320, 200, 190.0)
 
 
-def hall_of_many_lamps() -> SceneSpec:
-    """More lamps than any rasteriser shades, of different strength, along a wall of racks."""
+def hall_of_many_lights() -> SceneSpec:
+    """More lights than any rasteriser shades, of different strength, along a wall of racks."""
     wall = rack_wall()
-    lamps = [spot((1.5, y, 6.5), 1500.0 + 100.0 * number) for number, y in enumerate(np.linspace(-9.0, 9.0, 20))]
-    return replace(wall, lights=tuple(lamps))
+    lights = [spot((1.5, y, 6.5), 1500.0 + 100.0 * number) for number, y in enumerate(np.linspace(-9.0, 9.0, 20))]
+    return replace(wall, lights=tuple(lights))
 
 
-def pictures(renderer: Renderer, scene: SceneSpec, viewpoints: Sequence[Viewpoint]) -> list[bytes]:
+def render_all(renderer: Renderer, scene: SceneSpec, viewpoints: Sequence[Viewpoint]) -> list[bytes]:
     """Return what is drawn from ``viewpoints`` of a scene that holds just these."""
     renderer.load(replace(scene, viewpoints=tuple(viewpoints)))
     drawn = [renderer.render(CAMERA, view.T_world_camera) for view in viewpoints]
@@ -37,17 +37,17 @@ def same(a: Sequence[Silhouette], b: Sequence[Silhouette]) -> bool:
 
 
 def test_a_view_looks_the_same_alone_among_others_and_in_another_order(renderer: Renderer) -> None:
-    scene = hall_of_many_lamps()
+    scene = hall_of_many_lights()
     views = scene.viewpoints
-    together = pictures(renderer, scene, views)
-    assert pictures(renderer, scene, views[::-1]) == together[::-1]
-    for view, picture in zip(views, together, strict=True):
-        assert pictures(renderer, scene, [view]) == [picture]
+    together = render_all(renderer, scene, views)
+    assert render_all(renderer, scene, views[::-1]) == together[::-1]
+    for view, image in zip(views, together, strict=True):
+        assert render_all(renderer, scene, [view]) == [image]
     assert len(set(together)) == len(views)
 
 
-def test_a_picture_does_not_depend_on_the_picture_before(renderer: Renderer) -> None:
-    scene = hall_of_many_lamps()
+def test_an_image_does_not_depend_on_the_image_before(renderer: Renderer) -> None:
+    scene = hall_of_many_lights()
     first, *_, last = scene.viewpoints
     renderer.load(scene)
     before = renderer.render(CAMERA, first.T_world_camera).rgb
@@ -56,7 +56,7 @@ def test_a_picture_does_not_depend_on_the_picture_before(renderer: Renderer) -> 
 
 
 @pytest.mark.parametrize("lens", [None, Distortion(-0.28, 0.08, 0.0, 0.0)], ids=["pinhole", "lens"])
-def test_silhouettes_are_the_same_before_and_after_a_picture(renderer: Renderer, lens: Distortion | None) -> None:
+def test_silhouettes_are_the_same_before_and_after_an_image(renderer: Renderer, lens: Distortion | None) -> None:
     scene, camera = rack_wall(), replace(CAMERA, distortion=lens)
     drawing = LensRenderer(renderer)
     things = [item for item in scene.instances if scene.model_of(item).class_name != "floor"]

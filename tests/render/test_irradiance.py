@@ -1,4 +1,4 @@
-"""Light from the surroundings against what integrating spheres, open skies and lamps do by the book."""
+"""Light from the surroundings against what integrating spheres, open skies and lights do by the book."""
 
 from dataclasses import replace
 
@@ -7,8 +7,8 @@ import pytest
 
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import AXES, IrradianceField, LightGatherer, direct_irradiance
-from warehouse_sim.render.lamps import GROUND
 from warehouse_sim.render.light_grid import lay_grid
+from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.schema import Light, Material, ObjectModel, SceneSpec
 
 FLOOR = box_model("floor", (12, 12, 0.1), "concrete", "floor", 90)
@@ -62,8 +62,8 @@ def on_walls(field: IrradianceField, edge: float) -> list[float]:
 def test_a_closed_white_box_holds_the_light_of_an_integrating_sphere(albedo: float) -> None:
     """Indirect irradiance of a sphere: flux * rho / (area * (1 - rho)); a cube of few points is within 15 %."""
     edge = 6.0
-    lamp = Light("point", np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, -1.0]), 100.0)
-    field = field_of(room(edge, albedo, [lamp]))
+    light = Light("point", np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, -1.0]), 100.0)
+    field = field_of(room(edge, albedo, [light]))
     flux, area = 4.0 * np.pi * 100.0, 6.0 * edge**2
     assert np.mean(on_walls(field, edge)) == pytest.approx(flux * albedo / (area * (1.0 - albedo)), rel=0.15)
 
@@ -84,10 +84,10 @@ def test_the_open_sky_gives_what_the_scene_says() -> None:
 
 
 def test_what_a_floor_returns_has_its_colour() -> None:
-    """A lamp over an endless red floor: a surface that looks down sees red, and one that looks up nothing."""
+    """A light over an endless red floor: a surface that looks down sees red, and one that looks up nothing."""
     paint = {**MATERIALS, "concrete": Material("concrete", (0.5, 0.1, 0.02), 1.0)}
-    lamp = replace(spot((0.0, 0.0, 3.0)), cone_inner=1.2, cone_outer=1.4)
-    scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], [lamp], materials=paint, ambient=0.0)
+    light = replace(spot((0.0, 0.0, 3.0)), cone_inner=1.2, cone_outer=1.4)
+    scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], [light], materials=paint, ambient=0.0)
     field = field_of(scene)
     down, up = field.irradiance[..., 5, :], field.irradiance[..., 2, :]
     assert down[..., 0].max() > 20.0
@@ -112,15 +112,15 @@ def test_points_inside_things_are_not_trusted_and_borrow_from_outside() -> None:
 def test_direct_light_obeys_distance_cone_and_shadow() -> None:
     scene = make_scene([FLOOR, box_model("table", (1, 1, 0.1))], [("floor", at(0, 0, -0.05)), ("table", at(0, 0, 1))])
     solid = lay_grid(scene).solid
-    lamp = replace(spot((0.0, 0.0, 3.0), 900.0), cone_inner=0.5, cone_outer=0.8, color=(1.0, 0.5, 0.0))
+    light = replace(spot((0.0, 0.0, 3.0), 900.0), cone_inner=0.5, cone_outer=0.8, color=(1.0, 0.5, 0.0))
     points = np.array([[0, 0, 1.06], [0, 0, 0.01], [0.9, 0, 0.01], [4.0, 0, 0.01]])
     up = np.tile([0.0, 0.0, 1.0], (4, 1))
-    got = direct_irradiance(solid, [lamp], points, up)
+    got = direct_irradiance(solid, [light], points, up)
     assert got[0] == pytest.approx(900.0 / 1.94**2 * np.array([1.0, 0.5, 0.0]), rel=1e-4)
     assert (got[1] == 0.0).all()
     assert got[2, 0] == pytest.approx(900.0 * 2.99 / (2.99**2 + 0.9**2) ** 1.5, rel=1e-4)
     assert (got[3] == 0.0).all()
-    bare = direct_irradiance(solid, [replace(lamp, casts_shadow=False)], points, up)
+    bare = direct_irradiance(solid, [replace(light, casts_shadow=False)], points, up)
     assert bare[1, 0] == pytest.approx(900.0 / 2.99**2, rel=1e-4)
 
 

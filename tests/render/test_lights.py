@@ -10,9 +10,9 @@ from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, l
 T_WORLD_CAMERA = level_camera(np.array([0.0, 0.0, 1.5]), 0.0)
 
 
-def test_records_hold_the_lamp_in_the_camera_frame() -> None:
-    lamp = replace(spot((4.0, 1.0, 6.0), 500.0), color=(1.0, 0.5, 0.25), cone_inner=0.5, cone_outer=1.0)
-    records = light_records([ShadedLight(lamp, None)], T_WORLD_CAMERA)
+def test_records_hold_the_light_in_the_camera_frame() -> None:
+    light = replace(spot((4.0, 1.0, 6.0), 500.0), color=(1.0, 0.5, 0.25), cone_inner=0.5, cone_outer=1.0)
+    records = light_records([ShadedLight(light, None)], T_WORLD_CAMERA)
     assert records.dtype == LIGHT
     assert len(records) == MAX_LIGHTS
     np.testing.assert_allclose(records[0]["position"], [-1.0, -4.5, 4.0], atol=1e-6)

@@ -30,7 +30,7 @@ def test_spheres_hold_their_objects() -> None:
         assert (np.linalg.norm(vertices - index.centre[k], axis=1) <= index.radius[k] + 1e-9).all()
 
 
-def test_nothing_in_the_picture_is_left_out_and_what_is_behind_is() -> None:
+def test_nothing_in_the_image_is_left_out_and_what_is_behind_is() -> None:
     scene = rack_wall()
     table = build_part_table(scene, ROWS)
     index = ObjectIndex.of(table)

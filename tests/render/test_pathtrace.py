@@ -101,15 +101,15 @@ def test_the_grain_lies_where_the_raster_backend_puts_it(renderer: Renderer, siz
         renderer.load(scene)
         with open_pathtracer(samples=256) as sharp:
             sharp.load(scene)
-            pictures = [item.render(camera, T) for item in (renderer, sharp)]
-        shown = cv2.erode((pictures[0].instance_ids > 0).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-        grains = [grain(item.rgb[..., 1].astype(float)) for item in pictures]
+            images = [item.render(camera, T) for item in (renderer, sharp)]
+        shown = cv2.erode((images[0].instance_ids > 0).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+        grains = [grain(item.rgb[..., 1].astype(float)) for item in images]
         patches[view] = np.corrcoef(grains[0][shown], grains[1][shown])[0, 1]
     assert min(patches.values()) > 0.8
 
 
 def test_a_normal_map_bends_light_the_way_the_texture_leans(tracer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A board seen from above under a lamp at +x: brighter where normals lean to +x."""
+    """A board seen from above under a light at +x: brighter where normals lean to +x."""
     from warehouse_sim.render.pathtrace import materials
     from warehouse_sim.render.pathtrace.textures import TextureSet
 
@@ -120,14 +120,14 @@ def test_a_normal_map_bends_light_the_way_the_texture_leans(tracer: Any, monkeyp
             normal = np.array([u, v, np.sqrt(1.0 - u * u - v * v)], np.float32)
             maps = TextureSet(np.ones((2, 2, 1), np.float32), np.tile((normal + 1) / 2, (2, 2, 1)), None)
             monkeypatch.setattr(materials, "load_texture_set", lambda name, maps=maps: maps)
-            lamp = spot((1.2, 0.0, 1.2), 600.0)
-            scene = make_scene([box_model("box", (0.6, 0.4, 0.4))], [("box", at(0, 0, -0.2))], [lamp], (), paint)
+            light = spot((1.2, 0.0, 1.2), 600.0)
+            scene = make_scene([box_model("box", (0.6, 0.4, 0.4))], [("box", at(0, 0, -0.2))], [light], (), paint)
             sharp.load(scene)
             view = level_camera(np.array([0.0, 0.0, 4.0]), 0.0, -np.pi / 2)
             levels.append(sharp.luminance(PinholeCamera.from_focal(4, 4, 400.0), view).mean())
     towards, flat, away, left, right = levels
     assert away < 0.8 * flat < flat < towards
-    assert left == pytest.approx(right, rel=0.03)  # v runs across the direction to the lamp
+    assert left == pytest.approx(right, rel=0.03)  # v runs across the direction to the light
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tracer: Any, wall: SceneSpec) -> None:
@@ -147,11 +147,11 @@ def test_the_number_of_threads_changes_no_byte(tracer: Any, wall: SceneSpec) -> 
     tracer.load(wall)
     T = wall.viewpoints[0].T_world_camera
     many = dr.thread_count()
-    pictures = []
+    images = []
     for count in (1, many):
         dr.set_thread_count(count)
-        pictures.append(tracer.render(CAMERA, T).rgb)
-    assert np.array_equal(*pictures)
+        images.append(tracer.render(CAMERA, T).rgb)
+    assert np.array_equal(*images)
 
 
 def test_more_paths_come_closer_to_the_limit(wall: SceneSpec) -> None:

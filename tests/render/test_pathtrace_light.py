@@ -38,7 +38,7 @@ def matt(lights: list[Light], x: float = 0.0, y: float = 0.0, samples: int = 256
     return lit - black
 
 
-def test_a_lamp_gives_its_intensity_over_the_squared_distance() -> None:
+def test_a_light_gives_its_intensity_over_the_squared_distance() -> None:
     for height in (3.0, 6.0):
         expected = 0.5 / np.pi * 1800.0 / height**2
         assert matt([spot((0.0, 0.0, height), 1800.0)]) == pytest.approx(expected, rel=0.01)
@@ -46,30 +46,30 @@ def test_a_lamp_gives_its_intensity_over_the_squared_distance() -> None:
 
 def test_a_wide_disk_gives_what_the_integral_over_it_says() -> None:
     """On the axis at height h: (1 / A) int I h / (h^2 + s^2)^1.5 dA = 2 I / r^2 (1 - h / sqrt(h^2 + r^2))."""
-    lamp = replace(spot((0.0, 0.0, 2.0), 1000.0), radius=1.0, cone_inner=1.4, cone_outer=1.5)
+    light = replace(spot((0.0, 0.0, 2.0), 1000.0), radius=1.0, cone_inner=1.4, cone_outer=1.5)
     illuminance = 2000.0 * (1.0 - 2.0 / np.sqrt(5.0))
-    assert matt([lamp], samples=4096) == pytest.approx(0.5 / np.pi * illuminance, rel=0.02)
+    assert matt([light], samples=4096) == pytest.approx(0.5 / np.pi * illuminance, rel=0.02)
 
 
 def test_the_cone_fades_as_gltf_says() -> None:
-    lamp = replace(spot((0.0, 0.0, 4.0), 2000.0), radius=0.0, cone_inner=0.3, cone_outer=0.9)
-    everywhere = replace(lamp, kind="point")
+    light = replace(spot((0.0, 0.0, 4.0), 2000.0), radius=0.0, cone_inner=0.3, cone_outer=0.9)
+    everywhere = replace(light, kind="point")
     scale = 1.0 / (np.cos(0.3) - np.cos(0.9))
     for angle in (0.2, 0.45, 0.6, 0.75, 0.85):
         x = 4.0 * np.tan(angle)
         share = np.clip((np.cos(angle) - np.cos(0.9)) * scale, 0.0, 1.0) ** 2
-        measured = matt([lamp], x) / matt([everywhere], x)
+        measured = matt([light], x) / matt([everywhere], x)
         assert measured == pytest.approx(share, abs=0.01)
-    assert matt([lamp], 4.0 * np.tan(0.95)) == 0.0
+    assert matt([light], 4.0 * np.tan(0.95)) == 0.0
 
 
-def test_half_shadows_are_as_wide_as_the_lamp_makes_them() -> None:
-    """A lamp of radius r at 4 m over an edge at 2 m: on the floor the edge cuts the lamp's disk at distance x."""
+def test_half_shadows_are_as_wide_as_the_light_makes_them() -> None:
+    """A light of radius r at 4 m over an edge at 2 m: on the floor the edge cuts the light's disk at distance x."""
     radius = 0.5
-    lamp = replace(spot((0.0, 0.0, 4.0), 2000.0), radius=radius, cone_inner=1.4, cone_outer=1.5)
+    light = replace(spot((0.0, 0.0, 4.0), 2000.0), radius=radius, cone_inner=1.4, cone_outer=1.5)
     # Covers x < 0 in the plane z = 2; thin, and far wider than the penumbra.
     screen = box_model("screen", (6.0, 12.0, 0.002), "steel")
-    scene = floor_scene([lamp], ambient=0.0)
+    scene = floor_scene([light], ambient=0.0)
     scene = replace(
         scene,
         models={**scene.models, "screen": screen},
@@ -78,7 +78,7 @@ def test_half_shadows_are_as_wide_as_the_lamp_makes_them() -> None:
             replace(scene.instances[0], instance_id=2, model="screen", T_world_object=at(-3, 0, 2)),
         ),
     )
-    open_floor = floor_scene([lamp], ambient=0.0)
+    open_floor = floor_scene([light], ambient=0.0)
     for x in (-0.6, -0.25, 0.1, 0.25, 0.6):
         # Seen from the floor point through the edge, the line across the disk lies at -x.
         cut = np.clip(-x / radius, -1.0, 1.0)
@@ -87,16 +87,16 @@ def test_half_shadows_are_as_wide_as_the_lamp_makes_them() -> None:
         assert lit == pytest.approx(visible, abs=0.03)
 
 
-def test_several_lamps_add_up_and_a_lamp_without_shadow_passes_walls() -> None:
-    lamps = [spot((x, 0.3, 4.0), 500.0 * (k + 1)) for k, x in enumerate((-1.0, 0.2, 1.5))]
-    parts = [luminance(floor_scene([lamp], ambient=0.0)) for lamp in lamps]
-    assert luminance(floor_scene(lamps, ambient=0.0), samples=2048) == pytest.approx(sum(parts), rel=0.01)
+def test_several_lights_add_up_and_a_light_without_shadow_passes_walls() -> None:
+    lights = [spot((x, 0.3, 4.0), 500.0 * (k + 1)) for k, x in enumerate((-1.0, 0.2, 1.5))]
+    parts = [luminance(floor_scene([light], ambient=0.0)) for light in lights]
+    assert luminance(floor_scene(lights, ambient=0.0), samples=2048) == pytest.approx(sum(parts), rel=0.01)
     lid = box_model("lid", (2, 2, 0.02), "steel")
     for casts, share in ((True, 0.0), (False, 1.0)):
-        lamp = replace(lamps[1], casts_shadow=casts)
-        scene = floor_scene([lamp], ambient=0.0)
+        light = replace(lights[1], casts_shadow=casts)
+        scene = floor_scene([light], ambient=0.0)
         covered = make_scene(
-            [FLOOR, lid], [("floor", at(0, 0, -0.05)), ("lid", at(0, 0, 3))], [lamp], (), scene.materials, 0.0
+            [FLOOR, lid], [("floor", at(0, 0, -0.05)), ("lid", at(0, 0, 3))], [light], (), scene.materials, 0.0
         )
         below = luminance(covered, height=2.0) / luminance(scene, height=2.0)
         assert below == pytest.approx(share, abs=0.01)
@@ -157,8 +157,8 @@ def test_a_closed_ball_gathers_light_as_the_geometric_series_says(monkeypatch: p
     monkeypatch.setattr(
         loaded_scene, "scattering", lambda material: mi.load_dict({"type": "twosided", "surface": wall})
     )
-    lamp = replace(spot((0.0, 0.0, 0.0), 100.0), kind="point", radius=0.01)
-    scene = make_scene([ball_model()], [("ball", np.eye(4))], [lamp], ambient=50.0)
+    light = replace(spot((0.0, 0.0, 0.0), 100.0), kind="point", radius=0.01)
+    scene = make_scene([ball_model()], [("ball", np.eye(4))], [light], ambient=50.0)
     renderer.load(scene)
     view = level_camera(np.array([0.3, -0.2, 0.1]), 1.0, 0.2)
     measured = renderer.luminance(PinholeCamera.from_focal(8, 8, 8.0), view)
@@ -180,9 +180,9 @@ def test_glow_is_seen_and_lights_nothing() -> None:
 
 @pytest.mark.parametrize("opacity", [0.2, 0.6])
 def test_film_dims_what_lies_behind_by_its_opacity_and_its_mirroring(opacity: float) -> None:
-    lamp = spot((0.0, 3.0, 4.0), 3000.0)
+    light = spot((0.0, 3.0, 4.0), 3000.0)
     film = Material("film", (0.0, 0.0, 0.0), 0.2, opacity=opacity)
-    bare = floor_scene([lamp], ambient=0.0)
+    bare = floor_scene([light], ambient=0.0)
     sheet = box_model("sheet", (3, 3, 0.01), "film")
     wrapped = replace(
         bare,

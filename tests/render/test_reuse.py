@@ -1,4 +1,4 @@
-"""What two scenes have in common is uploaded and drawn once; the pictures are those of a renderer that starts anew."""
+"""What two scenes have in common is uploaded and drawn once; the images are those of a renderer that starts anew."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from tests.render.test_backend import CAMERA, digest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.conformance.scenes import at, rack_wall, spot
-from warehouse_sim.render.lamps import lamp_geometry
+from warehouse_sim.render.light_selection import light_geometry
 from warehouse_sim.render.raster import loaded_scene
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.shadows import ShadowAtlas
@@ -86,17 +86,17 @@ def test_a_scene_that_fails_leaves_the_one_before_as_it_was(renderer: Renderer) 
     with pytest.raises(RenderError, match="occurs twice"):
         renderer.load(broken)
     T = wall.viewpoints[0].T_world_camera
-    picture = renderer.render(CAMERA, T).rgb
+    image = renderer.render(CAMERA, T).rgb
     assert digest(renderer, wall) == first
-    assert np.array_equal(renderer.render(CAMERA, T).rgb, picture)
+    assert np.array_equal(renderer.render(CAMERA, T).rgb, image)
 
 
-def test_lamps_stand_as_before_by_what_shades() -> None:
-    lamp = spot((1.0, 2.0, 3.0))
-    assert lamp_geometry(lamp) == lamp_geometry(replace(spot((1.0, 2.0, 3.0)), intensity=7.0, color=(1.0, 0.5, 0.2)))
+def test_lights_stand_as_before_by_what_shades() -> None:
+    light = spot((1.0, 2.0, 3.0))
+    assert light_geometry(light) == light_geometry(replace(spot((1.0, 2.0, 3.0)), intensity=7.0, color=(1.0, 0.5, 0.2)))
     for other in (
-        replace(lamp, position=np.array([1.0, 2.0, 3.1])),
-        replace(lamp, radius=0.3),
-        replace(lamp, kind="point"),
+        replace(light, position=np.array([1.0, 2.0, 3.1])),
+        replace(light, radius=0.3),
+        replace(light, kind="point"),
     ):
-        assert lamp_geometry(lamp) != lamp_geometry(other)
+        assert light_geometry(light) != light_geometry(other)

@@ -30,7 +30,7 @@ def floor_scene(lights: list[Light], with_box: bool = False, **options: float) -
     return make_scene([FLOOR, BOX], placed, lights, **options)
 
 
-def picture(renderer: Renderer, scene: SceneSpec, T_world_camera: np.ndarray = LOOK_DOWN) -> np.ndarray:
+def render_rgb(renderer: Renderer, scene: SceneSpec, T_world_camera: np.ndarray = LOOK_DOWN) -> np.ndarray:
     renderer.load(scene)
     return renderer.render(CAMERA, T_world_camera).rgb.astype(int)
 
@@ -42,7 +42,7 @@ def to_code(linear: float) -> float:
 
 
 def pixel_of(x: float, y: float, z: float = 0.0) -> tuple[int, int]:
-    """Return row and column of a world point in the picture from above."""
+    """Return row and column of a world point in the image from above."""
     p = np.linalg.inv(LOOK_DOWN) @ np.array([x, y, z, 1.0])
     u, v = CAMERA.project(p[:3])
     return round(float(v)), round(float(u))
@@ -50,13 +50,13 @@ def pixel_of(x: float, y: float, z: float = 0.0) -> tuple[int, int]:
 
 def test_a_diffuse_floor_has_the_brightness_of_lamberts_law(renderer: Renderer) -> None:
     """A black, rough floor reflects only its 4 % of gloss, a grey one albedo / pi of the illuminance on top of it."""
-    lamp = spot((0.0, 0.0, 3.0), 1800.0)
+    light = spot((0.0, 0.0, 3.0), 1800.0)
     for x, y in ((0.0, 0.0), (0.9, 0.5), (-1.0, 0.2)):
         values = []
         for albedo in (0.0, 0.31):
             paint = {**MATERIALS, "concrete": Material("concrete", (albedo,) * 3, roughness=1.0)}
-            scene = replace(floor_scene([lamp], ambient=0.0, exposure=0.01), materials=paint)
-            values.append(picture(renderer, scene)[pixel_of(x, y)][0])
+            scene = replace(floor_scene([light], ambient=0.0, exposure=0.01), materials=paint)
+            values.append(render_rgb(renderer, scene)[pixel_of(x, y)][0])
         squared = 9.0 + x * x + y * y
         illuminance = 1800.0 * (3.0 / np.sqrt(squared)) / squared
         matt = 0.31 / np.pi * illuminance * 0.01
@@ -67,36 +67,36 @@ def test_a_diffuse_floor_has_the_brightness_of_lamberts_law(renderer: Renderer) 
 
 
 def test_ambient_light_alone_is_even_and_obeys_exposure(renderer: Renderer) -> None:
-    dim, bright = (picture(renderer, floor_scene([], ambient=60.0, exposure=e)) for e in (0.01, 0.02))
-    same = picture(renderer, floor_scene([], ambient=120.0, exposure=0.01))
+    dim, bright = (render_rgb(renderer, floor_scene([], ambient=60.0, exposure=e)) for e in (0.01, 0.02))
+    same = render_rgb(renderer, floor_scene([], ambient=120.0, exposure=0.01))
     assert np.ptp(dim.reshape(-1, 3), axis=0).max() <= 2
     assert (bright > dim + 5).all()
     assert np.abs(bright - same).max() <= 1
 
 
-def test_a_lamp_less_is_darker_everywhere_in_its_cone(renderer: Renderer) -> None:
+def test_a_light_less_is_darker_everywhere_in_its_cone(renderer: Renderer) -> None:
     left, right = spot((0.0, 1.0, 3.0)), spot((0.0, -1.0, 3.0))
-    both, one = (picture(renderer, floor_scene(lights)) for lights in ([left, right], [left]))
+    both, one = (render_rgb(renderer, floor_scene(lights)) for lights in ([left, right], [left]))
     assert (both >= one).all()
     assert (both - one)[pixel_of(0.0, -1.0)].min() > 10
 
 
 def test_a_spot_lights_its_cone_and_nothing_else(renderer: Renderer) -> None:
-    lamp = replace(spot((0.0, 0.0, 2.0)), cone_inner=0.2, cone_outer=0.4)
-    lit, dark = picture(renderer, floor_scene([lamp])), picture(renderer, floor_scene([]))
+    light = replace(spot((0.0, 0.0, 2.0)), cone_inner=0.2, cone_outer=0.4)
+    lit, dark = render_rgb(renderer, floor_scene([light])), render_rgb(renderer, floor_scene([]))
     reach = 2.0 * np.tan(0.4)
     assert np.array_equal(lit[pixel_of(reach + 0.05, 0)], dark[pixel_of(reach + 0.05, 0)])
     assert (lit[pixel_of(reach - 0.2, 0)] > dark[pixel_of(reach - 0.2, 0)]).all()
-    point = replace(lamp, kind="point")
-    assert (picture(renderer, floor_scene([point]))[pixel_of(1.9, 0)] > dark[pixel_of(1.9, 0)] + 20).all()
+    point = replace(light, kind="point")
+    assert (render_rgb(renderer, floor_scene([point]))[pixel_of(1.9, 0)] > dark[pixel_of(1.9, 0)] + 20).all()
 
 
 def test_the_shadow_falls_where_the_rays_are_blocked(renderer: Renderer) -> None:
-    """A lamp at x = -2, z = 2.6 over a box 0.6 m high: its far top edge at x = 0.3 throws the shadow to x = 0.99."""
-    lamp = spot((-2.0, 0.0, 2.6))
-    shaded = picture(renderer, floor_scene([lamp], with_box=True))
-    unshaded = picture(renderer, floor_scene([replace(lamp, casts_shadow=False)], with_box=True))
-    dark = picture(renderer, floor_scene([], with_box=True))
+    """A light at x = -2, z = 2.6 over a box 0.6 m high: its far top edge at x = 0.3 throws the shadow to x = 0.99."""
+    light = spot((-2.0, 0.0, 2.6))
+    shaded = render_rgb(renderer, floor_scene([light], with_box=True))
+    unshaded = render_rgb(renderer, floor_scene([replace(light, casts_shadow=False)], with_box=True))
+    dark = render_rgb(renderer, floor_scene([], with_box=True))
     end = -2.0 + 2.3 * 2.6 / 2.0
     for x in np.arange(0.5, end - 0.06, 0.05):  # from beside the box's foot, hidden from above until 0.35, to the end
         # What is left is the light that the floor around returns to the box and the box to the floor.
@@ -108,11 +108,11 @@ def test_the_shadow_falls_where_the_rays_are_blocked(renderer: Renderer) -> None
 
 def test_shadows_start_at_the_foot_of_what_casts_them(renderer: Renderer) -> None:
     """Seen along the floor from behind the box: no bright gap between box and shadow."""
-    lamp = spot((-2.0, 0.0, 2.6))
+    light = spot((-2.0, 0.0, 2.6))
     T = level_camera(np.array([2.5, 0.0, 0.8]), np.pi, -0.25)
     foot = CAMERA.project((np.linalg.inv(T) @ np.array([0.3, 0.0, 0.0, 1.0]))[:3])
-    column = picture(renderer, floor_scene([lamp], with_box=True), T)[:, round(float(foot[0]))]
-    dark = picture(renderer, floor_scene([], with_box=True), T)[:, round(float(foot[0]))]
+    column = render_rgb(renderer, floor_scene([light], with_box=True), T)[:, round(float(foot[0]))]
+    dark = render_rgb(renderer, floor_scene([], with_box=True), T)[:, round(float(foot[0]))]
     below_edge = slice(round(float(foot[1])) + 2, round(float(foot[1])) + 12)
     assert np.abs(column[below_edge] - dark[below_edge]).max() <= 12  # light that floor and box return
 
@@ -120,28 +120,29 @@ def test_shadows_start_at_the_foot_of_what_casts_them(renderer: Renderer) -> Non
 @pytest.mark.parametrize("yaw", [0.0, 0.5])
 def test_lit_surfaces_do_not_shade_themselves(renderer: Renderer, yaw: float) -> None:
     """A lone box without anything near it: with and without its shadow map its lit faces are the same."""
-    lamp = spot((-2.5, -1.0, 3.0))
+    light = spot((-2.5, -1.0, 3.0))
     T = level_camera(np.array([-2.5, -1.2, 1.2]), 0.45, -0.25)
-    pictures = []
+    images = []
     for casts in (True, False):
-        scene = make_scene([BOX], [("box", at(0, 0, 0.7, yaw))], [replace(lamp, casts_shadow=casts)])
-        pictures.append(picture(renderer, scene, T))
+        scene = make_scene([BOX], [("box", at(0, 0, 0.7, yaw))], [replace(light, casts_shadow=casts)])
+        images.append(render_rgb(renderer, scene, T))
     shown = renderer.render(CAMERA, T).instance_ids == 1
     assert np.count_nonzero(shown) > 3000
     inner = cv2.erode(shown.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    assert np.abs(pictures[0] - pictures[1])[inner].max() <= 1
+    assert np.abs(images[0] - images[1])[inner].max() <= 1
 
 
 @pytest.mark.parametrize("incidence_deg", [35, 50, 70])
 def test_the_back_of_a_thin_sheet_hardly_shades_its_front(renderer: Renderer, incidence_deg: float) -> None:
-    """Racks are of sheet metal: 4 mm upright sheets against a lamp five metres away, next to a wide shadow map."""
+    """Racks are of sheet metal: 4 mm upright sheets against a light five metres away, next to a wide shadow map."""
     angle = np.deg2rad(incidence_deg)
-    lamp = replace(spot((0.0, -5.0 * np.cos(angle), 1 + 5.0 * np.sin(angle))), cone_inner=1.2, cone_outer=1.3)
+    light = replace(spot((0.0, -5.0 * np.cos(angle), 1 + 5.0 * np.sin(angle))), cone_inner=1.2, cone_outer=1.3)
     models = [box_model("sheet", (1.0, 0.004, 1.0)), box_model("wall", (20, 0.2, 4))]
     placed = [("sheet", at(0, 0, 1)), ("wall", at(0, 2.5, 0))]
     T = level_camera(np.array([0.0, -2.5, 1.0]), np.pi / 2)
     shaded, unshaded = (
-        picture(renderer, make_scene(models, placed, [replace(lamp, casts_shadow=casts)]), T) for casts in (True, False)
+        render_rgb(renderer, make_scene(models, placed, [replace(light, casts_shadow=casts)]), T)
+        for casts in (True, False)
     )
     shown = cv2.erode((renderer.render(CAMERA, T).instance_ids == 1).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     assert unshaded[shown].min() > 40
@@ -152,7 +153,7 @@ def test_emission_needs_no_light_and_obeys_exposure(renderer: Renderer) -> None:
     paint = {**MATERIALS, "kraft": Material("kraft", (1.0, 1.0, 1.0), emission=50.0)}
     for exposure in (0.01, 0.002):
         scene = replace(floor_scene([], with_box=True, ambient=0.0, exposure=exposure), materials=paint)
-        image = picture(renderer, scene)
+        image = render_rgb(renderer, scene)
         assert image[pixel_of(0, 0, 0.6)] == pytest.approx([to_code(50.0 * exposure)] * 3, abs=1.5)
         assert (image[pixel_of(1.5, 0)] == 0).all()
 
@@ -175,11 +176,11 @@ def own_texture(folder: Path, kind: str, pixels: np.ndarray) -> str:
 def textured(renderer: Renderer, size: tuple[float, float, float], texture: str) -> np.ndarray:
     paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture=texture, texture_size=0.5)}
     scene = make_scene([box_model("box", size)], [("box", at(0, 0, -size[2] / 2))], materials=paint, ambient=300.0)
-    return picture(renderer, scene)
+    return render_rgb(renderer, scene)
 
 
 def test_a_texture_of_128_changes_nothing_and_brighter_is_brighter(renderer: Renderer, own_textures: Path) -> None:
-    plain = picture(renderer, make_scene([BOX], [("box", at(0, 0, -0.3))], ambient=300.0))
+    plain = render_rgb(renderer, make_scene([BOX], [("box", at(0, 0, -0.3))], ambient=300.0))
     changes = []
     for level in (64, 128, 200):
         name = own_texture(own_textures, "albedo", np.full((64, 64), level, np.uint8))
@@ -194,7 +195,7 @@ def test_a_texture_of_128_changes_nothing_and_brighter_is_brighter(renderer: Ren
 def test_the_grain_runs_along_the_longest_edge(
     renderer: Renderer, own_textures: Path, size: tuple[float, float, float], along_rows: bool
 ) -> None:
-    """Stripes along u: the picture is even along the box's longest edge; one tile across is half a metre."""
+    """Stripes along u: the image is even along the box's longest edge; one tile across is half a metre."""
     stripes = np.zeros((512, 512), np.uint8)
     stripes[:256] = 200
     patch = textured(renderer, size, own_texture(own_textures, "albedo", stripes))[100:140, 140:180, 0]
@@ -214,26 +215,26 @@ def tilted(u: float, up: float) -> np.ndarray:
 def test_a_normal_map_leans_the_light_and_nothing_else(
     renderer: Renderer, own_textures: Path, size: tuple[float, float, float], turn: float
 ) -> None:
-    """A box seen from above under a lamp to its side: normals that lean towards the lamp are brighter, and back."""
-    lamp = spot((1.2, 0.0, 1.2), 600.0)
+    """A box seen from above under a light to its side: normals that lean towards the light are brighter, and back."""
+    light = spot((1.2, 0.0, 1.2), 600.0)
     # u runs along the longest edge; seen from above v runs to its left.
     along = rotation_z(turn)[:, 0 if size[0] > size[1] else 1]
     across = np.cross([0.0, 0.0, 1.0], along)
     leans = {"flat": (0.0, 0.0)}
     for sign in (1.0, -1.0):
         leans[f"{sign}"] = (sign * 0.3 * along[0], -sign * 0.3 * across[0])  # the file's y points against v
-    pictures = {}
+    images = {}
     for name, (u, up) in leans.items():
         texture = own_texture(own_textures, "normal", tilted(u, up))
         paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture=texture, texture_size=0.5)}
-        scene = make_scene([box_model("box", size)], [("box", at(0, 0, -0.2, turn))], [lamp], materials=paint)
+        scene = make_scene([box_model("box", size)], [("box", at(0, 0, -0.2, turn))], [light], materials=paint)
         renderer.load(scene)
-        pictures[name] = renderer.render(CAMERA, LOOK_DOWN, normals=True)
-    towards, flat, away = (int(pictures[name].rgb[pixel_of(0, 0)][0]) for name in ("1.0", "flat", "-1.0"))
+        images[name] = renderer.render(CAMERA, LOOK_DOWN, normals=True)
+    towards, flat, away = (int(images[name].rgb[pixel_of(0, 0)][0]) for name in ("1.0", "flat", "-1.0"))
     assert away + 8 < flat < towards - 8
-    for other in pictures.values():
+    for other in images.values():
         for channel in ("depth", "instance_ids", "normals"):
-            assert np.array_equal(getattr(other, channel), getattr(pictures["flat"], channel))
+            assert np.array_equal(getattr(other, channel), getattr(images["flat"], channel))
 
 
 def test_roughness_spreads_the_highlight(renderer: Renderer, own_textures: Path) -> None:
@@ -242,9 +243,9 @@ def test_roughness_spreads_the_highlight(renderer: Renderer, own_textures: Path)
     for level in (64, 128, 255):
         texture = own_texture(own_textures, "roughness", np.full((64, 64), level, np.uint8))
         painted = {**paint, "kraft": replace(paint["kraft"], texture=texture)}
-        lamp = spot((0.0, 0.0, 3.0), 300.0)  # just below the camera: its highlight is in the middle
-        scene = make_scene([BOX], [("box", at(0, 0, -0.3))], [lamp], materials=painted, ambient=0.0, exposure=0.01)
-        peaks.append(picture(renderer, scene)[pixel_of(0, 0)][0])
+        light = spot((0.0, 0.0, 3.0), 300.0)  # just below the camera: its highlight is in the middle
+        scene = make_scene([BOX], [("box", at(0, 0, -0.3))], [light], materials=painted, ambient=0.0, exposure=0.01)
+        peaks.append(render_rgb(renderer, scene)[pixel_of(0, 0)][0])
     sharp, same, dull = peaks
     assert dull < same - 10 < sharp - 20
 

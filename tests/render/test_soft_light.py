@@ -1,4 +1,4 @@
-"""What the half-resolution pass adds to a picture: dark corners, soft shadows, and nothing where nothing is."""
+"""What the half-resolution pass adds to an image: dark corners, soft shadows, and nothing where nothing is."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -29,7 +29,7 @@ def linear(codes: np.ndarray) -> np.ndarray:
     return np.interp(codes, shown, x)
 
 
-def picture(renderer: Renderer, scene: SceneSpec, T_world_camera: np.ndarray = LOOK_DOWN) -> np.ndarray:
+def render_rgb(renderer: Renderer, scene: SceneSpec, T_world_camera: np.ndarray = LOOK_DOWN) -> np.ndarray:
     renderer.load(scene)
     return linear(renderer.render(CAMERA, T_world_camera).rgb.astype(float))
 
@@ -41,7 +41,7 @@ def test_an_open_floor_has_the_brightness_of_the_sky(renderer: Renderer, albedo:
     for share in (0.0, albedo):
         paint = {**MATERIALS, "concrete": Material("concrete", (share,) * 3, 1.0)}
         scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], materials=paint, ambient=250.0, exposure=0.01)
-        values.append(picture(renderer, scene)[pixel_of(0.5, 0.3)][0])
+        values.append(render_rgb(renderer, scene)[pixel_of(0.5, 0.3)][0])
     assert values[1] - values[0] == pytest.approx(albedo / np.pi * 250.0 * 0.01, rel=0.02)
 
 
@@ -50,7 +50,7 @@ def test_walls_see_half_of_the_sky_and_half_of_the_ground(renderer: Renderer) ->
     paint = {"white": Material("white", (0.6,) * 3, 1.0)}
     sheet = box_model("sheet", (0.05, 3.0, 3.0), "white")
     scene = make_scene([sheet], [("sheet", at(3.0, 0, 20))], materials=paint, ambient=200.0, exposure=0.01)
-    value = picture(renderer, scene, level_camera(np.array([0.0, 0.0, 20.0]), 0.0))[120, 160, 0]
+    value = render_rgb(renderer, scene, level_camera(np.array([0.0, 0.0, 20.0]), 0.0))[120, 160, 0]
     assert value == pytest.approx((0.6 / np.pi + 0.02) * 0.65 * 200.0 * 0.01, rel=0.1)
 
 
@@ -59,7 +59,7 @@ def test_the_foot_of_a_wall_is_darker_and_the_floor_far_from_it_is_not(renderer:
     models = [FLOOR, box_model("wall", (0.2, 6.0, 2.0), "black")]
     placed = [("floor", at(0, 0, -0.05)), ("wall", at(1.1, 0, 1.0))]
     bare, walled = (
-        picture(renderer, make_scene(models, placed[:count], materials=BLACK, ambient=300.0)) for count in (1, 2)
+        render_rgb(renderer, make_scene(models, placed[:count], materials=BLACK, ambient=300.0)) for count in (1, 2)
     )
     near, middle, far = ((walled / bare)[pixel_of(x, 0.0)].mean() for x in (0.95, 0.6, -1.4))
     assert 0.3 < near < 0.75
@@ -71,15 +71,16 @@ def test_the_foot_of_a_wall_is_darker_and_the_floor_far_from_it_is_not(renderer:
 
 def penumbra(renderer: Renderer, height: float, radius: float) -> float:
     """Width (m) over which a plate's shadow on the floor goes from a fifth to four fifths."""
-    lamp = replace(spot((-1.0, 0.0, 3.5), 3000.0), radius=radius, cone_inner=1.0, cone_outer=1.2)
+    light = replace(spot((-1.0, 0.0, 3.5), 3000.0), radius=radius, cone_inner=1.0, cone_outer=1.2)
     # Walls far off, as a hall has them: the map spreads over all that can cast a shadow.
     models = [FLOOR, box_model("plate", (4.0, 4.0, 0.02), "black"), box_model("wall", (0.2, 16.0, 2.0), "black")]
     placed = [("floor", at(0, 0, -0.05)), ("plate", at(-2.0, 0, height))]
     placed += [("wall", at(x, 0, 1.0)) for x in (-8.0, 8.0)]
     view = level_camera(np.array([1.6, 0.0, 1.2]), np.pi, -0.9)
-    scene = make_scene(models, placed, [lamp], materials=BLACK, ambient=0.0, exposure=0.02)
-    lit = replace(lamp, casts_shadow=False)
-    ratio = picture(renderer, scene, view) / np.maximum(picture(renderer, replace(scene, lights=(lit,)), view), 1e-6)
+    scene = make_scene(models, placed, [light], materials=BLACK, ambient=0.0, exposure=0.02)
+    lit = replace(light, casts_shadow=False)
+    shaded, unshaded = (render_rgb(renderer, item, view) for item in (scene, replace(scene, lights=(lit,))))
+    ratio = shaded / np.maximum(unshaded, 1e-6)
     points = np.linalg.inv(view) @ np.stack([xs := np.linspace(0.0, 1.5, 600), 0 * xs, 0 * xs, 1 + 0 * xs])
     columns, rows = CAMERA.project(points[:3].T).T
     inside = (rows > 2) & (rows < CAMERA.height - 3)
@@ -88,20 +89,20 @@ def penumbra(renderer: Renderer, height: float, radius: float) -> float:
     return float(edge[np.argmax(profile > 0.8)] - edge[np.argmax(profile > 0.2)])
 
 
-def test_a_penumbra_widens_with_the_height_of_what_casts_it_and_with_the_lamp(renderer: Renderer) -> None:
+def test_a_penumbra_widens_with_the_height_of_what_casts_it_and_with_the_light(renderer: Renderer) -> None:
     low, high = penumbra(renderer, 0.3, 0.15), penumbra(renderer, 1.0, 0.15)
     assert low < high - 0.02
     assert penumbra(renderer, 1.0, 0.02) < 0.75 * high
 
 
-def test_each_of_eight_lamps_has_its_shadow(renderer: Renderer) -> None:
-    """One lamp after the other is the strongest by far; under a plate its light is gone."""
+def test_each_of_eight_lights_has_its_shadow(renderer: Renderer) -> None:
+    """One light after the other is the strongest by far; under a plate its light is gone."""
     models = [FLOOR, box_model("plate", (1.0, 1.0, 0.05), "black")]
     placed = [("floor", at(0, 0, -0.05)), ("plate", at(0, 0, 0.5))]
     places = [(0.3 * np.cos(a), 0.3 * np.sin(a), 3.0) for a in np.arange(8) * np.pi / 4]
     view = level_camera(np.array([-1.6, 0.0, 0.35]), 0.0, -0.15)
 
-    def lamps(strong: int, shadow: bool) -> list[Light]:
+    def lights(strong: int, shadow: bool) -> list[Light]:
         return [
             replace(spot(place, 500.0 if k == strong else 0.1), casts_shadow=shadow) for k, place in enumerate(places)
         ]
@@ -110,7 +111,7 @@ def test_each_of_eight_lamps_has_its_shadow(renderer: Renderer) -> None:
     pixel = round(float(under[1])), round(float(under[0]))
     for strong in range(8):
         shaded, unshaded = (
-            picture(renderer, make_scene(models, placed, lamps(strong, shadow), materials=BLACK, ambient=0.0), view)
+            render_rgb(renderer, make_scene(models, placed, lights(strong, shadow), materials=BLACK, ambient=0.0), view)
             for shadow in (True, False)
         )
         assert shaded[pixel][0] < 0.2 * unshaded[pixel][0]
@@ -120,19 +121,19 @@ RIBBED = {**MATERIALS, "cladding": Material("cladding", (0.5, 0.5, 0.5), 0.8)}
 
 
 def ribbed_wall(renderer: Renderer, lights: Sequence[Light], pitch: float) -> np.ndarray:
-    """Return the picture of a clad wall eight metres ahead, its ribs 35 mm deep and 0.2 m apart."""
+    """Return the image of a clad wall eight metres ahead, its ribs 35 mm deep and 0.2 m apart."""
     models = [clad_wall(), box_model("post", (0.2, 0.2, 0.2), "concrete")]
     placed = [("wall_clad", at(8.1, 0, 4.5, np.pi / 2)), ("post", at(4, -6, 0)), ("post", at(-4, 6, 0))]
     scene = make_scene(models, placed, lights, materials=RIBBED, ambient=0.0 if lights else 300.0, exposure=0.02)
-    return picture(renderer, scene, level_camera(np.array([0.0, 0.0, 1.5]), 0.25, pitch))
+    return render_rgb(renderer, scene, level_camera(np.array([0.0, 0.0, 1.5]), 0.25, pitch))
 
 
 def test_ribs_cast_no_pattern_on_their_wall(renderer: Renderer) -> None:
-    """Sides of ribs that look away from the lamp are dark; nothing else is, as with a lamp that casts no shadows."""
-    lamp = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
+    """Sides of ribs that look away from the light are dark; nothing else is, as with a light that casts no shadows."""
+    light = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
     for pitch in (0.0, 0.3):
         shaded, unshaded = (
-            ribbed_wall(renderer, [replace(lamp, casts_shadow=casts)], pitch) for casts in (True, False)
+            ribbed_wall(renderer, [replace(light, casts_shadow=casts)], pitch) for casts in (True, False)
         )
         lit = cv2.erode((unshaded[..., 0] > 0.05).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
         assert np.count_nonzero(lit) > 10_000
@@ -140,7 +141,7 @@ def test_ribs_cast_no_pattern_on_their_wall(renderer: Renderer) -> None:
 
 
 def test_ribs_too_fine_to_resolve_leave_no_rings_in_even_light(renderer: Renderer) -> None:
-    """The wall is the same at every height: along a trough between its ribs the picture hardly changes."""
+    """The wall is the same at every height: along a trough between its ribs the image hardly changes."""
     image = ribbed_wall(renderer, [], 0.2)[..., 1]
     T_camera_world = np.linalg.inv(level_camera(np.array([0.0, 0.0, 1.5]), 0.25, 0.2))
     heights = np.arange(1.5, 7.0, 0.02)
@@ -155,9 +156,9 @@ def test_ribs_too_fine_to_resolve_leave_no_rings_in_even_light(renderer: Rendere
 
 
 def test_a_dark_face_lends_its_neighbour_no_brightness(renderer: Renderer) -> None:
-    """Sides of ribs that no light reaches lie between faces that a lamp lights: nowhere does a pixel flash up."""
-    lamp = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
-    shaded, unshaded = (ribbed_wall(renderer, [replace(lamp, casts_shadow=casts)], 0.3) for casts in (True, False))
+    """Sides of ribs that no light reaches lie between faces that a light reaches: nowhere does a pixel flash up."""
+    light = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
+    shaded, unshaded = (ribbed_wall(renderer, [replace(light, casts_shadow=casts)], 0.3) for casts in (True, False))
     assert unshaded.mean() > 0.1
     assert (shaded < 1.1 * unshaded + 0.02).all()
 

@@ -9,7 +9,7 @@ from tests.scene.stranger import install, output_of
 DRAWS = """
 import hashlib
 import numpy as np
-from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 
@@ -19,7 +19,7 @@ for index in range(2):
     for item in sample_scene(recipe, 0, index).instances:
         digest.update(item.model.encode())
         digest.update(np.ascontiguousarray(item.T_world_object).tobytes())
-stock = OccluderStock(recipe.loads, np.random.default_rng(0))
+stock = OccluderSampler(recipe.loads, np.random.default_rng(0))
 for height in np.linspace(0.3, 2.3, 40):
     occluder = stock.draw("traffic", height)
     digest.update(str(occluder and occluder.instances[0].model).encode())
@@ -41,13 +41,13 @@ print(sorted(placed & {"crate", "long_carton"}), drawn.materials["stranger_strip
 DRAWN = """
 from dataclasses import replace
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.generation.catalog_sheet import draw_thumbnail
+from warehouse_sim.generation.catalog_sheet import render_thumbnail
 from warehouse_sim.render import open_renderer
 
 crate = catalog_object("crate")
 plain = replace(crate, materials=(replace(crate.materials[0], texture=None),))
 with open_renderer("raster") as renderer:
-    print(*(draw_thumbnail(renderer, model)[110:130, 140:180].std().round(1) for model in (crate, plain)))
+    print(*(render_thumbnail(renderer, model)[110:130, 140:180].std().round(1) for model in (crate, plain)))
 """
 REFUSED = """
 from warehouse_sim.catalog import catalog_object

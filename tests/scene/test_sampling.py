@@ -119,7 +119,7 @@ def test_a_negative_seed_is_refused() -> None:
         sample_scene(SMALL, -1, 0)
 
 
-def test_open_settings_are_drawn_anew_for_each_scene_and_repeat_with_the_key() -> None:
+def test_random_settings_are_drawn_anew_for_each_scene_and_repeat_with_the_key() -> None:
     plain = {"layout": {"bays": {"min": 1, "max": 4}}, "observations_per_scene": 1, "staging": {"count": 1}}
     recipe = SceneRecipe.from_plain(plain, "here")
     frames = [Counter(item.model for item in sample_scene(recipe, 0, index).instances) for index in range(6)]

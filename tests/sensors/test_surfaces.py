@@ -5,7 +5,7 @@ from tests.sensors.targets import CAMERA, capture_of, plane
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces, sent_back
+from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, returned_light, see_surfaces
 
 
 def test_each_pixel_gets_the_material_that_its_ray_meets() -> None:
@@ -35,10 +35,10 @@ def test_white_plaster_sends_back_its_cosine_and_metal_its_mirror_image() -> Non
     plaster, chrome = capture_of().surfaces, capture_of(remission=1.2, roughness=0.2, metallic=1.0).surfaces
     assert plaster is not None
     assert chrome is not None
-    diffuse, glossy = sent_back(plaster, cosine)
+    diffuse, glossy = returned_light(plaster, cosine)
     np.testing.assert_allclose(diffuse, cosine)
     assert glossy.max() <= 0.01 + 1e-6
-    diffuse, glossy = sent_back(chrome, cosine)
+    diffuse, glossy = returned_light(chrome, cosine)
     assert (diffuse == 0).all()
     assert glossy[0, -1] == pytest.approx(0.25 / 0.2**4, rel=1e-3)  # 1 / (4 alpha^2) of a mirror, alpha = roughness^2
     assert glossy[0, 220] < 0.02

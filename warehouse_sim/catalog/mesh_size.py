@@ -17,7 +17,7 @@ _MOST_HEADER_BYTES = 20_000_000
 
 
 def refuse_large_file(path: Path) -> None:
-    """Refuse a mesh file that is too large, or whose header tells of too many vertices or triangles.
+    """Refuse a mesh file that is too large, or whose header declares too many vertices or triangles.
 
     Raises:
         ConfigError: It is too large, or its header cannot be read.

@@ -1,4 +1,4 @@
-"""``warehouse-sim catalog``: look at the objects that scenes are made of."""
+"""``warehouse-sim catalog``: render the objects that scenes are made of."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def catalog(names: tyro.conf.Positional[tuple[str, ...]] = (), out: Path = Path(
         out: PNG file to write.
     """
     require_extra("generate", "to draw objects")
-    from warehouse_sim.generation.catalog_sheet import draw_catalog_sheet
+    from warehouse_sim.generation.catalog_sheet import render_catalog_sheet
 
-    draw_catalog_sheet(out, names or None)
+    render_catalog_sheet(out, names or None)
     finish(out, "preview", "demo")

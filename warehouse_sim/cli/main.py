@@ -18,6 +18,7 @@ from warehouse_sim.cli.generate import generate
 from warehouse_sim.cli.list import list_names
 from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
+from warehouse_sim.cli.renamed import refuse_renamed
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train
 from warehouse_sim.cli.validate import validate
@@ -55,6 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if any("\0" in argument for argument in arguments or ()):  # a shell cannot pass one, a program can
             raise InputError("an argument holds a zero byte; names and paths cannot")
+        refuse_renamed(sys.argv[1:] if arguments is None else arguments)
         result: int | None = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="warehouse-sim",

@@ -1,4 +1,4 @@
-"""``warehouse-sim preview``: look at a recipe before generating from it."""
+"""``warehouse-sim preview``: render a scene of a recipe before generating from it."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def preview(
         out: PNG file to write.
     """
     require_extra("generate", "to make scenes")
-    from warehouse_sim.generation.contact_sheet import draw_contact_sheet
+    from warehouse_sim.generation.contact_sheet import render_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.render import option_settings
@@ -39,7 +39,7 @@ def preview(
     chosen = load_recipe(recipe)
     if difficulty is not None:
         chosen = with_difficulty(chosen, difficulty)
-    draw_contact_sheet(chosen, seed, scene, out, backend, options)
+    render_contact_sheet(chosen, seed, scene, out, backend, options)
     same = [] if difficulty is None else ["--difficulty", str(difficulty)]
     same += [] if backend == "raster" else ["--backend", backend]
     same += ["--backend-options", *backend_options] if backend_options else []

@@ -19,7 +19,7 @@ def train(
     cache: Path | None = None,
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(),  # noqa: B008  frozen
 ) -> None:
-    """Train an estimator on the train split, watch it on val, and fit there how its confidence tells its error.
+    """Train an estimator on the train split, watch it on val, and fit there how its confidence predicts its error.
 
     Test is never read.
 

@@ -26,7 +26,7 @@ _WITHOUT_POCKETS_FROM = 1000
 """Users' own objects have these numbers; they declare no pockets, whatever their class."""
 
 
-def untruths(info: ObjectInfo) -> list[str]:
+def geometry_problems(info: ObjectInfo) -> list[str]:
     """Return what is wrong with an object's numbers, empty if nothing is.
 
     Raises:

@@ -32,7 +32,7 @@ class DatasetReader:
 
     def __init__(self, root: Path) -> None:
         self.root = Path(root)
-        found = _of_others(self.root)
+        found = _external(self.root)
         self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
         """What the dataset is; None of a dataset that others made."""
         reader = found if self.manifest is None else open_format(self.root, self.manifest.formats)
@@ -140,7 +140,7 @@ class DatasetReader:
 
 def is_dataset(root: Path) -> bool:
     """Return whether a folder holds a complete dataset, or one that others made."""
-    return DatasetLayout(root).manifest.is_file() or _of_others(root) is not None
+    return DatasetLayout(root).manifest.is_file() or _external(root) is not None
 
 
 def open_format(root: Path, names: Iterable[str]) -> FormatReader | None:
@@ -153,7 +153,7 @@ def open_format(root: Path, names: Iterable[str]) -> FormatReader | None:
     return None
 
 
-def _of_others(root: Path) -> FormatReader | None:
+def _external(root: Path) -> FormatReader | None:
     """Return a reader of a folder that a known format recognises, though nothing in it is of a dataset of this package.
 
     What has no manifest but the rest of a dataset is none of others: it is incomplete.

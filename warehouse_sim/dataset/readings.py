@@ -35,7 +35,7 @@ def other_readings(observation: Observation) -> dict[str, MountedReading[Reading
 
 
 def describe(name: str, reading: Reading) -> dict[str, ChannelContents]:
-    """Return what each array of a reading is; a reading tells units, if it does, as ``units`` by channel.
+    """Return what each array of a reading is; a reading may state units as ``units`` by channel.
 
     Raises:
         DatasetError: The sensor's name is no word, or an array holds something else than finite numbers.

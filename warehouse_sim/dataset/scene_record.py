@@ -73,7 +73,7 @@ def write_scene_record(
     scene: SceneSpec,
     split: Split,
     observations: Sequence[Mapping[str, Any]],
-    told: Mapping[str, Any],
+    extra: Mapping[str, Any],
     twins: Sequence[tuple[str, SceneSpec]] = (),
 ) -> None:
     """Write the record of a settled scene.
@@ -83,7 +83,7 @@ def write_scene_record(
         scene: The scene as it was drawn.
         split: The split it belongs to.
         observations: Row of each observation that was written, in order; see ``observation_row``.
-        told: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``.
+        extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``.
         twins: Name and scene of each variant beside the scene itself.
     """
     objects = [
@@ -103,7 +103,7 @@ def write_scene_record(
         "split": split,
         "attempt": scene.attempt,
         "targets": scene.targets,
-        **told,
+        **extra,
         **_light_row(scene),
         "twins": [{"variant": name, **_light_row(twin), **_surface_row(twin, scene)} for name, twin in twins],
         "observations": list(observations),

@@ -105,11 +105,11 @@ class DatasetStore:
             )
         for scene_writer in scene_writers:
             scene_writer.finish()
-        told = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
+        extra = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
         if described:
             sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
-            told["readings"] = to_mapping(sensors)
-        write_scene_record(self._layout.scene_record(index), scene, split, rows, told, twins)
+            extra["readings"] = to_mapping(sensors)
+        write_scene_record(self._layout.scene_record(index), scene, split, rows, extra, twins)
 
     def finish(self) -> Manifest:
         """Store what needs all scenes and, last of all, the manifest.

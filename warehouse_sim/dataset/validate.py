@@ -28,7 +28,7 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
 
     Args:
         root: Folder of the dataset.
-        progress: Told how far the checks are.
+        progress: Called with how far the checks are.
 
     Returns:
         One entry a check; only the first one where the manifest cannot be read or speaks of another folder.
@@ -40,7 +40,7 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
         return [Check("manifest", False, str(problem))]
     asked, checks = _asked(subject), []
     for number, (check, format_name) in enumerate(asked):
-        subject.progress = partial(_tell, progress, check.name, number, len(asked))
+        subject.progress = partial(_report_progress, progress, check.name, number, len(asked))
         subject.progress(0.0)
         checks.append(_run(check, subject if format_name is None else subject.of_format(format_name)))
     progress(1.0, f"{len(checks)} checks")
@@ -59,8 +59,8 @@ def _asked(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
     return asked
 
 
-def _tell(progress: ProgressCallback, name: str, number: int, count: int, share: float) -> None:
-    """Tell that a share of check ``number`` of ``count`` is done."""
+def _report_progress(progress: ProgressCallback, name: str, number: int, count: int, share: float) -> None:
+    """Report that a share of check ``number`` of ``count`` is done."""
     progress((number + share) / count, name)
 
 

@@ -93,7 +93,7 @@ class Trainable(Protocol):
         """Train on the train splits of ``data`` and return the run folder, whose ``config.yaml`` says its ``kind``."""
 
     def calibrate(self, run: Path, data: Sequence[Path], progress: "Progress | None" = None) -> str:
-        """Fit on the val splits how scores tell errors, and return what people should know of it; mostly nothing."""
+        """Fit on the val splits how scores predict errors, and return what people should know of it; mostly nothing."""
 
 
 class Family(Protocol):

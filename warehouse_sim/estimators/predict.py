@@ -30,7 +30,7 @@ def predict(
         data: Dataset folder with BOP files.
         split: "train", "val" or "test".
         config: Settings.
-        progress: Told the share that is done.
+        progress: Called with the share that is done.
 
     Returns:
         Poses with the trust in them as score, the seconds spent on the image without reading it as time, and the

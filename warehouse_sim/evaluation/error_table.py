@@ -35,7 +35,7 @@ class ErrorTable:
     """From the camera to the true object origin (m)."""
     visible_fraction: Float[np.ndarray, " n"]
     illuminance: Float[np.ndarray, " n"]
-    """Mean of the visible surface (lx), nan where the dataset does not tell."""
+    """Mean of the visible surface (lx), nan where the dataset has none."""
     diameter: Float[np.ndarray, " n"]
     """Of the object (m)."""
     prediction: Int[np.ndarray, " n"]

@@ -11,7 +11,7 @@ Place = tuple[int, int, int]
 
 
 def target_illuminance(reader: DatasetReader, images: Sequence[ImageRecord]) -> dict[Place, float]:
-    """Return the mean illuminance (lx) of the visible surface of each target that the dataset tells it of.
+    """Return the mean illuminance (lx) of the visible surface of each target that the dataset holds it for.
 
     A dataset made elsewhere has no scene records; its targets are left out.
     """

@@ -51,7 +51,7 @@ class Scores:
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
     seconds_per_image: float | None
-    """Mean time of the estimator, where the predictions tell it."""
+    """Mean time of the estimator, where the predictions hold it."""
     table: ErrorTable
     """One row a ground truth; errors.csv beside scores.json."""
     estimates: tuple[PoseEstimate, ...]

@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset import pose_csv
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.object_truth import untruths
+from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
@@ -113,7 +113,7 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
             "run warehouse-sim validate on the dataset"
         )
     for obj_id in sorted(labelled):
-        problems = untruths(objects[obj_id])
+        problems = geometry_problems(objects[obj_id])
         if problems:
             raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
     for image in images:

@@ -1,4 +1,4 @@
-"""One picture of the whole catalog: each object alone on a floor, with its name and outer size."""
+"""One image of the whole catalog: each object alone on a floor, with its name and outer size."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,10 +27,10 @@ _YAW, _PITCH = np.deg2rad(128.0), np.deg2rad(-22.0)
 _MARGIN = 0.9
 """Share of the thumbnail that an object fills."""
 _ILLUMINANCE = 500.0
-"""What the main lamp gives at the object (lx)."""
+"""What the main light gives at the object (lx)."""
 
 
-def draw_catalog_sheet(
+def render_catalog_sheet(
     out: Path, names: Sequence[str] | None = None, backend: str = "raster", columns: int = COLUMNS
 ) -> None:
     """Draw catalog objects side by side and write the sheet as PNG.
@@ -48,16 +48,16 @@ def draw_catalog_sheet(
     if names is None:
         models.sort(key=lambda model: (model.obj_id, model.name))
     with open_renderer(backend) as renderer:
-        cells = [captioned(draw_thumbnail(renderer, model), model) for model in models]
+        cells = [captioned(render_thumbnail(renderer, model), model) for model in models]
     make_folder(out.parent)
     write_bytes(out, encode_rgb(_grid(cells, columns)))
 
 
-def draw_thumbnail(renderer: Renderer, model: ObjectModel) -> Image:
-    """Return a picture of ``model`` on a floor, seen from above one of its corners and filling the image."""
+def render_thumbnail(renderer: Renderer, model: ObjectModel) -> Image:
+    """Return an image of ``model`` on a floor, seen from above one of its corners and filling the image."""
     camera = PinholeCamera.from_focal(WIDTH * _SAMPLES, HEIGHT * _SAMPLES, 2.2 * WIDTH * _SAMPLES)
-    T_world_camera = _stand_back(model, camera)
-    renderer.load(_stage(model, T_world_camera))
+    T_world_camera = _framing_pose(model, camera)
+    renderer.load(_thumbnail_scene(model, T_world_camera))
     drawn = renderer.render(camera, T_world_camera).rgb
     return cv2.resize(drawn, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
 
@@ -73,7 +73,7 @@ def captioned(thumbnail: Image, model: ObjectModel) -> Image:
     return np.concatenate([thumbnail, band])
 
 
-def _stand_back(model: ObjectModel, camera: PinholeCamera) -> Transform:
+def _framing_pose(model: ObjectModel, camera: PinholeCamera) -> Transform:
     """Return the pose of a camera that sees the whole object, centred, as large as the margin allows."""
     T_world_camera = level_camera(np.zeros(3), _YAW, _PITCH)
     points = transform_points(invert(T_world_camera), _vertices(model))
@@ -89,8 +89,8 @@ def _stand_back(model: ObjectModel, camera: PinholeCamera) -> Transform:
     return T_world_camera @ make_transform(translation=np.array([x, y, -distance]))
 
 
-def _stage(model: ObjectModel, T_world_camera: Transform) -> SceneSpec:
-    """Return the scene: the object about the world's origin, a floor under it, and lamps as far as it is large."""
+def _thumbnail_scene(model: ObjectModel, T_world_camera: Transform) -> SceneSpec:
+    """Return the scene: the object about the world's origin, a floor under it, and lights as far as it is large."""
     reach = float(np.linalg.norm(model.size)) + 0.5
     low = _vertices(model)[:, 2].min()
     floor_size = (60.0 * reach, 60.0 * reach, 0.1)
@@ -103,14 +103,16 @@ def _stage(model: ObjectModel, T_world_camera: Transform) -> SceneSpec:
         models={item.name: item for item in (model, floor)},
         materials=materials_of((model, floor)),
         instances=(ObjectInstance(1, floor.name, T_world_floor), ObjectInstance(2, model.name, np.eye(4))),
-        lights=tuple(_lamp(place, share, reach) for place, share in (((0.9, -0.9, 1.9), 1.0), ((1.6, 1.2, 1.0), 0.35))),
+        lights=tuple(
+            _light(place, share, reach) for place, share in (((0.9, -0.9, 1.9), 1.0), ((1.6, 1.2, 1.0), 0.35))
+        ),
         viewpoints=(Viewpoint(T_world_camera),),
         ambient=0.35 * _ILLUMINANCE,
         exposure=np.pi / (1.6 * _ILLUMINANCE),
     )
 
 
-def _lamp(place: tuple[float, float, float], share: float, reach: float) -> Light:
+def _light(place: tuple[float, float, float], share: float, reach: float) -> Light:
     """Return a spot at ``place`` times ``reach`` (m) that gives ``share`` of the illuminance at the origin."""
     position = np.array(place) * 1.5 * reach
     distance = float(np.linalg.norm(position))

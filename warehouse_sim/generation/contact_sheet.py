@@ -27,7 +27,7 @@ BEV_RANGE = 18.0
 """Metres shown from left to right in the view from above."""
 
 
-def draw_contact_sheet(
+def render_contact_sheet(
     recipe: Recipe,
     seed: int,
     scene_index: int,

@@ -10,7 +10,7 @@ from warehouse_sim.errors import PlacementError, SettleError
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.physics import SettleReport, settle_scene
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
-from warehouse_sim.scene.viewpoints.after_settling import renew_lost_views
+from warehouse_sim.scene.viewpoints.after_settling import replace_blocked_views
 from warehouse_sim.schema import SceneSpec
 
 ATTEMPTS = 5
@@ -26,7 +26,7 @@ class DrawnScene:
     scene: SceneSpec
     """With its final poses, not lit yet."""
     settings: SceneRecipe
-    """Its recipe with the one value that each open setting has in this scene."""
+    """Its recipe with the one value that each random setting has in this scene."""
     report: SettleReport
     """How it came to rest."""
 
@@ -45,11 +45,11 @@ def draw_scene(recipe: Recipe, seed: int, scene_index: int) -> DrawnScene:
     for attempt in range(ATTEMPTS):
         stream = partial(scene_rng, seed, scene_index, attempt=attempt)
         try:
-            settings = recipe.scene.closed(stream)
+            settings = recipe.scene.drawn(stream)
             drafted = sample_scene(settings, seed, scene_index, attempt)
             settled, report = settle_scene(drafted, recipe.settle)
             report.require_ok()
-            scene = renew_lost_views(settled, settings.viewpoints, stream("renewed viewpoints"))
+            scene = replace_blocked_views(settled, settings.viewpoints, stream("renewed viewpoints"))
             return DrawnScene(scene, settings, report)
         except (PlacementError, SettleError) as error:
             problem = error

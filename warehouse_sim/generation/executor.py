@@ -107,7 +107,7 @@ class _Pool:
     def run(self, workers: int) -> Made:
         """Yield scenes as they are finished."""
         for _ in range(workers):
-            self._begin_next(self._hire())
+            self._begin_next(self._start_worker())
         while busy := {worker.pipe: worker for worker in self._workers if worker.scene_index is not None}:
             for pipe in connection.wait(list(busy)):
                 yield from self._take_answer(busy[pipe])  # type: ignore[index]  # wait returns what it was given
@@ -134,7 +134,7 @@ class _Pool:
         if problem is None:
             yield index, result
 
-    def _hire(self) -> _Worker:
+    def _start_worker(self) -> _Worker:
         self._workers.append(_Worker(self._open_work))
         return self._workers[-1]
 
@@ -153,7 +153,7 @@ class _Pool:
         else:
             self._lost.append(f"{death}, {_TRIES} times")
         if self._waiting:
-            self._begin_next(self._hire())
+            self._begin_next(self._start_worker())
 
 
 def _cause(exit_code: int) -> str:
@@ -174,10 +174,10 @@ def _serve(pipe: Connection) -> None:
                 work = work or opened.enter_context(pickle.loads(open_work)())
                 pipe.send((work(index), None))
             except Exception as problem:
-                pipe.send((None, _portable(problem)))
+                pipe.send((None, _picklable(problem)))
 
 
-def _portable(problem: Exception) -> Exception:
+def _picklable(problem: Exception) -> Exception:
     """Return the error with where it arose as a note, as far as it can be pickled; its text otherwise."""
     problem.add_note("".join(traceback.format_exception(problem)))
     try:

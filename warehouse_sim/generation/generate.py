@@ -40,7 +40,7 @@ def generate(
         recipe: Where scenes are drawn from.
         out: Folder to make; it must be empty unless ``config.resume``.
         config: Seed, number of scenes, formats, workers.
-        progress: Told after each scene.
+        progress: Called after each scene.
 
     Raises:
         UnknownNameError: A format or the backend is not registered.

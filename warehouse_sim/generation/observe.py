@@ -59,11 +59,11 @@ def observe_scene(
         sensors = replace(rig, rgbd=variant.rgbd).mounted()
         for index, viewpoint in enumerate(variant.scene.viewpoints):
             lit = variant.scene.seen_from(viewpoint)
-            if loaded is None or _looks_different(loaded, lit):
+            if loaded is None or _needs_reload(loaded, lit):
                 seeing.load(lit)
                 loaded = lit
-            moment = _Moment(variant, index, viewpoint, lit, camera, seeing, CleanImages(seeing, camera), instruments)
-            observation, unlit = _observe(moment, sensors, first[index] if number else None, change)
+            context = _Context(variant, index, viewpoint, lit, camera, seeing, CleanImages(seeing, camera), instruments)
+            observation, unlit = _observe(context, sensors, first[index] if number else None, change)
             if number == 0 and len(variants) > 1:
                 first.append(unlit)
             group = index if len(variants) > 1 else None
@@ -75,8 +75,8 @@ def observe_scene(
 
 
 @dataclass(frozen=True, eq=False)
-class _Moment:
-    """One viewpoint of one variant, with all that looks at it."""
+class _Context:
+    """One viewpoint of one variant, with all that an observation of it needs."""
 
     variant: Variant
     index: int
@@ -103,49 +103,49 @@ class _Unlit:
     """Of the sensors that read no light."""
 
 
-def _looks_different(before: SceneSpec, after: SceneSpec) -> bool:
+def _needs_reload(before: SceneSpec, after: SceneSpec) -> bool:
     return before.exposure != after.exposure or not SceneChange.between(before, after).nothing
 
 
 def _observe(
-    moment: _Moment, sensors: Mapping[str, MountedSensor], first: _Unlit | None, change: SceneChange
+    context: _Context, sensors: Mapping[str, MountedSensor], first: _Unlit | None, change: SceneChange
 ) -> tuple[Observation, _Unlit]:
     """Return the observation of a moment, and what of it its twins may take over.
 
     Args:
-        moment: What is observed.
+        context: What is observed.
         sensors: What observes it.
         first: That of the first twin; None when this is the first.
         change: What differs from the first twin's scene.
     """
     known = {} if first is None or change.objects or change.surfaces else first.readings
-    readings = _read(moment, sensors, known)
-    buffers = moment.images.seen_from(moment.viewpoint.T_world_camera)
+    readings = _read(context, sensors, known)
+    buffers = context.images.seen_from(context.viewpoint.T_world_camera)
     unread = {name: item for name, item in readings.items() if not sensors[name].reads_light}
     if first is None or change.objects:
-        unlit = _see_targets(moment, buffers, unread)
+        unlit = _see_targets(context, buffers, unread)
     else:
         unlit = replace(first, readings=unread)
-    return _annotated(moment, readings, buffers, unlit), unlit
+    return _annotated(context, readings, buffers, unlit), unlit
 
 
-def _read(moment: _Moment, sensors: Mapping[str, MountedSensor], known: Readings) -> Readings:
+def _read(context: _Context, sensors: Mapping[str, MountedSensor], known: Readings) -> Readings:
     """Return what each sensor of the rig reads, in the rig's order; what is ``known`` is not read again."""
-    scene, viewpoint, found = moment.variant.scene, moment.viewpoint, dict[str, MountedReading[Reading]]()
+    scene, viewpoint, found = context.variant.scene, context.viewpoint, dict[str, MountedReading[Reading]]()
     for name, mounted in sensors.items():
         if name in known:
             found[name] = known[name]
             continue
         view = SensorView(
-            scene=moment.scene,
+            scene=context.scene,
             viewpoint=viewpoint,
-            camera=moment.camera,
+            camera=context.camera,
             T_camera_sensor=mounted.T_camera_sensor(viewpoint),
-            caster=moment.instruments.caster,
-            images=moment.images,
+            caster=context.instruments.caster,
+            images=context.images,
             readings={before: item.reading for before, item in found.items()},
         )
-        stream = mounted.stream_of(moment.index, moment.variant.noise_draw)
+        stream = mounted.stream_of(context.index, context.variant.noise_draw)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
         if not isinstance(getattr(reading, "channels", None), Mapping):
             raise WarehouseSimError(
@@ -156,19 +156,19 @@ def _read(moment: _Moment, sensors: Mapping[str, MountedSensor], known: Readings
     return found
 
 
-def _see_targets(moment: _Moment, buffers: RenderBuffers, readings: Readings) -> _Unlit:
+def _see_targets(context: _Context, buffers: RenderBuffers, readings: Readings) -> _Unlit:
     """Return which targets are in view, and how; ``buffers`` are the camera's."""
-    camera, T_world_camera = moment.camera, moment.viewpoint.T_world_camera
-    targets = targets_in_view(moment.variant.scene, camera, T_world_camera)
-    silhouettes = moment.renderer.silhouettes(camera, T_world_camera, targets)
-    film = moment.instruments.film.image(camera, T_world_camera, buffers, targets)
+    camera, T_world_camera = context.camera, context.viewpoint.T_world_camera
+    targets = targets_in_view(context.variant.scene, camera, T_world_camera)
+    silhouettes = context.renderer.silhouettes(camera, T_world_camera, targets)
+    film = context.instruments.film.image(camera, T_world_camera, buffers, targets)
     return _Unlit(targets, silhouettes, film, readings)
 
 
-def _annotated(moment: _Moment, readings: Readings, buffers: RenderBuffers, unlit: _Unlit) -> Observation:
+def _annotated(context: _Context, readings: Readings, buffers: RenderBuffers, unlit: _Unlit) -> Observation:
     """Return the observation with its labels, and the light that was measured."""
-    variant, viewpoint, camera = moment.variant, moment.viewpoint, moment.camera
-    T_world_camera, meter = viewpoint.T_world_camera, moment.instruments.meter
+    variant, viewpoint, camera = context.variant, context.viewpoint, context.camera
+    T_world_camera, meter = viewpoint.T_world_camera, context.instruments.meter
     camera_reading = readings[CAMERA].reading
     assert isinstance(camera_reading, RgbdReading)
     labels = annotate(
@@ -180,7 +180,7 @@ def _annotated(moment: _Moment, readings: Readings, buffers: RenderBuffers, unli
     measured = measure_conditions(meter, viewpoint)
     return Observation(
         scene_index=variant.scene.scene_index,
-        observation_index=moment.index,
+        observation_index=context.index,
         camera=camera,
         T_world_camera=T_world_camera,
         readings=readings,

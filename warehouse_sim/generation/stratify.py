@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.generation.light import LightMeter
-from warehouse_sim.generation.occlusion.stage import Stage
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render.raycaster import RayCaster
@@ -26,11 +26,11 @@ def scene_features(recipe: Recipe, seed: int, scene_index: int) -> Float[np.ndar
     scene, camera = prepare_scene(recipe, seed, scene_index).scene, recipe.sensors.make_camera()
     caster = RayCaster(scene)
     area = Area(*scene.aisle) if scene.aisle is not None else Area(0.0, 0.0, 0.0, 0.0)
-    stage = Stage(scene, caster, camera, area, recipe.scene.viewpoints.clearance)
+    occluded = OccludedScene(scene, caster, camera, area, recipe.scene.viewpoints.clearance)
     fractions, distances = [], []
     for viewpoint in scene.viewpoints:
         for item in targets_in_view(scene, camera, viewpoint.T_world_camera):
-            sight = stage.look(item.instance_id, viewpoint.T_world_camera, _RAYS)
+            sight = occluded.look(item.instance_id, viewpoint.T_world_camera, _RAYS)
             if sight is not None and sight.fraction > 0.0:
                 fractions.append(sight.fraction)
                 distances.append(np.linalg.norm(item.T_world_object[:3, 3] - viewpoint.T_world_camera[:3, 3]))

@@ -1,4 +1,4 @@
-"""Tell at the beginning of a training how far its time will reach."""
+"""Forecast at the beginning of a training how many steps fit into its time."""
 
 import logging
 import math
@@ -26,34 +26,34 @@ class StepForecast(Observer):
     """
 
     def __init__(self, minutes: float) -> None:
-        self._minutes, self._used, self._start, self._told = minutes, 0.0, 0.0, False
+        self._minutes, self._used, self._start, self._reported = minutes, 0.0, 0.0, False
 
     def on_start(self, state: TrainingState) -> None:
-        """Begin to measure, unless an earlier session of the run has told.
+        """Begin to measure, unless an earlier session of the run has reported.
 
         Raises:
             TrainingError: Reading and the first validation have used up the time of a run that begins.
         """
-        self._used, self._start, self._told = state.clock.spent(), time.monotonic(), state.step > 0
-        if not self._told and state.clock.left() == 0.0:
+        self._used, self._start, self._reported = state.clock.spent(), time.monotonic(), state.step > 0
+        if not self._reported and state.clock.left() == 0.0:
             raise TrainingError(
                 f"reading and a first validation took {self._used:.0f} s, which leaves nothing of max_minutes "
                 f"{self._minutes:.2g} to train in; resume the run, which finds the crops that were cut, or allow more"
             )
 
     def on_step(self, state: TrainingState) -> None:
-        """Tell once the pace is known, with all that comes between two steps."""
+        """Report once the pace is known, with all that comes between two steps."""
         if state.step >= _MEASURED_STEPS or state.clock.share_of_time() > _MEASURED_SHARE:
-            self._tell(state)
+            self._report(state)
 
     def on_end(self, state: TrainingState) -> None:
-        """Tell what was over before its pace was known."""
-        self._tell(state)
+        """Report on a training that ended before its pace was known."""
+        self._report(state)
 
-    def _tell(self, state: TrainingState) -> None:
-        if self._told:
+    def _report(self, state: TrainingState) -> None:
+        if self._reported:
             return
-        self._told = True
+        self._reported = True
         pace = (time.monotonic() - self._start) / state.step
         validating = (state.config.validations - 1) * state.validation_seconds
         steps = state.step + int(max(0.0, state.clock.left() - validating) / pace)

@@ -15,7 +15,7 @@ from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
 from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.order import SampleOrder
-from warehouse_sim.learning.parallel import Place, agree_on_time, joined
+from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
 from warehouse_sim.learning.precision import choose_precision, mixed
 from warehouse_sim.learning.settings import LoopConfig
 
@@ -56,10 +56,10 @@ def fit(
     config: LoopConfig,
     clock: Clock,
     run: Path,
-    place: Place = Place(),  # noqa: B008  frozen
+    worker: Worker = Worker(),  # noqa: B008  frozen
     observers: Sequence[Observer] = (),
 ) -> TrainingState:
-    """Train until the clock has run out, leave the task's network with the averaged weights, and tell where it ended.
+    """Train until the clock has run out, leave the task's network with the averaged weights, and return where it ended.
 
     Args:
         task: What is trained; processes of other rank than 0 get the weights of rank 0.
@@ -67,22 +67,22 @@ def fit(
         config: Settings.
         clock: Progress of the run.
         run: Run folder; a checkpoint in it is gone on from.
-        place: Which process this is; rank 0 alone validates and writes.
-        observers: Told what happens; given in rank 0 only.
+        worker: Which process this is; rank 0 alone validates and writes.
+        observers: Notified of what happens; given in rank 0 only.
 
     Raises:
         TrainingError: The checkpoint cannot be read.
         OutputError: A checkpoint cannot be written.
     """
-    with joined(place):
-        loop = _Loop(task, order, config, clock, run, place)
+    with process_group(worker):
+        loop = _Loop(task, order, config, clock, run, worker)
         loop.start(observers)
         while not loop.is_over():
             loop.train_stretch(observers)
             loop.finish_stretch(observers)
         for observer in observers:
             observer.on_end(loop.state)
-        loop.leave_average()
+        loop.apply_average()
     return loop.state
 
 
@@ -90,14 +90,14 @@ class _Loop:
     """One process's part of a training."""
 
     def __init__(
-        self, task: Task, order: SampleOrder, config: LoopConfig, clock: Clock, run: Path, place: Place
+        self, task: Task, order: SampleOrder, config: LoopConfig, clock: Clock, run: Path, worker: Worker
     ) -> None:
-        self._task, self._order, self._config, self._run, self._place = task, order, config, run, place
-        self._device = place.device
+        self._task, self._order, self._config, self._run, self._worker = task, order, config, run, worker
+        self._device = worker.device
         self.state = TrainingState(config, clock, self._device, choose_precision(config.precision))
         task.to(self._device)
         task.move_samples(self._device)
-        self._forward = _shared(task, place)
+        self._forward = _shared(task, worker)
         # Rank 0's weights have arrived; the average begins with them.
         self._average = MovingAverage(task.network, config.ema)
         self._optimiser = torch.optim.AdamW(
@@ -117,7 +117,7 @@ class _Loop:
 
     def is_over(self) -> bool:
         """Return whether the last stretch is done: all of them, or the time is up; each run has one at least."""
-        agree_on_time(self.state.clock, self._place, self._device)
+        synchronise_clock(self.state.clock, self._worker, self._device)
         stretch = self.state.stretch
         return stretch >= self._config.validations or (stretch > 0 and self.state.fraction >= 1.0)
 
@@ -138,24 +138,24 @@ class _Loop:
         self._validate()
         for observer in observers:
             observer.on_validation(self.state)
-        if self._place.rank == 0:
+        if self._worker.rank == 0:
             save_checkpoint(self._run, self._task.network, self._average, self._optimiser, self.state)
 
-    def leave_average(self) -> None:
+    def apply_average(self) -> None:
         """Give the network its average for good."""
         self._task.network.load_state_dict(self._average.module.state_dict())
 
     def _step(self) -> None:
         state, config, network = self.state, self._config, self._task.network
-        agree_on_time(state.clock, self._place, self._device)
+        synchronise_clock(state.clock, self._worker, self._device)
         fraction = state.fraction
         state.learning_rate = config.learning_rate * learning_rate_factor(fraction, state.step, config.warmup_steps)
         for group in self._optimiser.param_groups:
             group["lr"] = state.learning_rate
         # One stream a step, so that layers that drop at random do so in a resumed run as in an uninterrupted one.
-        torch.manual_seed((config.seed * 1_000_003 + state.step) * config.devices + self._place.rank)
+        torch.manual_seed((config.seed * 1_000_003 + state.step) * config.devices + self._worker.rank)
         with mixed(state.precision, self._device):
-            loss = self._forward(self._order.indices(state.step), self._place.share, state.step, fraction)
+            loss = self._forward(self._order.indices(state.step), self._worker.share, state.step, fraction)
         self._optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), config.clip_norm)
@@ -165,7 +165,7 @@ class _Loop:
         self._average.follow(network, state.step)
 
     def _validate(self) -> None:
-        if self._place.rank:
+        if self._worker.rank:
             return
         started = time.monotonic()
         self._average.eval()
@@ -179,12 +179,12 @@ class _Loop:
         self.state.clock.reserve(1.0 + 1.2 * self.state.validation_seconds)
 
 
-def _shared(task: Task, place: Place) -> nn.Module:
+def _shared(task: Task, worker: Worker) -> nn.Module:
     """Return what computes the loss so that all processes have its mean gradient after ``backward``."""
-    if place.world == 1:
+    if worker.world_size == 1:
         return task
-    on_gpu = place.device.type == "cuda"
+    on_gpu = worker.device.type == "cuda"
     if on_gpu:
         nn.SyncBatchNorm.convert_sync_batchnorm(task)
     # Some parts of a network may take no part in some steps.
-    return DistributedDataParallel(task, [place.rank] if on_gpu else None, find_unused_parameters=True)
+    return DistributedDataParallel(task, [worker.rank] if on_gpu else None, find_unused_parameters=True)

@@ -1,4 +1,4 @@
-"""What is told of a training while it runs, and to whom."""
+"""Observers of a training and the state that they are given."""
 
 import math
 from dataclasses import dataclass, field
@@ -44,7 +44,7 @@ class TrainingState:
 
 
 class Observer:
-    """Told what happens in a training; each method does nothing unless it is written."""
+    """Notified of what happens in a training; each method does nothing unless it is written."""
 
     def on_start(self, state: TrainingState) -> None:
         """Follow the first validation, or the loading of a checkpoint."""

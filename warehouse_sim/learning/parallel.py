@@ -14,17 +14,17 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.clock import Clock
 from warehouse_sim.processes import end_with_parent
 
-_PATIENCE = timedelta(hours=1)
+_TIMEOUT = timedelta(hours=1)
 """How long processes wait for each other, of which one alone validates, before they give up."""
 
 
 @dataclass(frozen=True)
-class Place:
+class Worker:
     """Which of several processes this one is."""
 
     rank: int = 0
     """0 is the process that was called; it alone writes files."""
-    world: int = 1
+    world_size: int = 1
     """Number of processes."""
     port: int = 0
     """Where rank 0 listens on this machine."""
@@ -37,21 +37,21 @@ class Place:
     @property
     def share(self) -> slice:
         """The samples of a step that this process takes."""
-        return slice(self.rank, None, self.world)
+        return slice(self.rank, None, self.world_size)
 
 
 @contextmanager
-def joined(place: Place) -> Iterator[None]:
+def process_group(worker: Worker) -> Iterator[None]:
     """Connect this process with the others of a training during the block."""
-    if place.world == 1:
+    if worker.world_size == 1:
         yield
         return
     torch.distributed.init_process_group(
-        "nccl" if place.device.type == "cuda" else "gloo",
-        init_method=f"tcp://127.0.0.1:{place.port}",
-        timeout=_PATIENCE,
-        world_size=place.world,
-        rank=place.rank,
+        "nccl" if worker.device.type == "cuda" else "gloo",
+        init_method=f"tcp://127.0.0.1:{worker.port}",
+        timeout=_TIMEOUT,
+        world_size=worker.world_size,
+        rank=worker.rank,
     )
     try:
         yield
@@ -59,9 +59,9 @@ def joined(place: Place) -> Iterator[None]:
         torch.distributed.destroy_process_group()
 
 
-def agree_on_time(clock: Clock, place: Place, device: torch.device) -> None:
+def synchronise_clock(clock: Clock, worker: Worker, device: torch.device) -> None:
     """Let several processes go by the clock of rank 0, so that they end and change what they do at the same step."""
-    if place.world == 1:
+    if worker.world_size == 1:
         return
     share = torch.tensor(clock.share_of_time(), dtype=torch.float64, device=device)
     torch.distributed.broadcast(share, 0)
@@ -69,26 +69,29 @@ def agree_on_time(clock: Clock, place: Place, device: torch.device) -> None:
 
 
 @contextmanager
-def companions(world: int, work: Callable[..., None], *args: Any) -> Iterator[Place]:
-    """Run ``work(place, *args)`` in ``world`` - 1 more processes during the block; yield the place of this one.
+def start_workers(world_size: int, work: Callable[..., None], *args: Any) -> Iterator[Worker]:
+    """Run ``work(worker, *args)`` in ``world_size`` - 1 more processes during the block; yield the worker of this one.
 
     Raises:
         TrainingError: Another process failed, or there are fewer GPUs than processes.
     """
-    if world == 1:
-        yield Place()
+    if world_size == 1:
+        yield Worker()
         return
-    if torch.cuda.is_available() and torch.cuda.device_count() < world:
-        raise TrainingError(f"devices is {world}, but this machine has {torch.cuda.device_count()} GPUs")
+    if torch.cuda.is_available() and torch.cuda.device_count() < world_size:
+        raise TrainingError(f"devices is {world_size}, but this machine has {torch.cuda.device_count()} GPUs")
     port = _free_port()
     # Forked processes would inherit threads and CUDA contexts that do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    others = [context.Process(target=_run, args=(work, Place(rank, world, port), *args)) for rank in range(1, world)]
+    others = [
+        context.Process(target=_run, args=(work, Worker(rank, world_size, port), *args))
+        for rank in range(1, world_size)
+    ]
     try:
         for process in others:
             process.start()
         try:
-            yield Place(0, world, port)
+            yield Worker(0, world_size, port)
         except RuntimeError as problem:
             if any(process.exitcode for process in others):
                 raise TrainingError("a process of the training failed; its own message is above") from problem

@@ -1,4 +1,4 @@
-"""Observers that write the curves of a run and tell how far it is."""
+"""Observers that write the curves of a run and report its progress."""
 
 import csv
 import math
@@ -67,8 +67,8 @@ class ProgressReporter(Observer):
 
     Args:
         report: Where it goes.
-        metric: Which of the last validation's metrics is told.
-        words: How it is told: the metric's value stands for {}.
+        metric: Which of the last validation's metrics is reported.
+        words: How it is reported: the metric's value stands for {}.
     """
 
     def __init__(self, report: Progress, metric: str, words: str) -> None:

@@ -10,7 +10,7 @@ from warehouse_sim.schema import SceneSpec
 
 _SEARCH = 0.03
 """Boxes further apart than this (m) are not looked at; a gap that large is reported as this."""
-_ELBOW_ROOM = 0.2
+_LEAST_CLEARANCE = 0.2
 """Least distance from a camera to any object (m)."""
 _UPRIGHT = 0.7
 """Least vertical share of the axis between two boxes for the lower one to carry the upper one."""
@@ -30,7 +30,7 @@ class ContactState:
     """Depth of each overlap (m), > 0."""
     bottom: Float[np.ndarray, " n"]
     """Lowest point of each loose object over the floor (m)."""
-    crowded: tuple[int, ...]
+    blocked_viewpoints: tuple[int, ...]
     """Viewpoints, by number, with an object so near that it would fill the image."""
 
     @property
@@ -65,7 +65,9 @@ class ContactState:
             for i, bottom in zip(self.loose, self.bottom, strict=True)
             if -1000 * bottom > max_overlap_mm
         ]
-        return lines + [f"an object is within {_ELBOW_ROOM} m of viewpoint {index}" for index in self.crowded]
+        return lines + [
+            f"an object is within {_LEAST_CLEARANCE} m of viewpoint {index}" for index in self.blocked_viewpoints
+        ]
 
 
 def contact_state(scene: SceneSpec) -> ContactState:
@@ -93,5 +95,5 @@ def contact_state(scene: SceneSpec) -> ContactState:
     bottom = np.full(ids.size, np.inf)
     np.minimum.at(bottom, np.searchsorted(ids, owner[moving]), solids.extents[0][moving, 2])
     near = [stack.distances_to(view.T_world_camera[:3, 3]).min(initial=np.inf) for view in scene.viewpoints]
-    crowded = tuple(index for index, distance in enumerate(near) if distance < _ELBOW_ROOM)
-    return ContactState(ids, gap, unique, overlap, bottom, crowded)
+    blocked_viewpoints = tuple(index for index, distance in enumerate(near) if distance < _LEAST_CLEARANCE)
+    return ContactState(ids, gap, unique, overlap, bottom, blocked_viewpoints)

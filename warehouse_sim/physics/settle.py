@@ -63,11 +63,11 @@ def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, Sett
         solids = solids.moved(rest.moved(stack), spec.models)
         poses |= rest.poses
         rests.append(rest)
-    calm = _moved(spec, poses)
-    knocks = knock_loads(calm, stacks, solids, limits, config.knocks)
-    settled = replace(_moved(calm, knocks.poses), settled=True)
+    at_rest = _moved(spec, poses)
+    knocks = knock_loads(at_rest, stacks, solids, limits, config.knocks)
+    settled = replace(_moved(at_rest, knocks.poses), settled=True)
     rests += knocks.rests
-    return settled, _report(spec, calm, settled, rests, len(stacks), knocks.groups, config)
+    return settled, _report(spec, at_rest, settled, rests, len(stacks), knocks.groups, config)
 
 
 def _moved(scene: SceneSpec, poses: dict[int, Transform]) -> SceneSpec:
@@ -87,15 +87,15 @@ def _moved(scene: SceneSpec, poses: dict[int, Transform]) -> SceneSpec:
 
 def _report(
     spec: SceneSpec,
-    calm: SceneSpec,
+    at_rest: SceneSpec,
     settled: SceneSpec,
     rests: list[Rest],
     stacks: int,
     knocked: tuple[int, ...],
     config: SettleConfig,
 ) -> SettleReport:
-    ids, drift, tilt = _displacements(spec, calm)
-    _, way, lean = _displacements(calm, settled)
+    ids, drift, tilt = _displacements(spec, at_rest)
+    _, way, lean = _displacements(at_rest, settled)
     hit = np.isin([item.group for item in settled.instances if item.dynamic], knocked)
     state = contact_state(settled)
     toppled = tilt > np.deg2rad(config.max_tilt_deg)

@@ -217,10 +217,10 @@ class PlacedMeshes:
         self._library.rtcAttachGeometryByID(scene, geometry, number)
         self._library.rtcReleaseGeometry(geometry)  # the scene holds it
 
-    def _require_ok(self, doing: str) -> None:
+    def _require_ok(self, action: str) -> None:
         code = self._library.rtcGetDeviceError(self._device)
         if code:
-            raise RenderError(f"Embree failed while {doing} (RTCError {code}); check the scene's meshes")
+            raise RenderError(f"Embree failed while {action} (RTCError {code}); check the scene's meshes")
 
 
 @cache

@@ -1,17 +1,17 @@
 """Light that arrives after at least one reflection, or from the sky: gathered once a scene on a grid of points.
 
-What a point's rays hit is lit by the lamps, with shadows, and, bounce after bounce, by what the points nearest to it
+What a point's rays hit is lit by the lights, with shadows, and, bounce after bounce, by what the points nearest to it
 have gathered themselves; rays that leave the scene see an even sky. A point keeps the irradiance of six surfaces that
 could lie there, looking along the axes (the "ambient cube" of McTaggart 2004, "Half-Life 2 / Valve source shading"),
 which is exact for the walls, shelves and cartons that fill a warehouse.
 
-Glowing materials light nothing here: in a warehouse they are the faces of luminaires, and those are lamps already.
+Glowing materials light nothing here: in a warehouse they are the faces of luminaires, and those are lights already.
 
 The light meter of ``generation`` solves the same equation and stays apart: it is an instrument, this is a part of a
-picture. The meter asks for a few points of exact triangles by random walks, to scale the lamps and to label targets,
+image. The meter asks for a few points of exact triangles by random walks, to scale the lights and to label targets,
 and must not change with what draws; this needs thousands of points at once, on coarse geometry, smooth enough for the
-eye and cheap enough for every scene. They share the falloff of lamps (``photometry``), the ground's share of the sky
-(``lamps.GROUND``) and the one binding of Embree, so that a lamp means the same to both.
+eye and cheap enough for every scene. They share the falloff of lights (``photometry``), the ground's share of the sky
+(``light_selection.GROUND``) and the one binding of Embree, so that a light means the same to both.
 """
 
 from collections.abc import Sequence
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.lamps import GROUND, lamp_geometry
 from warehouse_sim.render.light_grid import CoarseScene, LightGrid, lay_grid, neighbours
+from warehouse_sim.render.light_selection import GROUND, light_geometry
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
@@ -48,7 +48,7 @@ class IrradianceField:
 
 
 class LightGatherer:
-    """Computes fields of one scene's geometry under any lamps; a lamp that has not moved is not cast again.
+    """Computes fields of one scene's geometry under any lights; a light that has not moved is not cast again.
 
     Args:
         scene: What stands in it and how it is painted count, its lights do not.
@@ -59,7 +59,7 @@ class LightGatherer:
 
     def __init__(self, scene: SceneSpec) -> None:
         self._grid = lay_grid(scene)
-        self._reaches: dict[bytes, LampReach] = {}
+        self._reaches: dict[bytes, LightReach] = {}
 
     def field(self, lights: Sequence[Light], ambient: float) -> IrradianceField:
         """Return the field under ``lights`` and an even sky that gives an upward surface ``ambient`` lx."""
@@ -73,13 +73,13 @@ class LightGatherer:
 
 
 @dataclass(frozen=True, eq=False)
-class LampReach:
-    """What a lamp lights among some points, however bright it is."""
+class LightReach:
+    """What one light reaches among some points, however bright it is."""
 
     lit: Int[np.ndarray, " k"]
     """Numbers of the points that it lights."""
     share: Float32[np.ndarray, " k"]
-    """Their irradiance (lx) for each candela of the lamp."""
+    """Their irradiance (lx) for each candela of the light."""
 
 
 def direct_irradiance(
@@ -87,21 +87,21 @@ def direct_irradiance(
     lights: Sequence[Light],
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"],
-    reaches: dict[bytes, LampReach] | None = None,
+    reaches: dict[bytes, LightReach] | None = None,
 ) -> Float32[np.ndarray, "n 3"]:
-    """Return the irradiance (lx, linear RGB) that lamps, taken for points, give surfaces.
+    """Return the irradiance (lx, linear RGB) that lights, taken for points, give surfaces.
 
     Args:
         solid: Casts the shadows.
-        lights: The lamps.
+        lights: The lights.
         points: On the surfaces, a little lifted (m).
         normals: Unit normals of the surfaces.
-        reaches: What lamps light among these very points, by ``lamp_geometry``; those that are new are added.
+        reaches: What lights reach among these very points, by ``light_geometry``; those that are new are added.
     """
     known = {} if reaches is None else reaches
     total = np.zeros((len(points), 3), np.float32)
     for light in lights:
-        key = lamp_geometry(light)
+        key = light_geometry(light)
         if key not in known:
             known[key] = _reach_of(light, solid, points, normals)
         reach = known[key]
@@ -111,18 +111,18 @@ def direct_irradiance(
 
 def _reach_of(
     light: Light, solid: CoarseScene, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
-) -> LampReach:
-    """Return what a lamp lights: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says."""
-    to_lamp = (np.asarray(light.position, float) - points).astype(np.float32)
-    squared = np.einsum("ij,ij->i", to_lamp, to_lamp)
+) -> LightReach:
+    """Return what a light reaches: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says."""
+    to_light = (np.asarray(light.position, float) - points).astype(np.float32)
+    squared = np.einsum("ij,ij->i", to_light, to_light)
     distance = np.sqrt(squared)
-    share = np.einsum("ij,ij->i", to_lamp, normals) / (distance * squared)
-    cosine = np.einsum("ij,j->i", to_lamp, -np.asarray(light.direction, np.float32)) / distance
+    share = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
+    cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
     share *= relative_intensity(light, cosine)
     lit = np.flatnonzero(share > 0.0)
     if light.casts_shadow:
-        lit = lit[~solid.blocked(points[lit], to_lamp[lit])]
-    return LampReach(lit, share[lit].astype(np.float32))
+        lit = lit[~solid.blocked(points[lit], to_light[lit])]
+    return LightReach(lit, share[lit].astype(np.float32))
 
 
 def _all_bounces(
@@ -133,7 +133,7 @@ def _all_bounces(
     Args:
         grid: Points and rays.
         luminance: Of the sky where a ray leaves the scene (cd/m^2), else zero; the rest is filled in.
-        direct: Irradiance from the lamps where rays hit (lx).
+        direct: Irradiance from the lights where rays hit (lx).
     """
     kernel = np.maximum(grid.rays @ AXES.T, 0.0)
     kernel *= np.pi / kernel.sum(axis=1, keepdims=True)  # an even environment of luminance 1 gives exactly pi

@@ -19,7 +19,7 @@ _SPACING = 0.6  # least distance between two (m)
 _FARTHEST = 7.0  # metres from where cameras may stand that the grid reaches
 _PITCH = 2.0  # metres between the places that stand for an aisle, about
 _HEIGHTS = (0.7, 2.0, 3.3)  # metres above its floor
-_LOOKS = 200  # directions from each such place that tell what can be seen
+_EYE_RAYS = 200  # directions from each such place that tell what can be seen
 _AROUND, _ABOVE = 3.0, 1.0  # metres beside and over a target from where it may be looked at
 _SIDES = 8  # of a target
 _BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
@@ -48,7 +48,7 @@ class CoarseScene:
     """What turns light in a scene, in an acceleration structure of its own.
 
     Args:
-        scene: The scene; film and lamps' own glow are left out.
+        scene: The scene; film and the glow of luminaires are left out.
 
     Raises:
         MissingPackageError: Embree is not installed.
@@ -119,7 +119,7 @@ def lay_grid(scene: SceneSpec) -> LightGrid:
         MissingPackageError: Embree is not installed.
     """
     solid = CoarseScene(scene)
-    eyes = _places_to_look_from(scene, solid)
+    eyes = _eye_points(scene, solid)
     origin, spacing, shape = _extent(eyes, solid)
     points = origin + np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3) * spacing
     points = points.astype(np.float32)
@@ -177,7 +177,7 @@ def aisle_places(aisle: tuple[float, float, float, float]) -> Float[np.ndarray, 
     return np.stack(np.meshgrid(*across, _HEIGHTS, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def _places_to_look_from(scene: SceneSpec, solid: CoarseScene) -> Float[np.ndarray, "n 3"]:
+def _eye_points(scene: SceneSpec, solid: CoarseScene) -> Float[np.ndarray, "n 3"]:
     """Return places (m) where cameras may stand: in the aisle, or around targets in a scene that knows no aisle."""
     if scene.aisle is not None:
         return aisle_places(scene.aisle)
@@ -197,9 +197,9 @@ def _extent(eyes: Float[np.ndarray, "n 3"], solid: CoarseScene) -> tuple[np.ndar
     # Down to what is lowest and no further: nothing that is seen from below may shine through the floor.
     low, high = solid.low - _BESIDE * [1, 1, 0], solid.high + _BESIDE
     if len(eyes):
-        look = sphere_directions(_LOOKS)
-        distance = solid.cast(np.repeat(eyes, _LOOKS, axis=0), np.tile(look, (len(eyes), 1))).distance
-        way = np.minimum(distance.reshape(-1, _LOOKS), _FARTHEST)[..., None] * look
+        look = sphere_directions(_EYE_RAYS)
+        distance = solid.cast(np.repeat(eyes, _EYE_RAYS, axis=0), np.tile(look, (len(eyes), 1))).distance
+        way = np.minimum(distance.reshape(-1, _EYE_RAYS), _FARTHEST)[..., None] * look
         seen = (eyes[:, None] + way).reshape(-1, 3)
         low[:2], high = np.maximum(low, seen.min(axis=0))[:2], np.minimum(high, seen.max(axis=0))
     extent = np.maximum(high - low, _SPACING)

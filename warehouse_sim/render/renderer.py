@@ -37,11 +37,11 @@ class Capabilities:
     textures: bool = True
     """The materials' textures in the colours, by their albedo at least."""
     shadows: bool = True
-    """Shadows of the lamps."""
+    """Shadows of the lights."""
     global_illumination: bool = False
     """Light that surfaces send each other, followed and not approximated."""
     max_lights: int | None = None
-    """Lamps that are drawn, the most important ones; None = all."""
+    """Lights that are drawn, the most important ones; None = all."""
 
 
 class Renderer(Protocol):
@@ -68,7 +68,7 @@ class Renderer(Protocol):
         """
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Draw the loaded scene; all channels are sampled at the same pixel centres.
+        """Render the loaded scene; all channels are sampled at the same pixel centres.
 
         Backends draw pinholes; ``lens.LensRenderer`` around one draws cameras with a lens, too.
 

@@ -25,7 +25,7 @@ _CLEARANCE = 0.01
 """Least distance between two stacks (m)."""
 _TRIES, _STACK_TRIES = 50, 4
 _REACH = 4.0
-"""Stacks further than this (m) from a place are in nobody's way there."""
+"""Stacks further than this (m) from a place do not obstruct it."""
 _LEAST_HEADROOM = 0.6
 """A stack grows only while this much height is left for the next load (m)."""
 

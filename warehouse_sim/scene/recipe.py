@@ -15,7 +15,7 @@ from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.lighting import LightingConfig
-from warehouse_sim.scene.open_numbers import OpenSetting, close, find_open
+from warehouse_sim.scene.random_settings import RandomSetting, find_random_settings, with_values
 from warehouse_sim.scene.shelving import ShelvingConfig
 from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.traffic import TrafficConfig
@@ -50,7 +50,7 @@ class SceneRecipe:
     """Viewpoints of each scene, 1-1,000."""
     targets: tuple[str, ...] = ("pallet",)
     """Class names whose objects get full labels."""
-    open_settings: tuple[OpenSetting, ...] = ()
+    random_settings: tuple[RandomSetting, ...] = ()
     """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
@@ -74,24 +74,24 @@ class SceneRecipe:
         Raises:
             ConfigError: A key or value cannot be used, or the least or largest values of what is open cannot.
         """
-        if not isinstance(data, dict) or "open_settings" in data:
-            raise ConfigError(f"{where}: expected a mapping of a scene's settings, without open_settings")
-        found = find_open(cls, data, where)
+        if not isinstance(data, dict) or "random_settings" in data:
+            raise ConfigError(f"{where}: expected a mapping of a scene's settings, without random_settings")
+        found = find_random_settings(cls, data, where)
         for setting in found:
             if setting.path[0] in ("observations_per_scene", "targets"):
                 raise ConfigError(f"{where}: {setting.path[0]} cannot be left open; all scenes share it")
-        from_mapping(cls, close(data, [(setting.path, setting.end("high")) for setting in found]), where)
-        recipe = from_mapping(cls, close(data, [(setting.path, setting.end("low")) for setting in found]), where)
-        return replace(recipe, open_settings=found)
+        from_mapping(cls, with_values(data, [(setting.path, setting.end("high")) for setting in found]), where)
+        recipe = from_mapping(cls, with_values(data, [(setting.path, setting.end("low")) for setting in found]), where)
+        return replace(recipe, random_settings=found)
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back."""
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
-        del plain["open_settings"]
-        return close(plain, [(setting.path, setting.source.to_plain()) for setting in self.open_settings])
+        del plain["random_settings"]
+        return with_values(plain, [(setting.path, setting.source.to_plain()) for setting in self.random_settings])
 
-    def closed(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
-        """Return the recipe of one scene: every open setting has one value.
+    def drawn(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
+        """Return the recipe of one scene: every random setting has one value.
 
         Args:
             stream: Gives the random stream of a stage; each setting has its own, so that none disturbs another.
@@ -99,7 +99,7 @@ class SceneRecipe:
         Raises:
             ConfigError: Values that are fine alone are not together.
         """
-        if not self.open_settings:
+        if not self.random_settings:
             return self
-        values = [(item.path, item.draw(stream(f"recipe {item.name}"))) for item in self.open_settings]
-        return from_mapping(SceneRecipe, close(self.to_plain(), values), "a draw of the recipe")
+        values = [(item.path, item.draw(stream(f"recipe {item.name}"))) for item in self.random_settings]
+        return from_mapping(SceneRecipe, with_values(self.to_plain(), values), "a draw of the recipe")

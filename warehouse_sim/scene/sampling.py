@@ -29,14 +29,14 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
 
     Raises:
         RecipeError: A number is negative.
-        ConfigError: The values drawn for open settings do not go together.
+        ConfigError: The values drawn for random settings do not go together.
         PlacementError: What the recipe asks for does not fit; the message names the scene.
     """
 
     def stream(stage: str) -> np.random.Generator:
         return scene_rng(seed, scene_index, stage, attempt)
 
-    draft, recipe = SceneDraft(), recipe.closed(stream)
+    draft, recipe = SceneDraft(), recipe.drawn(stream)
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle

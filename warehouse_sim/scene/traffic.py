@@ -32,7 +32,7 @@ _HEADING_SPREAD = 0.25
 _AIR = 0.0005
 """Gap under a loose thing before settling (m)."""
 _UNDERFOOT, _OVERHEAD = 0.05, 3.0
-"""What ends below the first or begins above the second height is in nobody's way (m)."""
+"""What ends below the first or begins above the second height does not obstruct people and trucks (m)."""
 _TRIES = 200
 
 

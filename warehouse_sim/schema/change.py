@@ -56,18 +56,18 @@ def _same_objects(before: SceneSpec, after: SceneSpec) -> bool:
     if len(before.instances) != len(after.instances) or before.models.keys() != after.models.keys():
         return False
     same_models = all(before.models[name] is model for name, model in after.models.items())
-    return same_models and all(map(_stands_alike, before.instances, after.instances))
+    return same_models and all(map(_same_placement, before.instances, after.instances))
 
 
 def _same_lights(before: tuple[Light, ...], after: tuple[Light, ...]) -> bool:
-    return len(before) == len(after) and all(map(_shines_alike, before, after))
+    return len(before) == len(after) and all(map(_same_emission, before, after))
 
 
-def _shines_alike(a: Light, b: Light) -> bool:
+def _same_emission(a: Light, b: Light) -> bool:
     return a is b or all(np.array_equal(getattr(a, item.name), getattr(b, item.name)) for item in fields(a))
 
 
-def _stands_alike(a: ObjectInstance, b: ObjectInstance) -> bool:
+def _same_placement(a: ObjectInstance, b: ObjectInstance) -> bool:
     if a is b:
         return True
     same_object = (a.instance_id, a.model, a.dynamic, a.group) == (b.instance_id, b.model, b.dynamic, b.group)

@@ -40,7 +40,7 @@ class ChannelReading:
     """The reading of a sensor that no other class here fits."""
 
     channels: Channels
-    """Arrays by name; what they mean is told by the sensor."""
+    """Arrays by name; the sensor's description says what they mean."""
     units: Mapping[str, str] = field(default_factory=dict)
     """What the numbers of a channel are in ("m"), where that is known."""
 
@@ -99,17 +99,17 @@ class StereoReading:
     baseline: float
     """Distance of the optical centres (m)."""
     rgb: UInt8[np.ndarray, "h w 3"]
-    """The right picture as read."""
+    """The right image as read."""
     buffers: RenderBuffers
     """The clean truth behind it."""
     disparity: Float32[np.ndarray, "h w"]
-    """True disparity of the left picture, f b / z (px), 0 = nothing there."""
+    """True disparity of the left image, f b / z (px), 0 = nothing there."""
     in_both: Bool[np.ndarray, "h w"]
-    """Pixels of the left picture whose surface the right camera sees, too."""
+    """Pixels of the left image whose surface the right camera sees, too."""
     matched: Float32[np.ndarray, "h w"] | None = None
-    """Disparity that matching the two pictures as read gives (px), 0 = none."""
+    """Disparity that matching the two images as read gives (px), 0 = none."""
 
     @property
     def channels(self) -> Channels:
-        """The right picture, and the disparity where it is matched."""
+        """The right image, and the disparity where it is matched."""
         return {"rgb": self.rgb} | ({} if self.matched is None else {"disparity": self.matched})

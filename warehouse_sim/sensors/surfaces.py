@@ -1,4 +1,4 @@
-"""What a lamp beside the lens lights up: the material behind each pixel, and the light that it sends straight back."""
+"""Active illumination: the material behind each pixel, and the light it sends back to an emitter beside the lens."""
 
 from dataclasses import dataclass
 
@@ -67,8 +67,8 @@ def facing_cosine(normals: Float32[np.ndarray, "h w 3"], camera: PinholeCamera) 
     return np.abs(along) / np.sqrt(np.float32(1.0) + x * x + y * y)
 
 
-def sent_back(surfaces: Surfaces, cosine: Image) -> tuple[Image, Image]:
-    """Return the diffuse and the glossy light that returns to a lamp beside the lens, white plaster facing it = 1.
+def returned_light(surfaces: Surfaces, cosine: Image) -> tuple[Image, Image]:
+    """Return the diffuse and the glossy light that returns to an emitter beside the lens, white plaster facing it = 1.
 
     The glossy part is the GGX lobe of Walter et al. 2007 ("Microfacet models for refraction through rough surfaces")
     with the half vector along the view, pi D F0 G / (4 cos), where the masking G is taken to be the cosine.

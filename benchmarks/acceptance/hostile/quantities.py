@@ -14,7 +14,7 @@ _SIGNED = re.compile(
     r"|centroid|covariance|symmetries|location|alpha|white_balance"
 )
 _SHARE = re.compile(r"share|probability|^(train|val|test|age|missing|broken|displaced|twisted|stains|stamps|fill)$")
-# Without any of these there is no picture, no rack, no truck: zero means nothing.
+# Without any of these there is no image, no rack, no truck: zero means nothing.
 _NEVER_ZERO = re.compile(
     r"^(width|focal_px|bays|lanes|doors|segments|scenes|observations_per_scene|aisle_width|bay_width|lane_width|pallet_width"
     r"|pallets_per_bay|stack_pitch|baseline|turns_per_second|every_nth_beam|f_number|scale|fx|fy|depth_scale|diameter"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.acceptance.hostile.documents import leaves
-from benchmarks.acceptance.hostile.sane_picture import depth_problem, picture_problem
+from benchmarks.acceptance.hostile.sane_image import depth_problem, image_problem
 
 _FARTHEST = 500.0
 """Nothing is farther from the origin of a hall (m)."""
@@ -36,7 +36,7 @@ def _problems(root: Path) -> Iterator[str]:
         yield from (f"{path.name}: {where} is {value}" for where, value in _not_finite(_json(path)))
     camera = manifest["recipe"]["sensors"]["camera"]
     for path in sorted((root / "kitti").glob("t*ing/image_2/*.png")):
-        problem = picture_problem(path, (camera["width"], camera["height"]))
+        problem = image_problem(path, (camera["width"], camera["height"]))
         if problem:
             yield f"{path.name}: {problem}"
     for path in sorted((root / "bop").glob("t*/*/depth/*.png")):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.acceptance.hostile.sane_dataset import dataset_problem
-from benchmarks.acceptance.hostile.sane_picture import picture_problem
+from benchmarks.acceptance.hostile.sane_image import image_problem
 
 I4 = np.eye(4).tolist()
 
@@ -111,8 +111,8 @@ def test_impossible_labels_are_named(tmp_path: Path, old: str, new: str, said: s
     assert said in (dataset_problem(tmp_path) or "")
 
 
-def test_a_sheet_must_be_a_picture(tmp_path: Path) -> None:
+def test_a_sheet_must_be_an_image(tmp_path: Path) -> None:
     path = tmp_path / "sheet.png"
-    assert picture_problem(path) == "was not written"
-    path.write_bytes(b"no picture")
-    assert picture_problem(path) == "cannot be decoded"
+    assert image_problem(path) == "was not written"
+    path.write_bytes(b"no image")
+    assert image_problem(path) == "cannot be decoded"

@@ -3,7 +3,7 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import MODULE_LENGTH, OPENING_HEIGHT, OPENING_WIDTH, WALL_SIZE
-from warehouse_sim.catalog.building.fixture import profiled_solid
+from warehouse_sim.catalog.building.building_model import profiled_solid
 from warehouse_sim.catalog.building.shell import profile, profile_points
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform

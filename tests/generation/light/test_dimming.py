@@ -84,18 +84,18 @@ def test_the_light_of_a_scene_repeats() -> None:
 
 def test_given_flux_takes_the_lux_that_it_gives() -> None:
     scene, caster = settled("demo")
-    lamps = lit("demo", "nominal", flux=Distribution.constant(9000.0)).lights
+    lights = lit("demo", "nominal", flux=Distribution.constant(9000.0)).lights
     twice = lit("demo", "nominal", flux=Distribution.constant(18000.0))
-    assert [light.intensity for light in twice.lights] == pytest.approx([2 * light.intensity for light in lamps])
+    assert [light.intensity for light in twice.lights] == pytest.approx([2 * light.intensity for light in lights])
     one = LightMeter(lit("demo", "nominal", flux=Distribution.constant(9000.0)), caster).floor_lux
     assert LightMeter(twice, caster).floor_lux == pytest.approx(2 * one)
     assert scene.settled
 
 
-def test_only_at_night_each_viewpoint_has_its_vehicles_lamps() -> None:
+def test_only_at_night_each_viewpoint_has_its_vehicles_lights() -> None:
     for preset in PRESETS:
-        lamps = [len(view.lights) for view in lit("demo", preset).viewpoints]
-        assert set(lamps) == ({2} if preset == "night" else {0})
+        lights = [len(view.lights) for view in lit("demo", preset).viewpoints]
+        assert set(lights) == ({2} if preset == "night" else {0})
     night = lit("demo", "night")
     places = {view.lights[0].position.tobytes() for view in night.viewpoints}
     assert len(places) == len(night.viewpoints)
@@ -143,7 +143,7 @@ def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:
         bright = lit("demo", "nominal", lux=Distribution.constant(lux))
         measured[lux] = target_illuminance(LightMeter(bright, caster), view, CAMERA, ids, targets)
         assert list(measured[lux]) == targets
-        # A pallet in or before the rack gets less than the free floor, which faces the lamps, but is not dark.
+        # A pallet in or before the rack gets less than the free floor, which faces the lights, but is not dark.
         assert all(0.02 * lux < value < 1.3 * lux for value in measured[lux].values())
     for target in targets:
         assert measured[300.0][target] == pytest.approx(3 * measured[100.0][target], rel=1e-6)
@@ -154,7 +154,7 @@ def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:
 
 def test_a_hall_without_luminaires_over_its_aisle_is_refused() -> None:
     scene, _ = settled("demo")
-    lamps = {item.instance_id for item in scene.instances if scene.model_of(item).class_name == "luminaire"}
-    bare = replace(scene, instances=tuple(item for item in scene.instances if item.instance_id not in lamps))
+    luminaires = {item.instance_id for item in scene.instances if scene.model_of(item).class_name == "luminaire"}
+    bare = replace(scene, instances=tuple(item for item in scene.instances if item.instance_id not in luminaires))
     with pytest.raises(RecipeError, match="no light reaches the aisle's floor"):
         light_scene(bare, LightingConfig(), RayCaster(bare), CAMERA, np.random.default_rng(0))

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.gl
 
 CAMERA = PinholeCamera.from_focal(160, 120, 200.0)
 CARD = Material("card", (0.18, 0.18, 0.18), roughness=0.2)
-LAMP = np.array([5.0, 0.0, 5.0])
+LIGHT = np.array([5.0, 0.0, 5.0])
 
 
 def scene_under(lux: float, ev: float) -> SceneSpec:
@@ -23,11 +23,11 @@ def scene_under(lux: float, ev: float) -> SceneSpec:
     part = Part(unit_box(), np.array([1.0, 1.0, 0.02]), np.eye(4), "card")
     model = ObjectModel("card", "card", 1, np.array([1.0, 1.0, 0.02]), (part,), ())
     card = ObjectInstance(1, "card", make_transform(translation=np.array([0.0, 0.0, -0.01])))
-    lamp = Light("spot", LAMP, -LAMP / np.linalg.norm(LAMP), 1.0, (1.0, 1.0, 1.0), *cone_of_beam(90.0))
-    per_candela = light_illuminance(lamp, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[0]
-    lamp = Light("spot", LAMP, lamp.direction, lux / per_candela, lamp.color, lamp.cone_inner, lamp.cone_outer)
+    light = Light("spot", LIGHT, -LIGHT / np.linalg.norm(LIGHT), 1.0, (1.0, 1.0, 1.0), *cone_of_beam(90.0))
+    per_candela = light_illuminance(light, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[0]
+    light = Light("spot", LIGHT, light.direction, lux / per_candela, light.color, light.cone_inner, light.cone_outer)
     exposure = exposure_of_ev(ev)
-    return SceneSpec(0, 0, {"card": model}, {"card": CARD}, (card,), (lamp,), (), ambient=0.0, exposure=exposure)
+    return SceneSpec(0, 0, {"card": model}, {"card": CARD}, (card,), (light,), (), ambient=0.0, exposure=exposure)
 
 
 def closed_form(lux: float, ev: float) -> float:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from warehouse_sim.catalog import materials
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, level_camera, make_transform, rotation_z
@@ -38,12 +38,12 @@ def hall(*things: tuple[str, float, float], loose: bool = True) -> SceneSpec:
     return SceneSpec(0, 0, draft.models, materials(), tuple(draft.instances), (), (VIEW,), settled=True, aisle=bounds)
 
 
-def stage_of(scene: SceneSpec) -> Stage:
-    return Stage(scene, RayCaster(scene), CAMERA, AREA, 0.8)
+def occluded_scene_of(scene: SceneSpec) -> OccludedScene:
+    return OccludedScene(scene, RayCaster(scene), CAMERA, AREA, 0.8)
 
 
-def sight_of(stage: Stage, rays: int = 2000) -> Sight:
-    sight = stage.look(2, VIEW.T_world_camera, rays)
+def sight_of(occluded: OccludedScene, rays: int = 2000) -> Sight:
+    sight = occluded.look(2, VIEW.T_world_camera, rays)
     assert sight is not None
     return sight
 

@@ -21,7 +21,7 @@ def test_one_range_and_a_list_are_read_and_written_back() -> None:
 
 
 def test_requests_go_through_the_ranges_in_turn() -> None:
-    config, rng = OcclusionConfig(VisibleFractions.tenths()), np.random.default_rng(0)
+    config, rng = OcclusionConfig(VisibleFractions.deciles()), np.random.default_rng(0)
     requests = [config.request(number, rng) for number in range(18)]
     assert requests[:9] == requests[9:]
     np.testing.assert_allclose(requests[:9], [(low, low + 0.1) for low in np.arange(0.1, 0.95, 0.1)], atol=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.scene.raster import Pile, may_carry
-from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene.solids import Solids
@@ -14,8 +14,8 @@ CARTONS = ("carton_600x400x300", "carton_400x300x200")
 
 
 def drawn(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
-    stock = OccluderStock(UnitLoadConfig(cartons=CARTONS, pallets=("epal1",)), np.random.default_rng(seed))
-    return [item for item in (stock.draw(kind, least) for _ in range(count)) if item is not None]
+    sampler = OccluderSampler(UnitLoadConfig(cartons=CARTONS, pallets=("epal1",)), np.random.default_rng(seed))
+    return [item for item in (sampler.draw(kind, least) for _ in range(count)) if item is not None]
 
 
 @pytest.mark.parametrize("kind", ["load", "wrap", "pallet", "traffic"])
@@ -61,8 +61,8 @@ def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: st
     loads = replace(load_recipe(recipe).scene.loads, max_cartons=16)
     pairs = 0
     for seed in range(5):
-        stock = OccluderStock(loads, np.random.default_rng(seed))
-        for occluder in filter(None, (stock.draw("wrap", height), stock._unit_load(height))):
+        sampler = OccluderSampler(loads, np.random.default_rng(seed))
+        for occluder in filter(None, (sampler.draw("wrap", height), sampler._unit_load(height))):
             pile = Pile(occluder.models, occluder.instances)
             for upper in pile.pallets()[1:]:
                 share, over = pile.supported(upper)
@@ -78,9 +78,9 @@ def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: st
 
 def test_a_column_is_no_higher_than_its_lowest_piece_bears() -> None:
     heavy = replace(load_recipe("industrial").scene.loads, totes=("tote_600x400x147_grey",))
-    stock = OccluderStock(heavy, np.random.default_rng(0))
+    sampler = OccluderSampler(heavy, np.random.default_rng(0))
     for _ in range(20):
-        column = stock._column(1.9)
+        column = sampler._column(1.9)
         assert column is not None
         carried = sum(column.models[item.model].mass for item in column.instances[1:])
         name = column.instances[0].model

@@ -1,34 +1,34 @@
 import numpy as np
 
-from tests.generation.occlusion.scenes import box_of, hall, sight_of, stage_of
+from tests.generation.occlusion.scenes import box_of, hall, occluded_scene_of, sight_of
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.generation.occlusion.leaning import lean_before, leaning_pallet
-from warehouse_sim.generation.occlusion.stage import fraction_behind
+from warehouse_sim.generation.occlusion.leaning import find_leaning_pose, leaning_pallet
+from warehouse_sim.generation.occlusion.occluded_scene import fraction_behind
 from warehouse_sim.geometry.pose import Transform
 
 PALLET = leaning_pallet(catalog_object("epal1"))
 
 
 def leaned(*things: tuple[str, float, float], wanted: float = 0.4, tolerance: float = 0.3) -> Transform | None:
-    stage = stage_of(hall(*things))
-    return lean_before(stage, sight_of(stage), PALLET, 0.5, wanted, tolerance, np.random.default_rng(0))
+    occluded = occluded_scene_of(hall(*things))
+    return find_leaning_pose(occluded, sight_of(occluded), PALLET, 0.5, wanted, tolerance, np.random.default_rng(0))
 
 
 def test_a_pallet_leans_against_what_stands_beside_the_target() -> None:
     things = (("drum_steel_216_blue", -0.95, -0.2), ("drum_steel_216_blue", 0.95, -0.2))
     T = leaned(*things)
     assert T is not None
-    stage = stage_of(hall(*things))
+    occluded = occluded_scene_of(hall(*things))
     box = box_of(PALLET, T)
     corners = box.corners()
     assert abs(corners[:, 2].min()) < 0.002  # on the floor
     assert corners[:, 2].max() > 0.7  # on its edge
-    assert -0.003 < stage.solids.gap(box, 0.1) < 0.003  # in contact, not inside
+    assert -0.003 < occluded.solids.gap(box, 0.1) < 0.003  # in contact, not inside
     lean = np.degrees(np.arcsin(abs(T[2, 2])))
     assert 8.0 < lean < 17.0
     # Its upper edge is ahead of its lower one.
     assert corners[corners[:, 2] > 0.5][:, 1].mean() > corners[corners[:, 2] < 0.3][:, 1].mean() + 0.08
-    assert abs(fraction_behind(sight_of(stage), PALLET, T) - 0.4) < 0.3
+    assert abs(fraction_behind(sight_of(occluded), PALLET, T) - 0.4) < 0.3
 
 
 def test_nothing_leans_in_the_open_or_against_something_low() -> None:

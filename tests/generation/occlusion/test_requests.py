@@ -55,7 +55,7 @@ def smoke_scene() -> Requested:
 def test_the_ranges_are_reached_in_turn(smoke_scene: Requested) -> None:
     _, scene, report = smoke_scene
     assert [(item.low, item.high) for item in report.requests] == [*RANGES, *RANGES]
-    assert report.met_share == 1.0
+    assert report.success_rate == 1.0
     assert not report.reasons
     for item, viewpoint in zip(report.requests, scene.viewpoints, strict=True):
         assert item.low <= item.reached <= item.high
@@ -115,7 +115,7 @@ def test_the_same_stream_gives_the_same_scene(smoke_scene: Requested) -> None:
 def test_one_kind_alone_can_be_asked_for(kind: str) -> None:
     config = replace(CONFIG, kinds=(kind,), visible_fraction=VisibleFractions((FractionRange(0.4, 0.6),)))  # type: ignore[arg-type]
     _, _, report = requested(smoke(3), config, index=1)
-    assert report.met_share == 1.0
+    assert report.success_rate == 1.0
     assert {item.means for item in report.requests} <= {kind, "view"}
     if kind == "wrap":
         # Film dims only: of a load in film the goods hide, or the pallet that they stand on. As film hides no view
@@ -146,7 +146,7 @@ def test_a_high_target_is_too_high_for_what_stands_on_the_floor() -> None:
     assert report.reasons == {"target too high for a floor occluder": 1}
     assert item.target == 2
     assert item.reached == 1.0
-    assert report.met_share == 0.0
+    assert report.success_rate == 0.0
 
 
 def test_a_target_behind_a_wall_and_a_full_hall_are_reported() -> None:
@@ -168,7 +168,7 @@ def test_views_of_a_drive_stay_where_they_are() -> None:
     config = replace(CONFIG, visible_fraction=VisibleFractions((FractionRange(0.3, 0.7),)))
     recipe = SceneRecipe(viewpoints=ViewpointsConfig())
     after, report = request_views(drive, recipe, CAMERA, config, RayCaster(drive), np.random.default_rng(1))
-    assert report.met_share == 1.0
+    assert report.success_rate == 1.0
     assert report.requests[0].means not in ("view", "border")
     np.testing.assert_array_equal(after.viewpoints[0].T_world_camera, scene.viewpoints[0].T_world_camera)
 
@@ -178,7 +178,7 @@ def test_vehicles_keep_their_room() -> None:
     views = replace(recipe.scene.viewpoints, kind="forklift_mast", distance=Distribution.uniform(2.5, 5.0), height=None)
     recipe = replace(recipe, scene=replace(recipe.scene, viewpoints=views))
     before, scene, report = requested(recipe, replace(CONFIG, kinds=("load", "pallet", "traffic", "border")))
-    assert report.met_share >= 0.75
+    assert report.success_rate >= 0.75
     new = [box for item in scene.instances[len(before.instances) :] for box in _boxes(scene, item.instance_id)]
     for viewpoint in scene.viewpoints:
         bodies = vehicle_boxes(viewpoint)

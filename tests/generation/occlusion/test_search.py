@@ -4,29 +4,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.generation.occlusion.scenes import VIEW, hall, stage_of
+from tests.generation.occlusion.scenes import VIEW, hall, occluded_scene_of
 from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
-from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.drawing import OccluderSampler
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.search import Request, RequestedView, Search
-from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints import ViewpointsConfig
 
 CONFIG = OcclusionConfig(VisibleFractions((FractionRange(0.3, 0.6),)), kinds=("traffic",))
 
 
-def search(stage: Stage, request: Request, earlier: list[RequestedView | None]) -> Search:
+def search(occluded: OccludedScene, request: Request, previous_views: list[RequestedView | None]) -> Search:
     rng = np.random.default_rng(5)
-    stock = OccluderStock(UnitLoadConfig(), rng)
-    return Search(stage, request, VIEW, ViewpointsConfig(), CONFIG, stock, (), rng, (), earlier)
+    sampler = OccluderSampler(UnitLoadConfig(), rng)
+    return Search(occluded, request, VIEW, ViewpointsConfig(), CONFIG, sampler, (), rng, (), previous_views)
 
 
 def test_a_search_returns_its_view_after_those_before_it_and_leaves_what_it_was_given() -> None:
-    stage = stage_of(hall())
-    clear = search(stage, Request(0.9, 1.0), []).run()
+    occluded = occluded_scene_of(hall())
+    clear = search(occluded, Request(0.9, 1.0), []).run()
     assert [view is not None and view.met for view in clear.views] == [True]
     before = list(clear.views)
-    hidden = search(stage, Request(0.3, 0.6), before).run()
+    hidden = search(occluded, Request(0.3, 0.6), before).run()
     assert before == list(clear.views)
     assert len(hidden.views) == 2
     assert hidden.views[1] is not None
@@ -39,8 +39,8 @@ def test_a_search_returns_its_view_after_those_before_it_and_leaves_what_it_was_
 
 
 def test_a_view_that_shows_no_target_is_none_and_says_why() -> None:
-    stage = stage_of(hall())
+    occluded = occluded_scene_of(hall())
     away = replace(VIEW, T_world_camera=VIEW.T_world_camera @ np.diag([-1.0, 1.0, -1.0, 1.0]), sequence=0)
-    answer = replace(search(stage, Request(0.3, 0.6), [None]), own=away).run()
+    answer = replace(search(occluded, Request(0.3, 0.6), [None]), own=away).run()
     assert answer.views == (None, None)
     assert answer.reason == "no free place to look from"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.generation.occlusion.scenes import CAMERA, EYE, VIEW, hall, stage_of
+from tests.generation.occlusion.scenes import CAMERA, EYE, VIEW, hall, occluded_scene_of
 from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.occlusion.sight import Sight, look_at
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -48,8 +48,8 @@ def test_no_sight_of_what_reaches_behind_the_camera() -> None:
 
 @pytest.mark.gl
 def test_rays_measure_what_the_renderer_counts() -> None:
-    stage = stage_of(hall(("person_medium_walking", 0.1, -2.0), ("drum_steel_216_blue", -0.6, -1.5)))
-    scene = stage.scene
+    occluded = occluded_scene_of(hall(("person_medium_walking", 0.1, -2.0), ("drum_steel_216_blue", -0.6, -1.5)))
+    scene = occluded.scene
     with open_renderer() as renderer:
         renderer.load(scene)
         buffers = renderer.render(CAMERA, VIEW.T_world_camera)
@@ -57,13 +57,13 @@ def test_rays_measure_what_the_renderer_counts() -> None:
     (label,) = annotate(scene, CAMERA, VIEW.T_world_camera, buffers, buffers.depth, silhouettes)
     assert 0.2 < label.visible_fraction < 0.9
     for rays, tolerance in ((600, 0.03), (4000, 0.006), (10**6, 0.004)):
-        found = stage.look(2, VIEW.T_world_camera, rays)
+        found = occluded.look(2, VIEW.T_world_camera, rays)
         assert found is not None
         assert found.fraction == pytest.approx(label.visible_fraction, abs=tolerance)
 
 
 def test_balls_far_from_the_rays_are_passed_by() -> None:
-    found = stage_of(hall()).look(2, VIEW.T_world_camera, 500)
+    found = occluded_scene_of(hall()).look(2, VIEW.T_world_camera, 500)
     assert found is not None
     assert found.passes(np.array([0.0, -2.0, 0.6]), 0.2)
     assert found.passes(EYE, 0.1)

@@ -60,7 +60,7 @@ class Shifted:
         ("depth", "registration", r"depth"),
         ("depth", "channels: tilted", r"depth"),
         ("rgb", "textures", r"textures: declared False, found True"),
-        ("rgb", "lamps", r"16 of 20 lamps are drawn, 3 are declared"),
+        ("rgb", "lights", r"16 of 20 lights are drawn, 3 are declared"),
     ],
 )
 def test_what_does_not_conform_is_said(renderer: Renderer, channel: str, name: str, message: str) -> None:

@@ -139,7 +139,7 @@ def test_a_lens_that_does_almost_nothing_changes_almost_nothing(behind_lens: Len
     assert np.array_equal(window, seen.rgb)
 
 
-def test_a_picture_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRenderer) -> None:
+def test_an_image_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRenderer) -> None:
     """An edge between a lit and a dark board: where colour is half way is where ids change, to a tenth of a pixel."""
     boards = [box_model("light", (4, 0.2, 4), "kraft"), box_model("dark", (4, 0.2, 4), "steel")]
     scene = make_scene(boards, [("light", at(-2.0, 2.0, 0.0)), ("dark", at(2.0, 2.0, 0.0))], ambient=300.0)

@@ -34,7 +34,7 @@ def test_what_a_recipe_says_replaces_what_the_preset_means() -> None:
 def test_presets_and_stops_may_be_left_open() -> None:
     plain = {"lights": {"preset": {"choices": ["dim", "night"]}, "exposure": {"compensation": {"min": 0, "max": 1}}}}
     recipe = SceneRecipe.from_plain(plain, "here")
-    assert [setting.name for setting in recipe.open_settings] == ["lights.exposure.compensation", "lights.preset"]
+    assert [setting.name for setting in recipe.random_settings] == ["lights.exposure.compensation", "lights.preset"]
     assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
 
 

@@ -14,7 +14,7 @@ from warehouse_sim.schema import Light
 UP, DOWN = np.array([[0.0, 0.0, 1.0]]), np.array([0.0, 0.0, -1.0])
 
 
-def lamp(**settings: object) -> Light:
+def light(**settings: object) -> Light:
     defaults = {"kind": "point", "position": np.array([0.0, 0.0, 5.0]), "direction": DOWN, "intensity": 1000.0}
     return Light(**(defaults | settings))  # type: ignore[arg-type]
 
@@ -24,15 +24,15 @@ def at(*place: float) -> np.ndarray:
 
 
 def test_illuminance_follows_the_inverse_square_and_the_cosine() -> None:
-    assert light_illuminance(lamp(), at(0, 0, 0), UP) == pytest.approx(1000 / 25)
-    assert light_illuminance(lamp(), at(5, 0, 0), UP) == pytest.approx(1000 * np.cos(np.pi / 4) ** 3 / 25)
-    assert light_illuminance(lamp(), at(0, 0, 0), -UP) == 0.0
-    assert unshadowed_illuminance([lamp(), lamp()], at(0, 0, 0), UP) == pytest.approx(80.0)
+    assert light_illuminance(light(), at(0, 0, 0), UP) == pytest.approx(1000 / 25)
+    assert light_illuminance(light(), at(5, 0, 0), UP) == pytest.approx(1000 * np.cos(np.pi / 4) ** 3 / 25)
+    assert light_illuminance(light(), at(0, 0, 0), -UP) == 0.0
+    assert unshadowed_illuminance([light(), light()], at(0, 0, 0), UP) == pytest.approx(80.0)
     assert unshadowed_illuminance([], at(0, 0, 0), UP) == 0.0
 
 
 def test_a_spot_is_full_inside_dark_outside_and_falls_as_gltf_says_between() -> None:
-    spot = lamp(kind="spot", position=np.array([0.0, 0.0, 1.0]), intensity=100.0, cone_inner=0.5, cone_outer=1.0)
+    spot = light(kind="spot", position=np.array([0.0, 0.0, 1.0]), intensity=100.0, cone_inner=0.5, cone_outer=1.0)
 
     def floor(angle: float) -> float:
         return float(light_illuminance(spot, at(np.tan(angle), 0, 0), UP)[0]) / np.cos(angle) ** 3
@@ -47,7 +47,7 @@ def test_a_spot_is_full_inside_dark_outside_and_falls_as_gltf_says_between() -> 
 def test_flux_over_the_sphere_is_the_lumens_and_the_beam_ends_at_half_intensity(beam_deg: float) -> None:
     inner, outer = cone_of_beam(beam_deg)
     assert 0.0 <= inner < outer < np.pi / 2
-    spot = lamp(kind="spot", cone_inner=inner, cone_outer=outer, intensity=15000.0 / flux_per_candela(inner, outer))
+    spot = light(kind="spot", cone_inner=inner, cone_outer=outer, intensity=15000.0 / flux_per_candela(inner, outer))
     half = relative_intensity(spot, np.array([1.0, np.cos(np.deg2rad(beam_deg) / 2)]))
     np.testing.assert_allclose(half, [1.0, 0.5], atol=0.02)
     # Rings of the sphere, each of solid angle 2 pi d(cos).
@@ -59,4 +59,4 @@ def test_flux_over_the_sphere_is_the_lumens_and_the_beam_ends_at_half_intensity(
 
 
 def test_a_point_light_sends_its_candelas_everywhere() -> None:
-    assert luminous_flux(lamp(intensity=10.0)) == pytest.approx(40 * np.pi)
+    assert luminous_flux(light(intensity=10.0)) == pytest.approx(40 * np.pi)

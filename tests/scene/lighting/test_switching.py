@@ -39,7 +39,7 @@ def test_given_flux_is_the_flux_of_every_luminaire_and_is_not_scaled() -> None:
     assert fluxes(lit, "daylight") == [0.0, 0.0]
 
 
-def test_which_lamps_burn_tells_presets_apart() -> None:
+def test_which_lights_burn_tells_presets_apart() -> None:
     full = 15000.0
     assert fluxes(installed(preset="nominal"), "electric") == pytest.approx([full] * 4)
     assert fluxes(installed(preset="dim"), "electric") == pytest.approx([full, 0, full, 0])

@@ -39,8 +39,8 @@ def test_every_piece_rests_on_most_of_its_base() -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         sizes = drawn_sizes(rng)
-        calm = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
-        boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, calm, rng)]
+        exact = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
+        boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, exact, rng)]
         extents = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in boxes])
         for low, high in extents:
             if low[2] < 0.001:

@@ -51,8 +51,9 @@ def test_leaving_out_far_boxes_does_not_change_what_is_in_sight() -> None:
 
 def test_turns_hold_every_target_once_and_put_the_aisles_first_or_last() -> None:
     space = bare_space(PALLET, ("epal1", (0.0, 2.0, 0.072), 0.0), ("epal1", (3.0, -4.0, 0.072), 0.0))
-    assert [space.in_aisle(item) for item in space.by_turns(1.0, np.random.default_rng(0))] == [True, True, False]
-    assert [space.in_aisle(item) for item in space.by_turns(0.0, np.random.default_rng(0))] == [False, True, True]
+    for aisle_share, expected in ((1.0, [True, True, False]), (0.0, [False, True, True])):
+        targets = space.shuffled_targets(aisle_share, np.random.default_rng(0))
+        assert [space.in_aisle(item) for item in targets] == expected
 
 
 def test_a_scene_says_where_its_aisle_is() -> None:

@@ -1,4 +1,4 @@
-"""A pair behind lenses: what rays say that both see, and what matching finds once the pictures are straight."""
+"""A pair behind lenses: what rays say that both see, and what matching finds once the images are straight."""
 
 import cv2
 import numpy as np

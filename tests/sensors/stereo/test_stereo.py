@@ -21,7 +21,7 @@ CAMERA = PinholeCamera.from_focal(320, 120, 400.0)
 
 
 def textured(shift: float) -> np.ndarray:
-    """A picture of blurred noise, its content moved to the left by ``shift`` (px)."""
+    """An image of blurred noise, its content moved to the left by ``shift`` (px)."""
     noise = np.random.default_rng(5).integers(0, 256, (120, 400, 3)).astype(np.float32)
     smooth = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 1.2), None, 0, 255, cv2.NORM_MINMAX)
     move = np.float32([[1, 0, -shift], [0, 1, 0]])
@@ -43,7 +43,7 @@ def test_it_is_the_difference_between_the_columns_in_which_a_point_appears() -> 
     assert left[1] == right[1]
 
 
-def test_what_a_nearer_thing_hides_or_the_right_picture_ends_before_is_not_in_both() -> None:
+def test_what_a_nearer_thing_hides_or_the_right_image_ends_before_is_not_in_both() -> None:
     config = StereoConfig(baseline=0.3)
     near, far = 2.0, 6.0  # disparities of 60 and 20 px
 
@@ -68,7 +68,7 @@ def test_what_a_nearer_thing_hides_or_the_right_picture_ends_before_is_not_in_bo
 def test_matching_finds_the_shift_of_a_textured_wall(shift: float) -> None:
     found = match_sgbm(textured(0.0), textured(shift), SgbmConfig(disparities=64))
     known = found > 0
-    # What lies left of the shift is not in the right picture.
+    # What lies left of the shift is not in the right image.
     assert not known[:, : int(shift) - 3].any()
     assert known[:, int(shift) + 8 : 300].mean() > 0.95
     assert np.abs(found[known] - shift).mean() < 0.25
@@ -79,7 +79,7 @@ def test_a_wall_without_texture_is_not_matched() -> None:
     assert (match_sgbm(grey, grey, SgbmConfig(disparities=64)) > 0).mean() < 0.05
 
 
-def test_noise_of_the_right_picture_is_its_own() -> None:
+def test_noise_of_the_right_image_is_its_own() -> None:
     left, config = plane(4.0, camera=CAMERA), StereoConfig(baseline=0.2, matching=SgbmConfig(disparities=64))
     right = RenderBuffers(textured(20.0), left.depth, left.instance_ids)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.catalog.building.fixture import fixture
+from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.pose import rotation_x
@@ -67,7 +67,7 @@ def conveyor(name: str) -> ObjectModel:
     bed = solid_box((kind.length, kind.lane, kind.roller), (0.0, 0.0, top - kind.roller / 2))
     size = (kind.length, kind.width, kind.height)
     parts = (*fused(frame), *rollers)
-    return fixture(name, "conveyor", kind.obj_id, size, parts, [bed, *collision_boxes(frame)], turns=2)
+    return building_model(name, "conveyor", kind.obj_id, size, parts, [bed, *collision_boxes(frame)], turns=2)
 
 
 def _rollers(kind: ConveyorKind) -> list[Part]:

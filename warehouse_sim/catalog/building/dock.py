@@ -7,7 +7,7 @@ doors fit the opening of ``wall_module_dock`` and stand before the wall's inner 
 
 import numpy as np
 
-from warehouse_sim.catalog.building.fixture import fixture
+from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.building.shell import OPENING_HEIGHT, OPENING_WIDTH
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -53,7 +53,7 @@ def closed_door(name: str = "dock_door_closed") -> ObjectModel:
     frame = _frame(DOOR_SIZE[1] / 2)
     solid = solid_box((_LEAF_WIDTH, _PANEL, OPENING_HEIGHT), (0.0, _CLOSED_LEAF_Y, floor + OPENING_HEIGHT / 2))
     parts = fused([*leaf, *lips, *handle, *frame, *_shaft(DOOR_SIZE[1] / 2)])
-    return fixture(
+    return building_model(
         name, "door", 150, DOOR_SIZE, parts, [solid, *collision_boxes(lips), *_frame_solids(frame, DOOR_SIZE[1] / 2)]
     )
 
@@ -77,7 +77,7 @@ def open_door(name: str = "dock_door_open") -> ObjectModel:
     parts = fused([*leaf, *rails, *frame, *_shaft(wall_face)])
     solid = solid_box((_LEAF_WIDTH, OPENING_HEIGHT, _PANEL), (0.0, start - OPENING_HEIGHT / 2, top))
     boxes = [solid, *collision_boxes(rails), *_frame_solids(frame, wall_face)]
-    return fixture(name, "door", 151, OPEN_DOOR_SIZE, parts, boxes)
+    return building_model(name, "door", 151, OPEN_DOOR_SIZE, parts, boxes)
 
 
 def leveller(name: str = "dock_leveller") -> ObjectModel:
@@ -101,7 +101,7 @@ def leveller(name: str = "dock_leveller") -> ObjectModel:
             paint = "guard_yellow" if index % 2 == 0 else "guard_black"
             at = (side * (width - stripe) / 2, -depth / 2 + (index + 0.5) * depth / 10, low)
             parts.append(box_part((stripe, depth / 10, plate), at, paint))
-    return fixture(name, "dock", 152, LEVELLER_SIZE, fused(parts), [solid_box(LEVELLER_SIZE)])
+    return building_model(name, "dock", 152, LEVELLER_SIZE, fused(parts), [solid_box(LEVELLER_SIZE)])
 
 
 def bumper(name: str = "dock_bumper") -> ObjectModel:
@@ -113,7 +113,7 @@ def bumper(name: str = "dock_bumper") -> ObjectModel:
         for z in (-0.18, 0.18)
     ]
     size = (0.25, 0.1, 0.5)
-    return fixture(name, "dock", 153, size, (block, *fused(bolts)), [solid_box(size)], mass=13.0)
+    return building_model(name, "dock", 153, size, (block, *fused(bolts)), [solid_box(size)], mass=13.0)
 
 
 def seal(name: str = "dock_seal") -> ObjectModel:
@@ -127,7 +127,7 @@ def seal(name: str = "dock_seal") -> ObjectModel:
             inset = _PLEAT_RELIEF if index % 2 else 0.0
             z = (index + 0.5) * pleat - height / 2
             parts.append(box_part((side - inset, depth, pleat), (sign * (width - side + inset) / 2, 0.0, z), "rubber"))
-    return fixture(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
+    return building_model(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
 
 
 def trailer(name: str = "trailer") -> ObjectModel:
@@ -149,7 +149,7 @@ def trailer(name: str = "trailer") -> ObjectModel:
         # The rear frame with the folded door and its seal.
         rear = (side * (width / 2 - 0.04), 0.02 - length / 2, (floor - wall) / 2)
         slats.append(box_part((0.08, 0.04, room), rear, "truck_grey"))
-    return fixture(name, "trailer", 155, TRAILER_SIZE, fused([*shell, *slats]), collision_boxes(shell))
+    return building_model(name, "trailer", 155, TRAILER_SIZE, fused([*shell, *slats]), collision_boxes(shell))
 
 
 def _lips(floor: float) -> list[Part]:

@@ -6,7 +6,7 @@ so that the same geometry can be a shut door or an open one that shows the sky.
 
 import numpy as np
 
-from warehouse_sim.catalog.building.fixture import fixture
+from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused
 from warehouse_sim.schema import LuminousFace, ObjectModel
 
@@ -31,4 +31,4 @@ def drive_in_door(name: str = "drive_in_door") -> ObjectModel:
         "daylight", _LEAF_MATERIAL, _LEAF_MATERIAL, np.array([0.0, 1.0, 0.0]), depth / 2, leaf_width * leaf_height
     )
     solid = collision_boxes([*frame, leaf])
-    return fixture(name, "door", 154, GATE_SIZE, (*fused(frame), leaf), solid, luminous_face=sky)
+    return building_model(name, "door", 154, GATE_SIZE, (*fused(frame), leaf), solid, luminous_face=sky)

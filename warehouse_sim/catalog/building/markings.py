@@ -7,7 +7,7 @@ Lines of at least 50 mm mark traffic routes (ASR A1.3, 5.3); 100 mm is common. A
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.fixture import fixture
+from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.parts import box_part, fused, solid_part
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -40,7 +40,9 @@ def lane_line(name: str) -> ObjectModel:
     colour, mm = LINES[name]
     size = (mm / 1000, LINE_WIDTH, PAINT)
     obj_id = 134 + LINE_LENGTHS_MM.index(mm)
-    return fixture(name, "marking", obj_id, size, [box_part(size, (0.0, 0.0, 0.0), f"marking_{colour}")], (), turns=2)
+    return building_model(
+        name, "marking", obj_id, size, [box_part(size, (0.0, 0.0, 0.0), f"marking_{colour}")], (), turns=2
+    )
 
 
 def corner_marking(name: str = "corner_marking") -> ObjectModel:
@@ -50,7 +52,7 @@ def corner_marking(name: str = "corner_marking") -> ObjectModel:
         box_part((leg, width, PAINT), (0.0, (width - leg) / 2, 0.0), "marking_white"),
         box_part((width, leg - width, PAINT), ((width - leg) / 2, width / 2, 0.0), "marking_white"),
     ]
-    return fixture(name, "marking", 137, (leg, leg, PAINT), fused(parts), ())
+    return building_model(name, "marking", 137, (leg, leg, PAINT), fused(parts), ())
 
 
 def keep_clear_marking(name: str = "keep_clear_marking") -> ObjectModel:
@@ -63,7 +65,7 @@ def keep_clear_marking(name: str = "keep_clear_marking") -> ObjectModel:
     reach = inner * np.sqrt(2.0) - line
     for x in np.linspace(-0.6, 0.6, 5):
         parts.append(box_part((reach, line, PAINT), (x, 0.0, 0.0), "marking_yellow", rotation_z(np.pi / 4)))
-    return fixture(name, "marking", 138, (length, width, PAINT), fused(parts), (), turns=2)
+    return building_model(name, "marking", 138, (length, width, PAINT), fused(parts), (), turns=2)
 
 
 def crossing_marking(name: str = "crossing_marking") -> ObjectModel:
@@ -72,7 +74,7 @@ def crossing_marking(name: str = "crossing_marking") -> ObjectModel:
     length = (2 * count - 1) * bar
     starts = [-length / 2 + bar / 2 + 2 * bar * index for index in range(count)]
     parts = [box_part((bar, depth, PAINT), (x, 0.0, 0.0), "marking_white") for x in starts]
-    return fixture(name, "marking", 139, (length, depth, PAINT), fused(parts), (), turns=2)
+    return building_model(name, "marking", 139, (length, depth, PAINT), fused(parts), (), turns=2)
 
 
 def straight_tyre_mark(name: str = "tyre_mark_straight") -> ObjectModel:
@@ -100,7 +102,7 @@ def _tyre_mark(name: str, obj_id: int, tracks: list[TriangleMesh]) -> ObjectMode
     low, high = points.min(axis=0), points.max(axis=0)
     parts: list[Part] = [solid_part(track, (1, 1, 1), -(low + high) / 2, "tyre_mark") for track in tracks]
     x, y, z = high - low
-    return fixture(name, "marking", obj_id, (float(x), float(y), float(z)), fused(parts), ())
+    return building_model(name, "marking", obj_id, (float(x), float(y), float(z)), fused(parts), ())
 
 
 def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:

@@ -6,7 +6,7 @@ Frame of all: origin at the centre of the bounding box, z up, x along a wall.
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.fixture import fixture, profiled_solid
+from warehouse_sim.catalog.building.building_model import building_model, profiled_solid
 from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -30,7 +30,7 @@ _SLABS = {"floor_slab_jointed": "concrete", "floor_slab_epoxy": "epoxy_grey"}
 
 def floor_slab(name: str = "floor_slab") -> ObjectModel:
     """Build the concrete slab; its top is 0.1 m above its centre."""
-    return fixture(name, "floor", 201, FLOOR_SIZE, (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),), turns=2)
+    return building_model(name, "floor", 201, FLOOR_SIZE, (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),), turns=2)
 
 
 def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:
@@ -45,7 +45,7 @@ def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:
     spans = list(zip((starts + ends) / 2, ends - starts, strict=True))
     panels = [box_part((a, b, _JOINT_DEPTH), (x, y, top), _SLABS[name]) for x, a in spans for y, b in spans]
     filler = box_part((length, width, thickness - _JOINT_DEPTH), (0.0, 0.0, -_JOINT_DEPTH / 2), "floor_joint")
-    return fixture(name, "floor", 130, FLOOR_SIZE, (*fused(panels), filler), [solid_box(FLOOR_SIZE)], turns=2)
+    return building_model(name, "floor", 130, FLOOR_SIZE, (*fused(panels), filler), [solid_box(FLOOR_SIZE)], turns=2)
 
 
 def wall(name: str = "wall") -> ObjectModel:
@@ -55,7 +55,7 @@ def wall(name: str = "wall") -> ObjectModel:
         box_part((length, thickness, _PLINTH), (0.0, 0.0, (_PLINTH - height) / 2), "concrete"),
         box_part((length, thickness, height - _PLINTH), (0.0, 0.0, _PLINTH / 2), "wall_paint"),
     )
-    return fixture(name, "wall", 202, WALL_SIZE, parts, turns=2)
+    return building_model(name, "wall", 202, WALL_SIZE, parts, turns=2)
 
 
 def clad_wall(name: str = "wall_clad") -> ObjectModel:
@@ -85,13 +85,13 @@ def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
     parts.append(_sheet(-edge, edge, lintel + _FRAME))
     above = height - OPENING_HEIGHT
     solid.append(solid_box((OPENING_WIDTH, thickness, above), (0.0, 0.0, (height - above) / 2)))
-    return fixture(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
+    return building_model(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
 
 
 def _clad(name: str, obj_id: int, length: float) -> ObjectModel:
     size = (length, *WALL_SIZE[1:])
     parts = _bay(-length / 2, length / 2, -WALL_SIZE[2] / 2)
-    return fixture(name, "wall", obj_id, size, parts, [solid_box(size)], turns=2)
+    return building_model(name, "wall", obj_id, size, parts, [solid_box(size)], turns=2)
 
 
 def _bay(left: float, right: float, foot: float) -> list[Part]:

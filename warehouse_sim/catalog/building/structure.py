@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.catalog.building.fixture import fixture, profiled_solid
+from warehouse_sim.catalog.building.building_model import building_model, profiled_solid
 from warehouse_sim.catalog.building.shell import WALL_SIZE, profile, profile_points
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.geometry.pose import rotation_y
@@ -32,7 +32,7 @@ def steel_column(name: str = "column_steel") -> ObjectModel:
     for side in (-1.0, 1.0):
         parts.append(box_part((flange, width, height), (side * (depth - flange) / 2, 0.0, z), "steel_grey"))
     solid = [solid_box((depth, width, height), (0.0, 0.0, z)), *collision_boxes(parts[:1])]
-    return fixture(name, "column", 142, (0.5, 0.5, _COLUMN_HEIGHT), fused(parts), solid, turns=2)
+    return building_model(name, "column", 142, (0.5, 0.5, _COLUMN_HEIGHT), fused(parts), solid, turns=2)
 
 
 def concrete_column(name: str = "column_concrete") -> ObjectModel:
@@ -48,7 +48,7 @@ def concrete_column(name: str = "column_concrete") -> ObjectModel:
         z = -_COLUMN_HEIGHT / 2 + 0.3 * (index + 0.5)
         stripes.append(solid_part(prism(outline, 0.3), (1.0, 1.0, 1.0), (0.0, 0.0, z), paint))
     size = (2 * half, 2 * half, _COLUMN_HEIGHT)
-    return fixture(name, "column", 143, size, (shaft, *fused(stripes)), [solid_box(size)], turns=2)
+    return building_model(name, "column", 143, size, (shaft, *fused(stripes)), [solid_box(size)], turns=2)
 
 
 def column_guard(name: str = "column_guard") -> ObjectModel:
@@ -60,7 +60,7 @@ def column_guard(name: str = "column_guard") -> ObjectModel:
         z = ((index + 0.5) / bands - 0.5) * height
         parts += [box_part(size, (x, y, z), paint) for size, (x, y) in _collar(outer, wall, height / bands)]
     solid = [solid_box(size, (x, y, 0.0)) for size, (x, y) in _collar(outer, wall, height)]
-    return fixture(name, "guard", 144, (outer, outer, height), fused(parts), solid, turns=4, mass=12.0)
+    return building_model(name, "guard", 144, (outer, outer, height), fused(parts), solid, turns=4, mass=12.0)
 
 
 def ceiling(name: str = "ceiling") -> ObjectModel:
@@ -83,7 +83,9 @@ def ceiling(name: str = "ceiling") -> ObjectModel:
         z, edge = (rise - height) / 2, side * (width - WALL_SIZE[1]) / 2
         purlins.append(box_part((length, WALL_SIZE[1], rise), (0.0, edge, z), "roof_sheet"))
         purlins.append(box_part((WALL_SIZE[1], width, rise), (edge, 0.0, z), "roof_sheet"))
-    return fixture(name, "ceiling", 145, CEILING_SIZE, (sheet, *fused(purlins)), [solid_box(CEILING_SIZE)], turns=2)
+    return building_model(
+        name, "ceiling", 145, CEILING_SIZE, (sheet, *fused(purlins)), [solid_box(CEILING_SIZE)], turns=2
+    )
 
 
 def roof_truss(name: str = "roof_truss") -> ObjectModel:
@@ -99,7 +101,7 @@ def roof_truss(name: str = "roof_truss") -> ObjectModel:
         parts.append(box_part((reach, web, web), (x, 0.0, 0.0), "steel_grey", rotation_y(-angle)))
     for index in range(2, panels, 2):
         parts.append(box_part((web, web, rise), (index * pitch - length / 2, 0.0, 0.0), "steel_grey"))
-    return fixture(name, "ceiling", 146, TRUSS_SIZE, fused(parts), collision_boxes(parts), turns=2)
+    return building_model(name, "ceiling", 146, TRUSS_SIZE, fused(parts), collision_boxes(parts), turns=2)
 
 
 def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
@@ -112,7 +114,7 @@ def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
     )
     up = np.array([0.0, 0.0, 1.0])
     face = LuminousFace("electric", "led_panel", "led_panel", up, height / 2, length * width)
-    return fixture(name, "luminaire", 203, _LUMINAIRE_SIZE, parts, turns=2, luminous_face=face)
+    return building_model(name, "luminaire", 203, _LUMINAIRE_SIZE, parts, turns=2, luminous_face=face)
 
 
 def round_luminaire(name: str = "luminaire_round") -> ObjectModel:
@@ -123,7 +125,7 @@ def round_luminaire(name: str = "luminaire_round") -> ObjectModel:
     pieces = ((body, "mast_black"), (hanger, "galvanised"), (disc, "led_panel"))
     parts = [solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, -0.035), paint) for mesh, paint in pieces]
     solid = [solid_box((0.36, 0.36, 0.09), (0.0, 0.0, -0.06)), solid_box((0.22, 0.22, 0.12), (0.0, 0.0, 0.045))]
-    return fixture(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4)
+    return building_model(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4)
 
 
 def trunking_luminaire(name: str = "luminaire_trunking") -> ObjectModel:
@@ -133,7 +135,7 @@ def trunking_luminaire(name: str = "luminaire_trunking") -> ObjectModel:
         box_part((length, width, height - glow), (0.0, 0.0, glow / 2), "sign_white"),
         box_part((length - 0.02, width - 0.015, glow), (0.0, 0.0, (glow - height) / 2), "led_panel"),
     )
-    return fixture(name, "luminaire", 148, (length, width, height), parts, turns=2)
+    return building_model(name, "luminaire", 148, (length, width, height), parts, turns=2)
 
 
 def _collar(outer: float, wall: float, height: float) -> list[tuple[tuple[float, float, float], tuple[float, float]]]:

@@ -1,7 +1,7 @@
 """What is printed on packages: words, barcodes, handling marks, as flat shapes that are put on the sides of a box.
 
 Shapes are polygons in a side's own plane (m): x to the right and y up, seen from outside, the origin in the middle. The
-handling marks follow the pictures of ISO 780: this way up, fragile, keep away from rain.
+handling marks follow the symbols of ISO 780: this way up, fragile, keep away from rain.
 """
 
 from collections.abc import Sequence
@@ -90,21 +90,23 @@ def handling_mark(mark: Mark, height: float) -> Shapes:
     return tuple(tuple((height * x, height * y) for x, y in shape) for shape in _MARKS[mark])
 
 
-def on_side(shapes: Shapes, side: Side, size: Sequence[float], material: str, sunk: float, depth: float) -> list[Part]:
-    """Put shapes on the side of a centred box, as slabs whose outer faces lie ``sunk`` (m) below its surface.
+def on_side(
+    shapes: Shapes, side: Side, size: Sequence[float], material: str, recess: float, depth: float
+) -> list[Part]:
+    """Put shapes on the side of a centred box, as slabs whose outer faces lie ``recess`` (m) below its surface.
 
     Args:
         shapes: Polygons in the side's plane (m).
         side: Which side.
         size: Outer edges of the box (m).
         material: Name of the slabs' material.
-        sunk: How far the slabs' outer faces lie inside the box (m).
+        recess: How far the slabs' outer faces lie inside the box (m).
         depth: Thickness of the slabs (m).
     """
     axis, sign = "xy".index(side[1]), -1.0 if side[0] == "-" else 1.0
     out, up = sign * np.eye(3)[axis], np.array([0.0, 0.0, 1.0])
     rotation = np.column_stack([np.cross(up, out), up, out])
-    T_object_side = make_transform(rotation, out * (size[axis] / 2 - sunk - depth / 2))
+    T_object_side = make_transform(rotation, out * (size[axis] / 2 - recess - depth / 2))
     return [Part(prism(shape, depth), np.ones(3), T_object_side, material) for shape in shapes]
 
 

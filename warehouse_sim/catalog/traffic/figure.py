@@ -152,10 +152,10 @@ class Figure:
         size = np.array([0.15 * self._hg, 0.23 * self._hg, box.size[2]])
         return parts, [OrientedBox(box.T_parent_box, size)]
 
-    def _around(self, share: Float[np.ndarray, " n"], proud: float) -> TriangleMesh:
-        """Return the trunk between heights given as shares of stature, ``proud`` (m) of the vest."""
+    def _around(self, share: Float[np.ndarray, " n"], standoff: float) -> TriangleMesh:
+        """Return the trunk between heights given as shares of stature, ``standoff`` (m) of the vest."""
         depth, breadth = self._trunk_radii(share)
-        return tube([(0.0, 0.0, z * self._h) for z in share], np.column_stack([depth, breadth]) + proud, sides=28)
+        return tube([(0.0, 0.0, z * self._h) for z in share], np.column_stack([depth, breadth]) + standoff, sides=28)
 
     def _trunk_radii(self, share: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         """Return half depth and half breadth (m) of the vest at heights given as shares of stature."""
@@ -164,15 +164,15 @@ class Figure:
 
     def _bands(self) -> list[TriangleMesh]:
         """Return two bands around the trunk and one over each shoulder, 4 mm proud of the vest."""
-        h, proud = self._h, 0.004
-        bands = [self._around(middle + np.linspace(-0.5, 0.5, 3) * BAND / h, proud) for middle in (0.575, 0.665)]
+        h, standoff = self._h, 0.004
+        bands = [self._around(middle + np.linspace(-0.5, 0.5, 3) * BAND / h, standoff) for middle in (0.575, 0.665)]
         y, up = 0.062 * h, np.linspace(0.69, 0.815, 8)
         depth, breadth = self._trunk_radii(up)
         x = depth * np.sqrt(np.clip(1.0 - (y / breadth) ** 2, 0.05, 1.0)) + 0.001
         front = np.column_stack([x, np.full(8, y), up * h])
         path = np.concatenate([front, front[::-1] * [-1.0, 1.0, 1.0]])
         for side in (1.0, -1.0):
-            bands.append(tube(path * [1.0, side, 1.0], [(proud, BAND / 2)] * len(path), sides=8))
+            bands.append(tube(path * [1.0, side, 1.0], [(standoff, BAND / 2)] * len(path), sides=8))
         return bands
 
     def _head(self) -> Piece:

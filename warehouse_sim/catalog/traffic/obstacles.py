@@ -40,8 +40,8 @@ def cone(name: str) -> ObjectModel:
     body = lathe(((0.0, foot), (lower, foot), (upper, height), (0.0, height)), 24)
     parts = [placed(body, "cone_orange")]
     for low, high in ((0.38, 0.55), (0.70, 0.82)):
-        a, b, proud = low * height, high * height, 0.002
-        ring = lathe(((0.0, a), (radius(a) + proud, a), (radius(b) + proud, b), (0.0, b)), 24)
+        a, b, standoff = low * height, high * height, 0.002
+        ring = lathe(((0.0, a), (radius(a) + standoff, a), (radius(b) + standoff, b), (0.0, b)), 24)
         parts.append(placed(ring, "reflective"))
     corner = superellipsoid(6.0, 8.0, 24, 4)
     parts.append(solid_part(corner, (base, base, foot), (0.0, 0.0, foot / 2), "mast_black"))

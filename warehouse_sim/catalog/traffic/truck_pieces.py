@@ -137,8 +137,8 @@ def steering(foot: Triple, hub: Triple) -> list[Part]:
     return [placed(rod(a, b, 0.03), "mast_black"), *wheel]
 
 
-def lamps(x: float, y: float, z: float) -> list[Part]:
-    """Return two head lamps, looking forwards from ``x``, at +-``y`` and ``z`` (m)."""
+def headlights(x: float, y: float, z: float) -> list[Part]:
+    """Return two headlights, looking forwards from ``x``, at +-``y`` and ``z`` (m)."""
     housing, glass = superellipsoid(3.0, 3.0, 16, 6), unit_cylinder(16)
     along = rotation_y(np.pi / 2)
     parts = []

@@ -19,7 +19,7 @@ from warehouse_sim.catalog.traffic.truck_pieces import (
     beacon,
     carriage,
     fork_pair,
-    lamps,
+    headlights,
     mast,
     overhead_guard,
     seat,
@@ -51,7 +51,7 @@ def forklift(name: str = "forklift") -> ObjectModel:
     posts = [((-0.42, 0.47, 0.55), (-0.66, 0.44, 2.0)), ((-1.72, 0.43, 0.98), (-1.50, 0.42, 2.0))]
     parts += overhead_guard(posts, (-1.53, -0.62, 0.42, 0.44), 2.04, "mast_black")
     parts += seat(-0.98, 0.97) + steering((-0.52, 0.0, 0.60), (-0.72, 0.0, 1.20))
-    parts += lamps(-0.44, 0.43, 1.36) + beacon(-1.45, -0.25, 2.03)
+    parts += headlights(-0.44, 0.43, 1.36) + beacon(-1.45, -0.25, 2.03)
     return assembled(name, "forklift", 177, parts, _forklift_solids(), 3100.0)
 
 

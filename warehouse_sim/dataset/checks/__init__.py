@@ -1,1 +1,1 @@
-"""What ``validate`` looks at; one file a subject, one function a check."""
+"""The checks of ``validate``; one file a subject, one function a check."""

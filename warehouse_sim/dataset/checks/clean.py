@@ -4,12 +4,12 @@ import numpy as np
 from jaxtyping import Num
 
 NOT_ITS_TRUTH = "is not the truth behind the depth that was read"
-# Depth sensors err by a few per cent, at edges by more; a picture of another place errs by much more.
+# Depth sensors err by a few per cent, at edges by more; an image of another place errs by much more.
 _LARGEST_ERROR = 0.2
 _ENOUGH_READINGS = 100
 
 
-def reads(clean: Num[np.ndarray, "h w"], read: Num[np.ndarray, "h w"]) -> bool:
+def matches_reading(clean: Num[np.ndarray, "h w"], read: Num[np.ndarray, "h w"]) -> bool:
     """Return whether most readings lie near the clean depth, both in the same unit, 0 = none; a few say nothing."""
     if clean.shape != read.shape:
         return False

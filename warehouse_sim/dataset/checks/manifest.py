@@ -15,7 +15,7 @@ _NOT_IN_RECIPE = ("plugins", "readings")
 
 
 def contents(subject: Subject) -> Findings:
-    """Find formats and targets known, the recipe told, and the split table counted right.
+    """Check that formats and targets are known, that the recipe is recorded, and that the split table is counted right.
 
     Raises:
         DatasetError: The recipe's sensors or the split table are malformed.
@@ -44,7 +44,7 @@ def require_size(subject: Subject) -> None:
     try:
         found = len(subject.record(index).observations)
     except DatasetError:
-        # An unreadable record is told of by the check of the records.
+        # The check of the records reports an unreadable one.
         return
     if found != subject.manifest.observations_per_scene:
         raise DatasetError(

@@ -2,7 +2,7 @@
 
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.object_truth import untruths
+from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.geometry.mesh import diameter
 
 _SAME_LENGTH = 1e-6
@@ -14,7 +14,7 @@ def objects(subject: Subject) -> Findings:
     infos = subject.objects
     findings = Findings(f"{len(infos)} objects")
     for info in (item for item in infos.values() if item.read_mesh is not None):
-        for problem in untruths(info):
+        for problem in geometry_problems(info):
             findings.require(False, f"{subject.layout.objects}: {info.obj_id}: {problem}")
         measured = diameter(info.mesh().vertices)
         findings.require(

@@ -38,7 +38,7 @@ class Subject:
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self.root, self.manifest = root, manifest
         self.progress: Callable[[float], None] = lambda share: None
-        """Told the share (0-1) of a check's work that is done."""
+        """Called with the share (0-1) of a check's work that is done."""
         self.layout = DatasetLayout(root)
         self._records: dict[int, SceneRecord] = {}
         self._format: str | None = None
@@ -109,7 +109,7 @@ class Subject:
         return poses[observation]
 
     def each(self, items: Sequence[T], examine: Callable[[T], R]) -> Iterator[R]:
-        """Yield what ``examine`` says of each item, in order, and tell the progress.
+        """Yield what ``examine`` says of each item, in order, and report the progress.
 
         Items are examined side by side in threads: most of the work is in libraries that let others run meanwhile.
         """

@@ -32,9 +32,9 @@ def signed(value: float) -> str:
     return f"{rounded:+.1f}".replace("-", "−") if rounded else "0.0"
 
 
-def counted(count: int, noun: str) -> str:
-    """Write a count with its noun, in the plural where it is not one."""
-    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+def counted(count: int, singular: str) -> str:
+    """Write a count with its unit, in the plural where it is not one."""
+    return f"{count:,} {singular}" if count == 1 else f"{count:,} {singular}s"
 
 
 def share_cell(summary: Summary, name: str) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_fa
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.cases import choose_cases
+from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
 from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, share_cell, signed
-from warehouse_sim.evaluation.report.pictures import close_up, jpeg_uri
 from warehouse_sim.evaluation.report.sources import EvaluationSource
 from warehouse_sim.evaluation.summary import Summary
 
@@ -102,8 +102,8 @@ def _case_groups(source: EvaluationSource, count: int) -> list[dict[str, Any]]:
             prediction = int(scores.table.prediction[row])
             estimate = scores.estimates[prediction].T_camera_object if prediction >= 0 else None
             info = data.objects[target.obj_id]
-            picture = close_up(data.rgb(image), image.camera, info, target.T_camera_object, estimate)
-            cases.append({"uri": jpeg_uri(picture)} | _case_caption(scores.table, row))
+            crop = close_up(data.rgb(image), image.camera, info, target.T_camera_object, estimate)
+            cases.append({"uri": jpeg_uri(crop)} | _case_caption(scores.table, row))
         groups.append({"title": group.title, "cases": cases})
     return groups
 

@@ -8,8 +8,8 @@ import numpy as np
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.evaluation.report import charts
+from warehouse_sim.evaluation.report.images import depth_frame, frame_with_boxes, jpeg_uri
 from warehouse_sim.evaluation.report.numbers import counted
-from warehouse_sim.evaluation.report.pictures import depth_frame, frame_with_boxes, jpeg_uri
 from warehouse_sim.evaluation.report.readings import reading_rows
 from warehouse_sim.evaluation.report.sources import RunSource
 

@@ -1,4 +1,4 @@
-"""What a report is made of: dataset, run and evaluation folders, told apart by what lies in them."""
+"""What a report is made of: dataset, run and evaluation folders, recognised by what lies in them."""
 
 import csv
 import json

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.color import LUMINANCE
-from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.floor import floor_points
 from warehouse_sim.scene.lighting.photometry import light_illuminance
@@ -19,7 +19,7 @@ _LIFT = 1e-3
 """How far rays start before a surface (m)."""
 _GATHER = (24, 4)
 """Rays from a point of the floor that gather what other surfaces return, and from the end of each of them."""
-_GLANCE = (1,)
+_METER_RAYS = (1,)
 """Rays that do so for a point that a camera's meter sees."""
 _NEAR_LIGHT = 1.0
 """Nearest (m) to a light that a surface which returns some is taken to be: few rays find the bright spot beside one."""
@@ -120,7 +120,7 @@ class LightMeter:
         places = origin + hits.distance[found, None] * directions[found]
         faces = facing(hits.normals[found], directions[found])
         # So few rays say little of one point, and enough of them all: indirect light varies slowly.
-        light = self.direct(places, faces, lights) + self.gathered(places, faces, _GLANCE).mean()
+        light = self.direct(places, faces, lights) + self.gathered(places, faces, _METER_RAYS).mean()
         seen[found] = albedo[found] * light / np.pi + emitted[found]
         return seen
 

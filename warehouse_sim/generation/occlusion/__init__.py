@@ -6,10 +6,10 @@ import numpy as np
 
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
-from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.drawing import OccluderSampler
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.report import OcclusionReport, RequestOutcome
 from warehouse_sim.generation.occlusion.search import NO_VIEW, Answer, Request, RequestedView, Search
-from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.draft import Area
@@ -41,7 +41,7 @@ def request_views(
 
     Args:
         scene: The scene at rest; its aisle must be known.
-        recipe: What it was drawn from, its open settings closed: kinds of views, and what loads are made of.
+        recipe: What it was drawn from, one value for each random setting: kinds of views, what loads are made of.
         camera: The intrinsics of every observation.
         config: What is asked for.
         raycaster: Of ``scene``.
@@ -53,24 +53,24 @@ def request_views(
     if scene.aisle is None:
         raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
     room = max(0.8, recipe.viewpoints.clearance, config.camera_clearance)
-    stage = Stage(scene, raycaster, camera, Area(*scene.aisle), room)
+    occluded = OccludedScene(scene, raycaster, camera, Area(*scene.aisle), room)
     fixed = [viewpoint for viewpoint in scene.viewpoints if viewpoint.sequence is not None]
-    stock = OccluderStock(recipe.loads, rng)
+    sampler = OccluderSampler(recipe.loads, rng)
     requests: list[Request] = []
     answers: list[Answer] = []
     for number, own in enumerate(scene.viewpoints):
         request = Request(*config.request(scene.scene_index * len(scene.viewpoints) + number, rng))
         search = Search(
-            stage=stage,
+            occluded=occluded,
             request=request,
             own=own,
             views=recipe.viewpoints,
             config=config,
-            stock=stock,
+            sampler=sampler,
             fixed=fixed,
             rng=rng,
-            later=scene.viewpoints[number + 1 :],
-            earlier=list(answers[-1].views) if answers else [],
+            next_viewpoints=scene.viewpoints[number + 1 :],
+            previous_views=list(answers[-1].views) if answers else [],
         )
         requests.append(request)
         answers.append(search.run())
@@ -84,7 +84,7 @@ def request_views(
         replace(own if view is None else view.viewpoint, visible_request=(request.low, request.high))
         for own, view, request in zip(scene.viewpoints, views, requests, strict=True)
     ]
-    return replace(stage.scene, viewpoints=tuple(viewpoints)), OcclusionReport(tuple(outcomes))
+    return replace(occluded.scene, viewpoints=tuple(viewpoints)), OcclusionReport(tuple(outcomes))
 
 
 def _outcome(number: int, request: Request, last: RequestedView | None, answer: Answer) -> RequestOutcome:

@@ -70,7 +70,7 @@ class VisibleFractions:
         return [to_mapping(item) for item in self.ranges]
 
     @classmethod
-    def tenths(cls, least: float = 0.1) -> "VisibleFractions":
+    def deciles(cls, least: float = 0.1) -> "VisibleFractions":
         """Return ranges of width 0.1 from ``least`` to 1."""
         edges = np.round(np.arange(least, 1.0 + 1e-9, 0.1), 3)
         return cls(tuple(FractionRange(float(a), float(b)) for a, b in pairwise(edges)))

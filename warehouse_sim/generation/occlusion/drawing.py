@@ -31,7 +31,7 @@ _VARIANTS = 3
 """Different loads, columns and stacks of each sort that a scene gets before it takes them again."""
 
 
-class OccluderStock:
+class OccluderSampler:
     """The occluders of one scene, built when they are first asked for.
 
     Args:

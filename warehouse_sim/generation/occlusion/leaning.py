@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import materials_of
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene, fraction_behind, ground_line
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import Stage, fraction_behind, ground_line
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_x, rotation_z
 from warehouse_sim.physics.rest import RestLimits, bring_to_rest
@@ -39,8 +39,8 @@ def leaning_pallet(model: ObjectModel) -> Occluder:
     return Occluder("pallet", {model.name: model}, (loose,))
 
 
-def lean_before(
-    stage: Stage,
+def find_leaning_pose(
+    occluded: OccludedScene,
     sight: Sight,
     occluder: Occluder,
     least_height: float,
@@ -53,22 +53,22 @@ def lean_before(
     It is pushed on, straight into the rack or along the aisle, until its upper edge touches something; then it is let
     go in the simulation and must stay.
     """
-    target = stage.instance_of[sight.target]
+    target = occluded.instance_of[sight.target]
     model = occluder.models[occluder.instances[0].model]
     way, length = ground_line(sight, target.T_world_object[:3, 3])
     ahead = np.eye(2)[np.argmax(np.abs(way))] * np.sign(way[np.argmax(np.abs(way))])
     across = np.array([-ahead[1], ahead[0]])
     width = float(rng.choice(model.size[:2]) if least_height < _LOW else model.size[1])
-    reach = (width + float(np.linalg.norm(stage.scene.model_of(target).size[:2]))) / 2
+    reach = (width + float(np.linalg.norm(occluded.scene.model_of(target).size[:2]))) / 2
     tilt = np.deg2rad(rng.uniform(*_LEAN_DEG))
     # What it may lean against is in line with the target's front, as its own load and the uprights beside it are.
     front = target.T_world_object[:2, 3] - way * (0.5 * float(model.size[0]) + _RUN_UP) / (way @ ahead)
     for offset in rng.uniform(-reach, reach, _PLACES):
         start = _edge_up(model, width, tilt, ahead, front + offset * across)
-        T_world_pallet = _pushed(stage, model, start, ahead, length)
+        T_world_pallet = _pushed(occluded, model, start, ahead, length)
         if T_world_pallet is None or abs(fraction_behind(sight, occluder, T_world_pallet) - wanted) > tolerance:
             continue
-        resting = _let_go(stage.solids, model, T_world_pallet)
+        resting = _let_go(occluded.solids, model, T_world_pallet)
         if resting is not None and abs(fraction_behind(sight, occluder, resting) - wanted) <= tolerance:
             return resting
     return None
@@ -89,7 +89,7 @@ def _edge_up(
 
 
 def _pushed(
-    stage: Stage, model: ObjectModel, T_world_pallet: Transform, ahead: Float[np.ndarray, " 2"], most: float
+    occluded: OccludedScene, model: ObjectModel, T_world_pallet: Transform, ahead: Float[np.ndarray, " 2"], most: float
 ) -> Transform | None:
     """Return the pallet pushed ahead until it touches a solid with its upper half; None if it never does, or below.
 
@@ -98,11 +98,11 @@ def _pushed(
     T = T_world_pallet.copy()
     for _ in range(_PUSHES):
         box = OrientedBox(T, model.size)
-        gap = stage.solids.gap(box, most)
-        if gap < 0.0 or not np.isfinite(gap) or not all(stage.area.contains(at, -_BEYOND) for at in box.corners()):
+        gap = occluded.solids.gap(box, most)
+        if gap < 0.0 or not np.isfinite(gap) or not all(occluded.area.contains(at, -_BEYOND) for at in box.corners()):
             return None
         if gap <= _TOUCH:
-            return T if _touches_high(stage.solids, box) else None
+            return T if _touches_high(occluded.solids, box) else None
         T[:2, 3] += gap * ahead
     return None
 

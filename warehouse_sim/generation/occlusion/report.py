@@ -44,7 +44,7 @@ class OcclusionReport:
     requests: tuple[RequestOutcome, ...]
 
     @property
-    def met_share(self) -> float:
+    def success_rate(self) -> float:
         """Share of the requests that were met; 1 when there was none."""
         return sum(item.met for item in self.requests) / len(self.requests) if self.requests else 1.0
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.occlusion.config import Kind, OcclusionConfig
-from warehouse_sim.generation.occlusion.drawing import OccluderStock
+from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.leaning import HEIGHT as LEANING_HEIGHT
-from warehouse_sim.generation.occlusion.leaning import lean_before, leaning_pallet
+from warehouse_sim.generation.occlusion.leaning import find_leaning_pose, leaning_pallet
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene, Placed, behind, fraction_behind
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import Placed, Stage, behind, fraction_behind
-from warehouse_sim.generation.occlusion.standing import needed_height, stand_before
-from warehouse_sim.generation.occlusion.turning import turn_away
+from warehouse_sim.generation.occlusion.standing import find_standing_pose, needed_height
+from warehouse_sim.generation.occlusion.turning import turn_to_truncate
 from warehouse_sim.generation.occlusion.views import View, views_of
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
@@ -26,7 +26,7 @@ FINAL_RAYS = 4000
 """Rays of the last measurement; it differs from what a renderer counts by less than 0.004."""
 _EDGE = 0.004
 """The fraction by rays stays this far within its range, but for 0 and 1."""
-_ELBOW_ROOM = 0.3
+_LEAST_CLEARANCE = 0.3
 """Least distance to cameras that may still be exchanged (m)."""
 _ROUND = 8
 """Views that are looked at before more are drawn."""
@@ -100,7 +100,7 @@ class Answer:
 class Search:
     """The search for one request."""
 
-    stage: Stage
+    occluded: OccludedScene
     """What is put into it stays."""
     request: Request
     """What is asked for."""
@@ -109,29 +109,29 @@ class Search:
     views: ViewpointsConfig
     """Which cameras look from where."""
     config: OcclusionConfig
-    stock: OccluderStock
+    sampler: OccluderSampler
     fixed: Sequence[Viewpoint]
     """Viewpoints that are not exchanged; nothing is put in their way."""
     rng: np.random.Generator
-    later: Sequence[Viewpoint]
-    """The scene's viewpoints whose requests are still to come."""
-    earlier: list[RequestedView | None]
+    next_viewpoints: Sequence[Viewpoint]
+    """The scene's viewpoints whose requests come after this one."""
+    previous_views: list[RequestedView | None]
     """The views of the requests before; what is put into the scene may hide more of their targets."""
     tries: int = field(default=0, init=False)
-    troubles: Counter[str] = field(default_factory=Counter, init=False)
+    failures: Counter[str] = field(default_factory=Counter, init=False)
     """Why tries failed."""
 
     def run(self) -> Answer:
         """Return the first view within the range, or else the nearest one, after those of the requests before."""
         found = self._find()
-        reason = self.troubles.most_common(1)[0][0] if self.troubles else NO_VIEW
-        return Answer((*self.earlier, found), self.tries, reason)
+        reason = self.failures.most_common(1)[0][0] if self.failures else NO_VIEW
+        return Answer((*self.previous_views, found), self.tries, reason)
 
     def _find(self) -> RequestedView | None:
         kinds = [self.config.kinds[index] for index in self.rng.permutation(len(self.config.kinds))]
         # The border always works: unless it is drawn first, it is the last resort.
         kinds = [kinds[0], *sorted(kinds[1:], key=lambda kind: kind == "border")]
-        supply = views_of(self.stage, self.own, self.views, self.config.rays, self.rng)
+        supply = views_of(self.occluded, self.own, self.views, self.config.rays, self.rng)
         nearest: View | None = None
         while self.tries < self.config.tries:
             drawn = [view for _, view in zip(range(_ROUND), supply, strict=False)]
@@ -151,16 +151,16 @@ class Search:
         """Meet the request with a kind of occluder: one that stands there already, or one that is added."""
         request = self.request
         for view in views:
-            if request.off(view.sight.fraction) == 0.0 and self.stage.main_kind(view.sight) in (kind, "none"):
+            if request.off(view.sight.fraction) == 0.0 and self.occluded.main_kind(view.sight) in (kind, "none"):
                 found = self._measured(view.viewpoint)
                 if found.met:
                     return found
-        if kind != "border" and kind not in self.stock.kinds:
+        if kind != "border" and kind not in self.sampler.kinds:
             return None  # racks and buildings stand where they stand
         # What is added shall hide more than what hides already.
         clear = [view for view in views if 1.0 - view.sight.fraction < 0.5 - 0.25 * (request.low + request.high)]
         if views and not clear:
-            self.troubles[TOO_HIDDEN] += 1
+            self.failures[TOO_HIDDEN] += 1
         for view in sorted(clear, key=self._out_of_reach)[:_VIEWS_A_KIND]:
             wanted = self.rng.uniform(0.7 * request.low + 0.3 * request.high, 0.3 * request.low + 0.7 * request.high)
             found_view = self._turned(view, wanted) if kind == "border" else self._hidden(kind, view, wanted)
@@ -173,7 +173,7 @@ class Search:
         return self._needed_height(view) > _USUAL_HEIGHT
 
     def _needed_height(self, view: View) -> float:
-        return needed_height(view.sight, float(self.stage.instance_of[view.target].T_world_object[2, 3]))
+        return needed_height(view.sight, float(self.occluded.instance_of[view.target].T_world_object[2, 3]))
 
     def _turned(self, view: View, wanted: float) -> RequestedView | None:
         """Let the image's border cut the target."""
@@ -182,9 +182,9 @@ class Search:
             return None
         side = float(self.rng.choice([-1.0, 1.0]))
         rays, target = self.config.rays, view.target
-        viewpoint = turn_away(self.stage, view.viewpoint, target, wanted, self.request.tolerance, rays, side)
-        if viewpoint is None or not self.stage.space().admits_bodies(vehicle_boxes(viewpoint)):
-            self.troubles[NO_FIT] += 1
+        viewpoint = turn_to_truncate(self.occluded, view.viewpoint, target, wanted, self.request.tolerance, rays, side)
+        if viewpoint is None or not self.occluded.space().admits_bodies(vehicle_boxes(viewpoint)):
+            self.failures[NO_FIT] += 1
             return None
         found = self._measured(viewpoint)
         return replace(found, means="border") if found.met and found.kind == "border" else None
@@ -194,20 +194,20 @@ class Search:
         self.tries += 1
         request, least = self.request, self._needed_height(view)
         if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_SHARE:
-            pallet = leaning_pallet(catalog_object(self.stock.draw_pallet()))
+            pallet = leaning_pallet(catalog_object(self.sampler.draw_pallet()))
             # Where it finds a hold it cannot be slid, so that anything within the range does.
             middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2
-            T_world_pallet = lean_before(self.stage, view.sight, pallet, least, middle, half, self.rng)
+            T_world_pallet = find_leaning_pose(self.occluded, view.sight, pallet, least, middle, half, self.rng)
             found = None if T_world_pallet is None else self._put(view.viewpoint, pallet, T_world_pallet)
             if found is not None:
                 return found
-        occluder = self.stock.draw(kind, least)
+        occluder = self.sampler.draw(kind, least)
         if occluder is None:
-            self.troubles[TOO_HIGH] += 1
+            self.failures[TOO_HIGH] += 1
             return None
-        T_world_occluder = stand_before(self.stage, view.sight, occluder, wanted, request.tolerance, self.rng)
+        T_world_occluder = find_standing_pose(self.occluded, view.sight, occluder, wanted, request.tolerance, self.rng)
         if T_world_occluder is None:
-            self.troubles[NO_FLOOR] += 1
+            self.failures[NO_FLOOR] += 1
             return None
         return self._put(view.viewpoint, occluder, T_world_occluder)
 
@@ -215,34 +215,34 @@ class Search:
         """Put an occluder into the scene if it does for this view what was asked, and to no other what was not."""
         before = self._measured(viewpoint)
         if self.request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
-            self.troubles[NO_FIT] += 1
+            self.failures[NO_FIT] += 1
             return None
         box = occluder.envelope.placed(T_world_occluder)
-        cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.earlier if item is not None)]
+        cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.previous_views if item is not None)]
         room = keeps_clear(box, cameras, self.config.camera_clearance)
-        if not room or not keeps_clear(box, self.later, _ELBOW_ROOM):
-            self.troubles[NO_FLOOR] += 1
+        if not room or not keeps_clear(box, self.next_viewpoints, _LEAST_CLEARANCE):
+            self.failures[NO_FLOOR] += 1
             return None
-        for other in self.earlier:
+        for other in self.previous_views:
             if (
                 other is not None
                 and other.met
                 and other.request.off(fraction_behind(other.sight, occluder, T_world_occluder)) > 0.0
             ):
-                self.troubles[BREAKS] += 1
+                self.failures[BREAKS] += 1
                 return None
-        placed = self.stage.add(occluder, T_world_occluder)
-        self.earlier = [other and self._after(other, placed) for other in self.earlier]
+        placed = self.occluded.add(occluder, T_world_occluder)
+        self.previous_views = [other and self._after(other, placed) for other in self.previous_views]
         return replace(self._after(before, placed), means=occluder.kind, placed=placed.instance_ids)
 
     def _after(self, item: RequestedView, placed: Placed) -> RequestedView:
         """Return a view as it is after an occluder was put into the scene."""
         sight = behind(item.sight, placed)
-        return replace(item, sight=sight, kind=self.stage.main_kind(sight))
+        return replace(item, sight=sight, kind=self.occluded.main_kind(sight))
 
     def _measured(self, viewpoint: Viewpoint) -> RequestedView:
         """Return a view with its last measurement."""
         assert viewpoint.target is not None
-        sight = self.stage.look(viewpoint.target, viewpoint.T_world_camera, FINAL_RAYS)
+        sight = self.occluded.look(viewpoint.target, viewpoint.T_world_camera, FINAL_RAYS)
         assert sight is not None
-        return RequestedView(viewpoint, sight, self.request, self.stage.main_kind(sight))
+        return RequestedView(viewpoint, sight, self.request, self.occluded.main_kind(sight))

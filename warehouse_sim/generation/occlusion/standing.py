@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.generation.occlusion.occluded_scene import BEYOND, OccludedScene, fraction_behind, ground_line
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import BEYOND, Stage, fraction_behind, ground_line
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 
 CLEARANCE = 0.06
@@ -56,16 +56,16 @@ def line_height(sight: Sight, top: float, share: Float[np.ndarray, "..."]) -> Fl
     return sight.eye[2] + share * (top - sight.eye[2])
 
 
-def stand_before(
-    stage: Stage, sight: Sight, occluder: Occluder, wanted: float, tolerance: float, rng: np.random.Generator
+def find_standing_pose(
+    occluded: OccludedScene, sight: Sight, occluder: Occluder, wanted: float, tolerance: float, rng: np.random.Generator
 ) -> Transform | None:
     """Return where ``occluder`` stands free and leaves the ``wanted`` fraction within ``tolerance``, or None."""
-    target = stage.instance_of[sight.target]
-    model = stage.scene.model_of(target)
+    target = occluded.instance_of[sight.target]
+    model = occluded.scene.model_of(target)
     centre, size = target.T_world_object[:3, 3], model.size
     way, length = ground_line(sight, centre)
     across = np.array([-way[1], way[0]])
-    for distance in _distances(stage, sight, occluder, float(centre[2] - size[2] / 2), way, length, rng):
+    for distance in _distances(occluded, sight, occluder, float(centre[2] - size[2] / 2), way, length, rng):
         share = distance / length
         yaw, foot = _heading(occluder, rng), sight.eye[:2] + distance * way
         span = occluder.radius + share * float(np.linalg.norm(size[:2])) / 2 + 0.05
@@ -75,13 +75,13 @@ def stand_before(
             if offset is None:
                 break
             T_world_occluder = track.pose(offset)
-            if stage.takes(occluder.envelope.placed(T_world_occluder), CLEARANCE):
+            if occluded.takes(occluder.envelope.placed(T_world_occluder), CLEARANCE):
                 return T_world_occluder
     return None
 
 
 def _distances(
-    stage: Stage,
+    occluded: OccludedScene,
     sight: Sight,
     occluder: Occluder,
     height: float,
@@ -93,7 +93,7 @@ def _distances(
     half = float(occluder.envelope.size[:2].min()) / 2
     drawn = rng.uniform(_NEAREST + half, max(length - _FARTHEST, _NEAREST + half), _GUESSES)
     feet = sight.eye[:2] + drawn[:, None] * way
-    fits = np.array([stage.area.contains(foot, half - BEYOND) for foot in feet])
+    fits = np.array([occluded.area.contains(foot, half - BEYOND) for foot in feet])
     fits &= line_height(sight, height, drawn / length) < occluder.height
     return drawn[fits & (drawn < length - _FARTHEST)][:_DEPTHS]
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.generation.occlusion.stage import Stage
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.standing import slide
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.schema import Viewpoint
@@ -13,8 +13,8 @@ _FARTHEST = np.deg2rad(75.0)
 """Most a camera is turned (rad)."""
 
 
-def turn_away(
-    stage: Stage, viewpoint: Viewpoint, target: int, wanted: float, tolerance: float, rays: int, side: float
+def turn_to_truncate(
+    occluded: OccludedScene, viewpoint: Viewpoint, target: int, wanted: float, tolerance: float, rays: int, side: float
 ) -> Viewpoint | None:
     """Return the viewpoint turned to ``side`` (1 = left) so that the ``wanted`` fraction is in sight, or None.
 
@@ -23,7 +23,7 @@ def turn_away(
 
     def fraction_at(offset: float) -> float:
         turned = _turned(viewpoint, side * (_FARTHEST - offset))
-        sight = stage.look(target, turned.T_world_camera, rays)
+        sight = occluded.look(target, turned.T_world_camera, rays)
         return sight.fraction if sight is not None else 0.0
 
     offset = slide(fraction_at, _FARTHEST, wanted, tolerance)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.sight import Sight
-from warehouse_sim.generation.occlusion.stage import Stage
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.framing import targets_in_frame
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
@@ -34,19 +34,19 @@ class View:
 
 
 def views_of(
-    stage: Stage, own: Viewpoint, config: ViewpointsConfig, rays: int, rng: np.random.Generator
+    occluded: OccludedScene, own: Viewpoint, config: ViewpointsConfig, rays: int, rng: np.random.Generator
 ) -> Iterator[View | None]:
     """Yield views, None for each in vain: the scene's ``own`` view first, then others, target by target at random.
 
     A view that belongs to a drive cannot be exchanged: then the targets that it shows come again and again.
     """
-    space = stage.space()
+    space = occluded.space()
     shown = [item.instance_id for item in targets_in_frame(own.T_world_camera, space, config)]
     shown.sort(key=lambda number: number != own.target)
     while own.sequence is not None and shown:
-        yield from (_view(stage, replace(own, target=number), rays) for number in shown)
+        yield from (_view(occluded, replace(own, target=number), rays) for number in shown)
     for number in shown[:1] if space.has_room(own, config.clearance) else ():
-        yield _view(stage, replace(own, target=number), rays)
+        yield _view(occluded, replace(own, target=number), rays)
     low = [item for item in space.targets if item.T_world_object[2, 3] < _WITHIN_REACH]
     misses = 0
     while own.sequence is None and misses < _IN_A_ROW:
@@ -56,10 +56,10 @@ def views_of(
         viewpoint = next(candidate_viewpoints(target, space, config, rng, _TRIES), None)
         misses = 0 if viewpoint is not None else misses + 1
         if viewpoint is not None:
-            yield _view(stage, replace(viewpoint, target=target.instance_id), rays)
+            yield _view(occluded, replace(viewpoint, target=target.instance_id), rays)
 
 
-def _view(stage: Stage, viewpoint: Viewpoint, rays: int) -> View | None:
+def _view(occluded: OccludedScene, viewpoint: Viewpoint, rays: int) -> View | None:
     assert viewpoint.target is not None
-    sight = stage.look(viewpoint.target, viewpoint.T_world_camera, rays)
+    sight = occluded.look(viewpoint.target, viewpoint.T_world_camera, rays)
     return None if sight is None else View(viewpoint, sight)

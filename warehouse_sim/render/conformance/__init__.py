@@ -28,7 +28,7 @@ CHECKS: dict[str, Callable[[Subject], None]] = {
     "textures": products.check_textures,
     "shadows": products.check_shadows,
     "global illumination": products.check_global_illumination,
-    "lamps": products.check_lamps,
+    "lights": products.check_lights,
     "broken scenes": products.check_broken_scenes,
     "repetition": products.check_repetition,
     "description": products.check_description,

@@ -16,7 +16,7 @@ def check_view(subject: Subject, seen: View) -> None:
     """Compare every channel of a view with exact rays."""
     exact, inside = seen.truth, seen.truth.inside()
     has_normals = subject.renderer.capabilities.normals
-    buffers = subject.draw(seen.scene, seen.camera, seen.T_world_camera, normals=has_normals)
+    buffers = subject.render(seen.scene, seen.camera, seen.T_world_camera, normals=has_normals)
     same = buffers.instance_ids == exact.instance_ids
     subject.expect(buffers.instance_ids.dtype == np.int32, f"ids are {buffers.instance_ids.dtype}, not int32")
     subject.expect(same[inside].mean() >= 0.999, f"{same[inside].mean():.2%} of the ids inside surfaces are right")
@@ -29,7 +29,7 @@ def check_view(subject: Subject, seen: View) -> None:
     subject.expect(((buffers.depth == 0.0) == nothing).all(), "depth and ids must be zero in the same pixels")
     known = {0, *(item.instance_id for item in seen.scene.instances)}
     subject.expect(set(np.unique(buffers.instance_ids)) <= known, "ids that no object has: are they blended?")
-    subject.expect(buffers.rgb.shape == (*exact.depth.shape, 3), f"the picture has the shape {buffers.rgb.shape}")
+    subject.expect(buffers.rgb.shape == (*exact.depth.shape, 3), f"the image has the shape {buffers.rgb.shape}")
     if has_normals:
         _check_normals(subject, buffers, exact, compared)
 
@@ -52,7 +52,7 @@ def check_depth_of_a_plane(subject: Subject) -> None:
     height, camera = 1.65, KITTI.crop(300, 0, 600, 370)
     for pitch in (0.0, -0.3):
         T = level_camera(np.array([0.0, 0.0, height]), 0.3, pitch)
-        depth = subject.draw(scene, camera, T).depth
+        depth = subject.render(scene, camera, T).depth
         down = -(camera.rays() @ T[:3, :3].T)[..., 2]
         exact = np.where(down > 0, height / np.where(down > 0, down, 1.0), np.inf)
         on_floor = exact < 35.0
@@ -67,7 +67,7 @@ def check_depth_of_a_plane(subject: Subject) -> None:
 def check_window(subject: Subject) -> None:
     """Compare a window of the image with the image of the cropped camera, whose principal point may lie anywhere."""
     seen = view("whole image")
-    whole = subject.draw(seen.scene, KITTI, seen.T_world_camera)
+    whole = subject.render(seen.scene, KITTI, seen.T_world_camera)
     for left, top, width, height in ((500, 40, 400, 300), (1000, 300, 224, 70)):
         part = subject.renderer.render(KITTI.crop(left, top, width, height), seen.T_world_camera)
         window = (slice(top, top + height), slice(left, left + width))

@@ -47,7 +47,7 @@ def check_silhouettes(subject: Subject) -> None:
     ids = subject.renderer.render(camera, T).instance_ids
     for before, after in zip(found, subject.renderer.silhouettes(camera, T, pallets), strict=True):
         same = before.offset == after.offset and np.array_equal(before.mask, after.mask)
-        subject.expect(same, "silhouettes differ before and after a picture")
+        subject.expect(same, "silhouettes differ before and after an image")
     wide = camera.crop(-camera.width, -camera.height, 3 * camera.width, 3 * camera.height)
     for pallet, silhouette in zip(pallets, found, strict=True):
         exact = cast_image(replace(scene, instances=(pallet,)), wide, T).instance_ids > 0
@@ -62,9 +62,9 @@ def check_silhouettes(subject: Subject) -> None:
 
 
 def check_film(subject: Subject) -> None:
-    """Expect film to tint the picture, or to be left out, and never to touch depth, ids and shadows."""
+    """Expect film to tint the image, or to be left out, and never to touch depth, ids and shadows."""
     bare, wrapped = (
-        subject.draw(_film_scene(film), _CAMERA, _AT_CARTON)
+        subject.render(_film_scene(film), _CAMERA, _AT_CARTON)
         for film in (None, Material("film", (0.9,) * 3, opacity=0.5))
     )
     subject.expect(np.array_equal(bare.instance_ids, wrapped.instance_ids), "film changes ids")
@@ -84,9 +84,9 @@ def check_textures(subject: Subject) -> None:
     spread = {}
     for texture in (None, "concrete"):
         materials = {**MATERIALS, "concrete": replace(MATERIALS["concrete"], texture=texture, texture_size=3.0)}
-        lamps = [spot((0.0, 0.0, 7.0), 6000.0)]
-        scene = make_scene([_FLOOR], [("floor", at(0, 0, -0.05))], lamps, materials=materials, ambient=200.0)
-        rgb = subject.draw(scene, _CAMERA, _FROM_ABOVE).rgb[40:160, 80:240].astype(np.float32)
+        lights = [spot((0.0, 0.0, 7.0), 6000.0)]
+        scene = make_scene([_FLOOR], [("floor", at(0, 0, -0.05))], lights, materials=materials, ambient=200.0)
+        rgb = subject.render(scene, _CAMERA, _FROM_ABOVE).rgb[40:160, 80:240].astype(np.float32)
         fine = cv2.blur(rgb, (9, 9)) - cv2.blur(rgb, (61, 61))
         spread[texture] = float(fine.std())
     found = spread["concrete"] > spread[None] + 0.5
@@ -95,13 +95,13 @@ def check_textures(subject: Subject) -> None:
 
 
 def check_shadows(subject: Subject) -> None:
-    """Expect the shadow of a table under a lamp where shadows are declared."""
+    """Expect the shadow of a table under a light where shadows are declared."""
     models = [_FLOOR, box_model("table", (1.2, 1.2, 0.05))]
     placed = [("floor", at(0, 0, -0.05)), ("table", at(0.0, 0.0, 1.5))]
     scene = make_scene(models, placed, [spot((0.0, 3.0, 5.0), 6000.0)], ambient=40.0)
-    # The lamp's rays over the middle of the table reach the floor at y = 3 - 3 * 5 / 3.5: right in the picture.
+    # The light's rays over the middle of the table reach the floor at y = 3 - 3 * 5 / 3.5: right in the image.
     below, beside = (160 + round(220 / 6 * 1.29), 100), (160 - round(220 / 6 * 1.29), 100)
-    levels = _patch_levels(subject.draw(scene, _CAMERA, _FROM_ABOVE), [below, beside])
+    levels = _patch_levels(subject.render(scene, _CAMERA, _FROM_ABOVE), [below, beside])
     found, declared = bool(levels[0] < 0.7 * levels[1]), subject.renderer.capabilities.shadows
     subject.expect(found == declared, f"shadows: declared {declared}, found {found}")
 
@@ -113,25 +113,25 @@ def check_global_illumination(subject: Subject) -> None:
     placed = [("floor", at(0, 0, -0.05)), ("wall", at(0, 1.0, 1.5))]
     side = Light("spot", np.array([0.0, -2.5, 1.6]), np.array([0.0, 1.0, 0.0]), 9000.0, cone_inner=0.15, cone_outer=0.3)
     scene = make_scene(models, placed, [side], materials=materials, ambient=0.0, exposure=0.02)
-    drawn = subject.draw(scene, _CAMERA, level_camera(np.array([-3.0, -0.2, 2.5]), 0.2, -0.7))
+    drawn = subject.render(scene, _CAMERA, level_camera(np.array([-3.0, -0.2, 2.5]), 0.2, -0.7))
     floor = drawn.rgb[drawn.instance_ids == 1].reshape(-1, 3).mean(axis=0)
     if subject.renderer.capabilities.global_illumination:
         subject.expect(floor[0] > 20.0 and floor[0] > 3.0 * floor[2], f"the wall's light gives the floor {floor}")
 
 
-def check_lamps(subject: Subject) -> None:
-    """Expect as many of twenty lamps, each over a patch of floor of its own, as are declared."""
+def check_lights(subject: Subject) -> None:
+    """Expect as many of twenty lights, each over a patch of floor of its own, as are declared."""
     places = [(x, y) for x in (-6.0, -2.0, 2.0, 6.0) for y in (-8.0, -4.0, 0.0, 4.0, 8.0)]
-    lamps = [replace(spot((x, y, 4.0), 2500.0), cone_inner=0.25, cone_outer=0.4) for x, y in places]
-    scene = make_scene([_FLOOR], [("floor", at(0, 0, -0.05))], lamps, ambient=0.0)
-    buffers = subject.draw(scene, _CAMERA, level_camera(np.array([0.0, 0.0, 20.0]), 0.0, -np.pi / 2))
-    # Seen from above with the image's top along +x and its right along -y; beside each patch no lamp shines.
+    lights = [replace(spot((x, y, 4.0), 2500.0), cone_inner=0.25, cone_outer=0.4) for x, y in places]
+    scene = make_scene([_FLOOR], [("floor", at(0, 0, -0.05))], lights, ambient=0.0)
+    buffers = subject.render(scene, _CAMERA, level_camera(np.array([0.0, 0.0, 20.0]), 0.0, -np.pi / 2))
+    # Seen from above with the image's top along +x and its right along -y; beside each patch no light shines.
     pixels = [(round(_CAMERA.cx - 11.0 * y), round(_CAMERA.cy - 11.0 * x)) for x, y in places]
     beside = [(u, v + 22) for u, v in pixels]
     brighter = _patch_levels(buffers, pixels) - _patch_levels(buffers, beside)
     lit, most = int((brighter > 30.0).sum()), subject.renderer.capabilities.max_lights
-    wanted = len(lamps) if most is None else min(len(lamps), most)
-    subject.expect(lit == wanted, f"{lit} of {len(lamps)} lamps are drawn, {wanted} are declared")
+    wanted = len(lights) if most is None else min(len(lights), most)
+    subject.expect(lit == wanted, f"{lit} of {len(lights)} lights are drawn, {wanted} are declared")
 
 
 def check_broken_scenes(subject: Subject) -> None:
@@ -143,7 +143,7 @@ def check_broken_scenes(subject: Subject) -> None:
         "object 1 occurs twice": replace(scene, instances=(scene.instances[0],) * 2),
         "nothing to draw": replace(scene, instances=()),
     }
-    before = subject.draw(scene, OFF_CENTRE, _AT_CARTON)
+    before = subject.render(scene, OFF_CENTRE, _AT_CARTON)
     for message, bad in broken.items():
         subject.expect_refusal(lambda bad=bad: subject.renderer.load(bad), message)  # type: ignore[misc]
     after = subject.renderer.render(OFF_CENTRE, _AT_CARTON)
@@ -154,10 +154,10 @@ def check_broken_scenes(subject: Subject) -> None:
 def check_repetition(subject: Subject) -> None:
     """Expect a view to have the same bytes again, after others, and in a scene that has no other viewpoint."""
     seen = view("off-centre")
-    first = subject.draw(seen.scene, seen.camera, seen.T_world_camera)
+    first = subject.render(seen.scene, seen.camera, seen.T_world_camera)
     subject.renderer.render(_CAMERA, seen.T_world_camera)
     again = subject.renderer.render(seen.camera, seen.T_world_camera)
-    alone = subject.draw(replace(seen.scene, viewpoints=seen.scene.viewpoints[1:2]), seen.camera, seen.T_world_camera)
+    alone = subject.render(replace(seen.scene, viewpoints=seen.scene.viewpoints[1:2]), seen.camera, seen.T_world_camera)
     for other, when in ((again, "when it is drawn again"), (alone, "without the scene's other viewpoints")):
         for channel in ("rgb", "depth", "instance_ids"):
             same = np.array_equal(getattr(first, channel), getattr(other, channel))
@@ -181,8 +181,8 @@ def _film_scene(material: Material | None) -> SceneSpec:
     models = [_FLOOR, box_model("carton", (0.6, 0.6, 0.6)), box_model("wrap", (0.62, 0.62, 0.62), "film", "wrap", 91)]
     placed = [("floor", at(0, 0, -0.05)), ("carton", at(0, 0, 0.3)), ("wrap", at(0, 0, 0.3))]
     film = material or Material("film", (0.5,) * 3)
-    lamp = spot((-2.0, 1.0, 3.5), 2500.0)
-    scene = make_scene(models, placed, [lamp], materials={**MATERIALS, "film": film}, ambient=60.0)
+    light = spot((-2.0, 1.0, 3.5), 2500.0)
+    scene = make_scene(models, placed, [light], materials={**MATERIALS, "film": film}, ambient=60.0)
     return scene if material is not None else replace(scene, instances=scene.instances[:2])
 
 

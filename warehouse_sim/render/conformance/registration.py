@@ -23,7 +23,7 @@ _PLACEMENTS = 24
 
 @dataclass(frozen=True, eq=False)
 class Offsets:
-    """How far each placement's picture lies from where it belongs (n 2), in pixels."""
+    """How far each placement's image lies from where it belongs (n 2), in pixels."""
 
     mask: np.ndarray
     rgb: np.ndarray
@@ -31,7 +31,7 @@ class Offsets:
 
 
 def _glowing_box() -> SceneSpec:
-    """Return a box at the world's origin that shines evenly in the dark: its picture is its silhouette."""
+    """Return a box at the world's origin that shines evenly in the dark: its image is its silhouette."""
     glow = {"glow": Material("glow", (0.5, 0.5, 0.5), emission=0.6 / 0.015)}
     return make_scene([box_model("box", SIZE.tolist(), "glow")], [("box", np.eye(4))], materials=glow, ambient=0.0)
 
@@ -56,7 +56,7 @@ def _depth_offset(subject: Subject, buffers: RenderBuffers, T_camera_object: np.
 
 
 def measure_offsets(subject: Subject) -> Offsets:
-    """Measure all channels with a box at many places, whose picture is known in closed form."""
+    """Measure all channels with a box at many places, whose image is known in closed form."""
     subject.renderer.load(_glowing_box())
     mask, rgb, depth = [], [], []
     for T_camera_object in random_placements(_PLACEMENTS, margin=4):

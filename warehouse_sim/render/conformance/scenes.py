@@ -80,7 +80,7 @@ def at(x: float, y: float, z: float, yaw: float = 0.0) -> Transform:
 
 
 def spot(position: Sequence[float], intensity: float = 4000.0, casts_shadow: bool = True) -> Light:
-    """Return a lamp that shines straight down."""
+    """Return a light that shines straight down."""
     down = np.array([0.0, 0.0, -1.0])
     return Light("spot", np.array(position, float), down, intensity, casts_shadow=casts_shadow)
 

@@ -29,7 +29,7 @@ class Subject:
     name: str
     renderer: Renderer
 
-    def draw(
+    def render(
         self, scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False
     ) -> RenderBuffers:
         """Load ``scene`` and draw one view of it."""

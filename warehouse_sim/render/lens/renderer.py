@@ -50,7 +50,7 @@ class LensRenderer:
         self._scene = scene
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Draw the loaded scene."""
+        """Render the loaded scene."""
         if camera.distortion is None:
             return self._renderer.render(camera, T_world_camera, normals)
         lens = lens_map(camera)

@@ -34,7 +34,7 @@ def through_lens(drawn: RenderBuffers, lens: LensMap, edges: EdgeCaster, T_world
 
 
 def _colors(rgb: UInt8[np.ndarray, "sh sw 3"], lens: LensMap) -> UInt8[np.ndarray, "h w 3"]:
-    """Return cubic taps and their mean, in the picture's own values."""
+    """Return cubic taps and their mean, in the image's own values."""
     shown = [
         cv2.remap(rgb, coarse, fine, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE) for coarse, fine in lens.taps
     ]
@@ -49,7 +49,7 @@ def _colors(rgb: UInt8[np.ndarray, "sh sw 3"], lens: LensMap) -> UInt8[np.ndarra
 def _depth(inverse: Float32[np.ndarray, "sh sw"], lens: LensMap) -> Float32[np.ndarray, "h w"]:
     """Return the depth (m) where each pixel's ray meets the surface of the nearest source pixel.
 
-    1 / z is linear over the picture of a plane (perspective): its slope at a pixel tells its value beside the centre,
+    1 / z is linear over the image of a plane (perspective): its slope at a pixel tells its value beside the centre,
     exactly on planes.
     """
     beside = np.take(inverse, lens.nearest)

@@ -1,4 +1,4 @@
-"""The pinhole picture that a distorted one is made from, and where in it each pixel looks."""
+"""The pinhole image that a distorted one is made from, and where in it each pixel looks."""
 
 import math
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
-from warehouse_sim.render.mujoco.model import MAX_LAMPS, build_visual_model
+from warehouse_sim.render.mujoco.model import MAX_LIGHTS, build_visual_model
 from warehouse_sim.render.painted_mesh import require_drawable
 from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
@@ -20,16 +20,16 @@ from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 @dataclass(frozen=True)
 @ranged
 class MujocoOptions:
-    """What the mujoco backend can be told."""
+    """Options of the mujoco backend."""
 
     platform: Literal["egl", "osmesa"] | None = None
     """What to draw through; null asks the environment variable MUJOCO_GL, then EGL. A process cannot use both."""
     device: Annotated[int, Range(0, 1023)] | None = None
     """Number of the EGL device, 0-1,023; null = the first that works."""
     samples: Annotated[int, Range(0, 64)] = 4
-    """Samples a pixel of the picture, 0-64, 0 for no antialiasing; depth and ids always have one."""
+    """Samples a pixel of the image, 0-64, 0 for no antialiasing; depth and ids always have one."""
     shadow_px: Annotated[int, Range(0, 16_384, "px")] = 2048
-    """Edge of each lamp's shadow map, 0-16,384, all drawn again for each picture; 0 = no shadows."""
+    """Edge of each light's shadow map, 0-16,384, all drawn again for each image; 0 = no shadows."""
 
 
 class MujocoRenderer:
@@ -54,7 +54,7 @@ class MujocoRenderer:
     @property
     def capabilities(self) -> Capabilities:
         """No normals: nothing in fixed-function OpenGL draws them exactly."""
-        return Capabilities(normals=False, shadows=self._options.shadow_px > 0, max_lights=MAX_LAMPS)
+        return Capabilities(normals=False, shadows=self._options.shadow_px > 0, max_lights=MAX_LIGHTS)
 
     def load(self, scene: SceneSpec) -> None:
         """Compile ``scene`` and upload it."""
@@ -66,7 +66,7 @@ class MujocoRenderer:
         self._scene = LoadedScene(scene, visual, self._options.samples)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Draw the loaded scene."""
+        """Render the loaded scene."""
         require_view(camera, T_world_camera)
         self._make_current()
         if normals:

@@ -8,7 +8,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
 from warehouse_sim.render.mujoco.model import ALONE, FILM, SOLID, VisualModel
-from warehouse_sim.render.mujoco.view import NEAR, aim, draw_color, draw_numbers, set_numbering
+from warehouse_sim.render.mujoco.view import NEAR, aim, render_color, render_ids, set_numbering
 from warehouse_sim.render.renderer import Silhouette
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
@@ -21,7 +21,7 @@ class LoadedScene:
     Args:
         scene: The scene.
         visual: The same as a MuJoCo model.
-        samples: Samples a pixel of the picture.
+        samples: Samples a pixel of the image.
     """
 
     def __init__(self, scene: SceneSpec, visual: VisualModel, samples: int) -> None:
@@ -49,9 +49,9 @@ class LoadedScene:
         """Draw colours, depth and ids."""
         size = self._fit(camera)
         aim(self._colors, camera, T_world_camera)
-        rgb = draw_color(self._colors, self._context, size)
+        rgb = render_color(self._colors, self._context, size)
         aim(self._numbers, camera, T_world_camera)
-        numbers, depth = draw_numbers(self._numbers, self._context, size)
+        numbers, depth = render_ids(self._numbers, self._context, size)
         return RenderBuffers(rgb=rgb, depth=depth, instance_ids=self._owner[numbers])
 
     def silhouette(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> Silhouette:
@@ -64,7 +64,7 @@ class LoadedScene:
 
         def draw(tile: PinholeCamera) -> Bool[np.ndarray, "h w"]:
             aim(alone, tile, T_world_camera)
-            return draw_numbers(alone, self._context, size)[0] >= 0
+            return render_ids(alone, self._context, size)[0] >= 0
 
         T_camera_object = invert(T_world_camera) @ instance.T_world_object
         corners = solid_corners(self._scene, self._scene.model_of(instance))

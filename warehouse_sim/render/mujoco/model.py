@@ -1,4 +1,4 @@
-"""A scene as a MuJoCo model that is only looked at: meshes, materials and lamps, nothing that collides or moves."""
+"""A scene as a MuJoCo model that is only looked at: meshes, materials and lights, nothing that collides or moves."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,15 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
-from warehouse_sim.render.lamps import looked_at, strongest_lights
-from warehouse_sim.render.mujoco.look import add_background, add_lamp, add_material, measure_level
+from warehouse_sim.render.light_selection import reference_points, strongest_lights
+from warehouse_sim.render.mujoco.appearance import add_background, add_light, add_material, measure_level
 from warehouse_sim.render.mujoco.tessellate import lit_at_vertices
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 SOLID, FILM, ALONE = 0, 1, 2
-"""Geom groups: what has depth and an id, what only tints the picture, what is drawn by itself."""
-MAX_LAMPS = 7
+"""Geom groups: what has depth and an id, what only tints the image, what is drawn by itself."""
+MAX_LIGHTS = 7
 """The fixed-function pipeline has eight lights, and the even light takes one."""
 
 
@@ -35,19 +35,19 @@ def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
 
     Args:
         scene: What to draw.
-        shadow_px: Edge of each lamp's shadow map; 0 = no lamp casts a shadow.
+        shadow_px: Edge of each light's shadow map; 0 = no light casts a shadow.
     """
     spec = mujoco.MjSpec()
     spec.memory = 1 << 20  # nothing touches: the arena stays empty
     spec.visual.quality.shadowsize = shadow_px
     spec.visual.map.shadowscale = 1.0  # the map covers the whole cone
     add_background(spec, scene)
-    lights = strongest_lights(scene.lights, MAX_LAMPS, looked_at(scene))
+    lights = strongest_lights(scene.lights, MAX_LIGHTS, reference_points(scene))
     level = measure_level(scene, lights)
     spec.visual.headlight.ambient = [level.even] * 3
     spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3
-    for light, value in zip(lights, level.lamps, strict=True):
-        add_lamp(spec, light, float(value), shadow_px > 0 and light.casts_shadow and light.kind == "spot")
+    for light, value in zip(lights, level.lights, strict=True):
+        add_light(spec, light, float(value), shadow_px > 0 and light.casts_shadow and light.kind == "spot")
     owner: list[int] = []
     group: list[int] = []
     known: dict[str, dict[str, str]] = {}

@@ -14,7 +14,7 @@ _MANY_FACES = 1000
 
 
 def lit_at_vertices(mesh: PaintedMesh) -> PaintedMesh:
-    """Return ``mesh`` with enough vertices that a lamp over the middle of a floor or a wall lights it."""
+    """Return ``mesh`` with enough vertices that a light over the middle of a floor or a wall lights it."""
     extent = np.sort(np.ptp(mesh.positions, axis=0))
     if extent[1] < _SMALL or len(mesh.faces) > _MANY_FACES:
         return mesh

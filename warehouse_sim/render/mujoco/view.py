@@ -1,4 +1,4 @@
-"""The camera of a view, and pictures of a MuJoCo scene through it."""
+"""The camera of a view, and images of a MuJoCo scene through it."""
 
 import mujoco
 import numpy as np
@@ -19,15 +19,17 @@ def aim(scene: mujoco.MjvScene, camera: PinholeCamera, T_world_camera: Transform
     """
     left, right = (np.array([-0.5, camera.width - 0.5]) - camera.cx) * NEAR / camera.fx
     top, bottom = (camera.cy - np.array([-0.5, camera.height - 0.5])) * NEAR / camera.fy
-    for eye in scene.camera:  # two for stereo; a single picture is taken between them
+    for eye in scene.camera:  # two for stereo; a single image is taken between them
         eye.pos, eye.forward, eye.up = T_world_camera[:3, 3], T_world_camera[:3, 2], -T_world_camera[:3, 1]
         eye.frustum_center, eye.frustum_width = (left + right) / 2, (right - left) / 2
         eye.frustum_bottom, eye.frustum_top = bottom, top
         eye.frustum_near, eye.frustum_far = NEAR, FAR
 
 
-def draw_color(scene: mujoco.MjvScene, context: mujoco.MjrContext, size: tuple[int, int]) -> UInt8[np.ndarray, "h w 3"]:
-    """Draw the lit picture of ``size`` (width, height), antialiased."""
+def render_color(
+    scene: mujoco.MjvScene, context: mujoco.MjrContext, size: tuple[int, int]
+) -> UInt8[np.ndarray, "h w 3"]:
+    """Render the lit image of ``size`` (width, height), antialiased."""
     rect = mujoco.MjrRect(0, 0, *size)
     pixels = np.empty((size[1], size[0], 3), np.uint8)
     mujoco.mjr_render(rect, scene, context)
@@ -35,10 +37,10 @@ def draw_color(scene: mujoco.MjvScene, context: mujoco.MjrContext, size: tuple[i
     return np.ascontiguousarray(pixels[::-1])
 
 
-def draw_numbers(
+def render_ids(
     scene: mujoco.MjvScene, context: mujoco.MjrContext, size: tuple[int, int]
 ) -> tuple[Int64[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-    """Draw the number of the geom that each pixel shows, -1 for none, and its depth (m), 0 for none.
+    """Render the number of the geom that each pixel shows, -1 for none, and its depth (m), 0 for none.
 
     Both come from one pass in MuJoCo's segmentation mode, which has no antialiasing. In it the geom's number plus one
     is its colour, and depth runs from 1 at the near to 0 at the far plane:
@@ -54,6 +56,6 @@ def draw_numbers(
 
 
 def set_numbering(scene: mujoco.MjvScene) -> None:
-    """Make ``draw_numbers`` possible: geoms are drawn flat in the colour of their number."""
+    """Make ``render_ids`` possible: geoms are drawn flat in the colour of their number."""
     scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = 1
     scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1

@@ -14,9 +14,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.display import to_display
+from warehouse_sim.render.pathtrace.image import trace_image
 from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
-from warehouse_sim.render.pathtrace.picture import trace_picture
 from warehouse_sim.render.pathtrace.products import cast_products
 from warehouse_sim.render.pathtrace.silhouettes import cast_silhouette
 from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
@@ -26,7 +26,7 @@ from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 @dataclass(frozen=True)
 @ranged
 class PathtraceOptions:
-    """What the path tracer can be told."""
+    """Options of the path tracer."""
 
     samples: Annotated[int, Range(1, 1_000_000)] = 64
     """Paths a pixel, 1-1,000,000, spread evenly over its square."""
@@ -78,14 +78,14 @@ class PathtraceRenderer:
         """Return the luminance (cd/m^2) of three channels of each pixel of the loaded scene, before any exposure."""
         require_view(camera, T_world_camera)
         how = self._options
-        return trace_picture(self._loaded_scene(), camera, T_world_camera, how.samples, how.seed, how.bounces)
+        return trace_image(self._loaded_scene(), camera, T_world_camera, how.samples, how.seed, how.bounces)
 
     def silhouettes(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[Silhouette]:
         """Cast rays at each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
-        shapes = self._loaded_scene().lone_shapes
+        shapes = self._loaded_scene().silhouette_caster
         return [cast_silhouette(shapes, camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """Where a part's texture lies: the same tile coordinates as the raster backend's ``box_projection.glsl``.
 
 Textures are laid on each face along the axis of the part that it looks at most, with u along the longest edge and v
-along cross(normal, u), so that the same grain lies at the same place in both pictures.
+along cross(normal, u), so that the same grain lies at the same place in both images.
 """
 
 import numpy as np

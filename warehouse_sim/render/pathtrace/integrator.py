@@ -1,8 +1,8 @@
 """The path tracer: light that reaches the camera along random paths (Kajiya 1986, "The rendering equation").
 
-At each vertex one lamp is drawn in proportion to its unshadowed light and asked directly; the sky is found by the
-paths themselves. Lamps are photometric and no surfaces, so no path meets them. Surfaces that glow are seen, and light
-nothing: their lamp's ``Light`` holds all that it gives.
+At each vertex one light is drawn in proportion to its unshadowed light and asked directly; the sky is found by the
+paths themselves. Lights are photometric and no surfaces, so no path meets them. Surfaces that glow are seen, and light
+nothing: the ``Light`` of their luminaire holds all that it gives.
 """
 
 from typing import Any
@@ -57,8 +57,8 @@ def trace_paths(
         scatters = found & ~clear
 
         bsdf = surface.bsdf(ray)
-        if dr.hint(len(scene.lamps) > 0, mode="scalar"):
-            light = share * _lamp_light(scene, surface, sampler, scatters, mirror, event)
+        if dr.hint(len(scene.lights) > 0, mode="scalar"):
+            light = share * _direct_light(scene, surface, sampler, scatters, mirror, event)
             result += dr.select(seen, light, dr.minimum(light, limit))
 
         sample, weight = bsdf.sample(context, surface, sampler.next_1d(), sampler.next_2d(), scatters & ~mirror)
@@ -78,10 +78,10 @@ def trace_paths(
     return result
 
 
-def _lamp_light(
+def _direct_light(
     scene: LoadedScene, surface: Any, sampler: "mi.Sampler", scatters: Any, mirror: Any, event: FilmEvent | None
 ) -> Any:
-    """Return the luminance (cd/m^2) that one drawn lamp gives ``surface`` towards where it is seen from.
+    """Return the luminance (cd/m^2) that one drawn light gives ``surface`` towards where it is seen from.
 
     Args:
         scene: What light meets.
@@ -92,11 +92,11 @@ def _lamp_light(
         event: What film there is, None in a scene without.
     """
     context = mi.BSDFContext()
-    lamp = scene.lamps.sample(surface, sampler.next_1d(), sampler.next_2d())
-    local = surface.to_local(lamp.direction)
+    light = scene.lights.sample(surface, sampler.next_1d(), sampler.next_2d())
+    local = surface.to_local(light.direction)
     value = surface.bsdf().eval(context, surface, local, scatters & ~mirror)
     if event is not None:
         value += event.evaluate_gloss(context, surface, local)
     gives = scatters & (dr.max(value) > 0.0)
-    hidden = scene.solid.ray_test(surface.spawn_ray_to(lamp.point), gives & lamp.casts_shadow)
-    return dr.select(gives & ~hidden, value * lamp.irradiance, 0.0)
+    hidden = scene.solid.ray_test(surface.spawn_ray_to(light.point), gives & light.casts_shadow)
+    return dr.select(gives & ~hidden, value * light.irradiance, 0.0)

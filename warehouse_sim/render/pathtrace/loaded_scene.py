@@ -1,4 +1,4 @@
-"""A scene inside Mitsuba: what stops light, what the camera sees through, lamps and sky."""
+"""A scene inside Mitsuba: what stops light, what the camera sees through, lights and sky."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Int32
 
-from warehouse_sim.render.pathtrace.lamps import Lamps, Sky
+from warehouse_sim.render.pathtrace.lights import LightSampler, Sky
 from warehouse_sim.render.pathtrace.materials import albedo_factor, gloss, scattering
 from warehouse_sim.render.pathtrace.mesh_shape import mesh_shape
-from warehouse_sim.render.pathtrace.silhouettes import LoneShapes
+from warehouse_sim.render.pathtrace.silhouettes import SilhouetteCaster
 from warehouse_sim.render.pathtrace.triangles import MaterialTriangles, scene_triangles
 from warehouse_sim.schema import Material, SceneSpec
 
@@ -44,13 +44,13 @@ class LoadedScene:
         self.solid = _mitsuba_scene(solid)
         self.film = _mitsuba_scene(film) if film else None
         self.film_surfaces = [_film_surface(group.material) for group in film]
-        self.lamps = Lamps(spec.lights)
+        self.lights = LightSampler(spec.lights)
         self.sky = Sky(spec.ambient)
         self.exposure = spec.exposure
         glow = [np.array(group.material.base_color) * group.material.emission for group in solid]
         self.emission = mi.Float(np.concatenate([*glow, np.zeros(3)]).astype(np.float32))
         """Luminance (cd/m^2) of each solid material, three values each."""
-        self.lone_shapes = LoneShapes(spec)
+        self.silhouette_caster = SilhouetteCaster(spec)
         counts = [len(group.instance_ids) for group in solid]
         self._first_triangle = np.cumsum([0, *counts])
         self._owner = np.concatenate([*(group.instance_ids for group in solid), np.zeros(1, np.int32)])

@@ -17,7 +17,7 @@ _NEAR = 0.05  # metres
 _EMPTY = Silhouette((0, 0), np.zeros((0, 0), bool))
 
 
-class LoneShapes:
+class SilhouetteCaster:
     """Each model of a scene in a scene of its own, built when first asked for; film has no silhouette."""
 
     def __init__(self, spec: SceneSpec) -> None:
@@ -38,7 +38,7 @@ class LoneShapes:
 
 
 def cast_silhouette(
-    shapes: LoneShapes, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance
+    shapes: SilhouetteCaster, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance
 ) -> Silhouette:
     """Return the unoccluded silhouette of ``instance`` on the canvas of three by three images."""
     shape = shapes.of(instance)

@@ -15,9 +15,9 @@ from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
 from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.pyrender.appearance import display_table
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
-from warehouse_sim.render.pyrender.graph import MAX_LAMPS, NEAR, SceneGraph
-from warehouse_sim.render.pyrender.look import display_table
+from warehouse_sim.render.pyrender.graph import MAX_LIGHTS, NEAR, SceneGraph
 from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
@@ -28,7 +28,7 @@ _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 @dataclass(frozen=True)
 @ranged
 class PyrenderOptions:
-    """What the pyrender backend can be told."""
+    """Options of the pyrender backend."""
 
     device: Annotated[int, Range(0, 1023)] = 0
     """Number of the EGL device, 0-1,023; 0 = the first."""
@@ -61,16 +61,16 @@ class PyrenderRenderer:
     @property
     def capabilities(self) -> Capabilities:
         """No normals, which pyrender draws as lines only, and no film, which would cast shadows."""
-        return Capabilities(normals=False, film=False, shadows=self._shadows, max_lights=MAX_LAMPS)
+        return Capabilities(normals=False, film=False, shadows=self._shadows, max_lights=MAX_LIGHTS)
 
     def load(self, scene: SceneSpec) -> None:
-        """Build the scene graph; pyrender uploads it with the first picture."""
+        """Build the scene graph; pyrender uploads it with the first image."""
         self._require_open()
         require_drawable(scene)
         self._graph, self._scene = SceneGraph(scene), scene
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Draw the loaded scene: one pass for the picture, and one, without antialiasing, for depth and ids."""
+        """Render the loaded scene: one pass for the image, and one, without antialiasing, for depth and ids."""
         require_view(camera, T_world_camera)
         graph, _ = self._loaded()
         if normals:
@@ -78,9 +78,9 @@ class PyrenderRenderer:
         self._aim(graph, camera, T_world_camera)
         flags = import_pyrender().RenderFlags
         graph.show(plain=False)
-        picture, _ = self._offscreen.render(graph.graph, flags.SHADOWS_SPOT if self._shadows else flags.NONE)
+        rgb, _ = self._offscreen.render(graph.graph, flags.SHADOWS_SPOT if self._shadows else flags.NONE)
         ids, depth = self._draw_ids(graph, graph.node_of)
-        return RenderBuffers(rgb=cv2.LUT(np.ascontiguousarray(picture), self._display), depth=depth, instance_ids=ids)
+        return RenderBuffers(rgb=cv2.LUT(np.ascontiguousarray(rgb), self._display), depth=depth, instance_ids=ids)
 
     def silhouettes(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
@@ -127,7 +127,7 @@ class PyrenderRenderer:
     def _draw_ids(
         self, graph: SceneGraph, nodes: dict[int, Any]
     ) -> tuple[Int32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Draw the given nodes in the colours of their numbers; return the numbers and depth (m).
+        """Render the given nodes in the colours of their numbers; return the numbers and depth (m).
 
         pyrender2 switches multisampling off for segmentation, so that all samples of a pixel are that of its centre.
         """

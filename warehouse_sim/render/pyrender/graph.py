@@ -1,16 +1,16 @@
-"""A scene as pyrender's scene graph, twice in one: instanced for the picture, a node an object for the ids."""
+"""A scene as pyrender's scene graph, twice in one: instanced for the image, a node an object for the ids."""
 
 from typing import Any
 
 import numpy as np
 
-from warehouse_sim.render.lamps import looked_at, strongest_lights
+from warehouse_sim.render.light_selection import reference_points, strongest_lights
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
+from warehouse_sim.render.pyrender.appearance import MaterialCache, ambient_light, background, make_light
 from warehouse_sim.render.pyrender.device import import_pyrender
-from warehouse_sim.render.pyrender.look import Looks, ambient_light, background, make_lamp
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
-MAX_LAMPS = 8
+MAX_LIGHTS = 8
 NEAR, FAR = 0.05, 1000.0
 """Distances of the clipping planes (m).
 
@@ -21,13 +21,13 @@ Depth is 24-bit fixed point with most of its steps close by: one step is z^2 / (
 class SceneGraph:
     """What pyrender draws of a scene.
 
-    The picture is made of one primitive for each mesh and material, drawn at all its poses by one call; ids can only be
-    given to nodes, so each object has one more, which the picture leaves out. Both stay uploaded.
+    The image is made of one primitive for each mesh and material, drawn at all its poses by one call; ids can only be
+    given to nodes, so each object has one more, which the image leaves out. Both stay uploaded.
     """
 
     def __init__(self, scene: SceneSpec) -> None:
         pyrender = import_pyrender()
-        looks = Looks(scene.materials, scene.exposure)
+        materials = MaterialCache(scene.materials, scene.exposure)
         self.graph = pyrender.Scene(bg_color=background(scene), ambient_light=ambient_light(scene))
         self.node_of: dict[int, Any] = {}
         """Node that draws each instance id; an object that is all film has none."""
@@ -39,16 +39,16 @@ class SceneGraph:
             # Film would cast the shadow of a board, for a renderer that cannot leave single meshes out of its shadows.
             solid = {key: mesh for key, mesh in meshes.items() if scene.materials[key].opacity >= 1.0}
             if solid:
-                self._add_painted([_primitive(mesh, looks[key], poses) for key, mesh in solid.items()])
+                self._add_painted([_primitive(mesh, materials[key], poses) for key, mesh in solid.items()])
                 self._add_plain(list(solid.values()), instances)
-        for light in strongest_lights(scene.lights, MAX_LAMPS, looked_at(scene)):
-            lamp, T_world_lamp = make_lamp(light, scene.exposure)
-            self.graph.add(lamp, pose=T_world_lamp)
+        for light in strongest_lights(scene.lights, MAX_LIGHTS, reference_points(scene)):
+            node, T_world_light = make_light(light, scene.exposure)
+            self.graph.add(node, pose=T_world_light)
         self.camera = pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0, znear=NEAR, zfar=FAR)
         self.eye = self.graph.add(self.camera, pose=np.eye(4))
 
     def show(self, plain: bool) -> None:
-        """Show the objects' own nodes, for ids, or the instanced primitives, for the picture."""
+        """Show the objects' own nodes, for ids, or the instanced primitives, for the image."""
         for mesh in self._plain:
             mesh.is_visible = plain
         for mesh in self._painted:

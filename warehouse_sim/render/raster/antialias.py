@@ -3,7 +3,7 @@
 The geometry pass stores how far the face in each pixel reaches (``gbuffer.frag``), so the border between two pixels is
 known to about 1/100 px, and a pixel takes from its neighbour the share that lies beyond it (Persson 2011, "Geometry
 buffer antialiasing"). It costs no second traversal of the scene. On a CPU a list of the few border pixels is cheaper
-than a pass over the picture.
+than a pass over the image.
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ _LOST, _GAINED = _shares()
 
 
 class EdgeSmoother:
-    """Smooths pictures of one size; holds memory that would else be asked for, and cleared, with every picture.
+    """Smooths images of one size; holds memory that would else be asked for, and cleared, with every image.
 
     Args:
         size: Width and height in pixels.

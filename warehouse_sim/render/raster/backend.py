@@ -32,7 +32,7 @@ from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 @dataclass(frozen=True)
 @ranged
 class RasterOptions:
-    """What the raster backend can be told."""
+    """Options of the raster backend."""
 
     device: Annotated[int, Range(0, 1023)] = 0
     """Number of the EGL device, 0-1,023; 0 = the first."""
@@ -80,7 +80,7 @@ class RasterRenderer:
             self._meshes.keep(self._scene.table.meshes)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Draw the loaded scene."""
+        """Render the loaded scene."""
         require_view(camera, T_world_camera)
         with self._open_context() as context:
             scene, targets = self._loaded_scene(), self._targets_for(context, camera)

@@ -1,4 +1,4 @@
-"""Stretch film and other surfaces of opacity below 1, blended over the shaded picture.
+"""Stretch film and other surfaces of opacity below 1, blended over the shaded image.
 
 Film is transparent to all but the colour: it writes neither depth nor instance ids, has no silhouette and casts no
 shadow, so that labels speak of the goods behind it. It is hidden by what stands before it.
@@ -39,13 +39,13 @@ class FilmPass:
         """Blend all film in view over ``target``.
 
         Args:
-            target: The picture, with the depth of the solid surfaces.
+            target: The image, with the depth of the solid surfaces.
             camera: Intrinsics; the target's size is the camera's.
             T_world_camera: Pose of the camera.
             table: The scene.
             records: The table placed in the camera frame.
             batches: One for each mesh of the table.
-            lighting: Lamps, materials and exposure.
+            lighting: Lights, materials and exposure.
         """
         centre = table.centres(records)
         rows = np.flatnonzero(table.film & ViewPyramid.of(camera).touches(centre, table.radius, NEAR))
@@ -80,7 +80,7 @@ class FilmPass:
         if lighting.variant not in self._programs:
             program = self._context.program(
                 vertex_shader=source("place.glsl", "box_projection.glsl", "field.glsl", "film.vert"),
-                fragment_shader=source("lamps.glsl", "lighting.glsl", "film.frag", **lighting.constants()),
+                fragment_shader=source("lights.glsl", "lighting.glsl", "film.frag", **lighting.constants()),
             )
             assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), **UNITS)
             self._programs[lighting.variant] = program

@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 from warehouse_sim.render.raster.materials import MaterialTable
@@ -57,14 +57,14 @@ class Lighting:
 
     @property
     def variant(self) -> tuple[int, int]:
-        """Number of lamps, and of those with a shadow map: each pair needs a program of its own."""
+        """Number of lights, and of those with a shadow map: each pair needs a program of its own."""
         return len(self.lights), sum(item.tile is not None for item in self.lights)
 
     def constants(self) -> dict[str, object]:
         """Return the definitions that ``lighting.glsl`` and what includes it are compiled with."""
         count, shadows = self.variant
         seen = [f"seen[{i // 4}][{i % 4}]" for i in range(shadows)]
-        lamps = [f"add_lamp({i}, {seen[i] if i < shadows else 1.0}, s, lamps);" for i in range(count)]
+        calls = [f"add_light({i}, {seen[i] if i < shadows else 1.0}, s, direct);" for i in range(count)]
         return {
             "MAX_LIGHTS": MAX_LIGHTS,
             "ATLAS_PX": float(ATLAS_PX),
@@ -72,7 +72,7 @@ class Lighting:
             "SHADOW_NEAR": SHADOW_NEAR,
             "BLOCK_TEXELS": float(BLOCK_TEXELS),
             "TEXTURE_PX": TEXTURE_EDGE_PX,
-            "ADD_LAMPS": " ".join(lamps),
+            "ADD_LIGHTS": " ".join(calls),
             "ADD_SHADOWS": " ".join(f"{name} = visibility({i}, p, n, turn);" for i, name in enumerate(seen)),
         }
 
@@ -84,13 +84,13 @@ class Lighting:
 
 
 class LightBlock:
-    """The lamps in a uniform block, and the textures beside them."""
+    """The lights in a uniform block, and the textures beside them."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._lights = context.buffer(reserve=LIGHT.itemsize * MAX_LIGHTS)
 
     def bind(self, lighting: Lighting, T_world_camera: Transform) -> None:
-        """Place the lamps in the camera frame and bind all that ``lighting.glsl`` reads."""
+        """Place the lights in the camera frame and bind all that ``lighting.glsl`` reads."""
         self._lights.write(light_records(lighting.lights, T_world_camera).tobytes())
         self._lights.bind_to_uniform_block(0)
         lighting.materials.values.use(UNITS["materials"])

@@ -1,4 +1,4 @@
-"""The lamps of a scene as the shading pass reads them."""
+"""The lights of a scene as the shading pass reads them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTil
 from warehouse_sim.schema import Light
 
 MAX_LIGHTS = 16
-"""Lamps that are shaded; of more, those that matter most to the view."""
+"""Lights that are shaded; of more, those that matter most to the view."""
 
-# std140 layout of one element of the array ``lights`` in lamps.glsl.
+# std140 layout of one element of the array ``lights`` in lights.glsl.
 LIGHT = np.dtype(
     [
         ("position", "f4", 3),
@@ -34,7 +34,7 @@ LIGHT = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class ShadedLight:
-    """A lamp and its shadow map, if it has one."""
+    """A light and its shadow map, if it has one."""
 
     light: Light
     tile: ShadowTile | None

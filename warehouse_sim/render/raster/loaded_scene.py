@@ -4,7 +4,7 @@ import moderngl
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
-from warehouse_sim.render.lamps import lamp_geometry, point_before, strongest_lights
+from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
 from warehouse_sim.render.raster.lights import MAX_LIGHTS, ShadedLight
@@ -69,17 +69,17 @@ class LoadedScene:
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.
 
-        Shadow maps are drawn for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lamps.
+        Shadow maps are drawn for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lights.
         """
-        place = point_before(T_world_camera)
+        place = point_ahead(T_world_camera)
         kept = strongest_lights(self._spec.lights, MAX_LIGHTS, place)
         casting = [light for light in kept if light.kind == "spot" and light.casts_shadow]
-        lamps = tuple(map(lamp_geometry, casting))
-        if self._drawn != lamps:
-            self._drawn, self._tiles = lamps, self._shadows.draw(casting, self.table, self.batches)
-        tile_of = dict(zip(lamps, self._tiles, strict=True))
+        geometries = tuple(map(light_geometry, casting))
+        if self._drawn != geometries:
+            self._drawn, self._tiles = geometries, self._shadows.draw(casting, self.table, self.batches)
+        tile_of = dict(zip(geometries, self._tiles, strict=True))
         with_map = strongest_lights(casting, MAX_SHADOWS, place)
-        lights = [ShadedLight(light, tile_of[lamp_geometry(light)]) for light in with_map]
+        lights = [ShadedLight(light, tile_of[light_geometry(light)]) for light in with_map]
         lights += [ShadedLight(light, None) for light in kept if not any(light is item for item in with_map)]
         return Lighting(lights, self._shadows, self.materials, self._field, self._spec.ambient, self._spec.exposure)
 

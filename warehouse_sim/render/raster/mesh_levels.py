@@ -15,7 +15,7 @@ from warehouse_sim.render.raster.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR
 
 LEVEL_ERROR_PX = 0.25
-"""How far a coarser mesh may be from the true one in the picture."""
+"""How far a coarser mesh may be from the true one in the image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def choose_levels(
     # Along the axis only: an upright is tall, but all of it is about as far away.
     reach = (np.abs(records["rotation"][:, :, 2]) * table.half_size).sum(axis=1)
     nearest = np.maximum(table.centres(records)[:, 2] - reach, NEAR)
-    # At the border of a wide picture a shift along the axis is seen more than at its middle.
+    # At the border of a wide image a shift along the axis is seen more than at its middle.
     across = max(camera.cx, camera.width - camera.cx) / camera.fx
     down = max(camera.cy, camera.height - camera.cy) / camera.fy
     pixels_per_metre = max(camera.fx, camera.fy) * np.sqrt(1.0 + across**2 + down**2) / nearest

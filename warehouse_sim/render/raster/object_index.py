@@ -46,7 +46,7 @@ class ObjectIndex:
         return cls({int(key): k for k, key in enumerate(ids)}, rows, starts, middle, radius)
 
     def in_view(self, camera: PinholeCamera, T_world_camera: Transform) -> Int[np.ndarray, " k"]:
-        """Return the rows, rising, of the objects that reach into the picture or nearly do."""
+        """Return the rows, rising, of the objects that reach into the image or nearly do."""
         centre = transform_points(invert(T_world_camera), self.centre)
         touched = ViewPyramid.of(camera).touches(centre, self.radius, NEAR)
         return np.sort(self.rows[np.repeat(touched, np.diff(self.starts))])

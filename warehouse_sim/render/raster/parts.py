@@ -33,7 +33,7 @@ class PartTable:
     rows_of_mesh: tuple[slice, ...]
     """Rows that draw each of ``meshes``."""
     film: Bool[np.ndarray, " n"]
-    """Rows whose material lets light through: they tint the picture, and leave depth, ids and shadows alone."""
+    """Rows whose material lets light through: they tint the image, and leave depth, ids and shadows alone."""
     casts: Bool[np.ndarray, " n"]
     """Rows that cast shadows."""
     T_world_part: Float64[np.ndarray, "n 4 4"]

@@ -29,7 +29,7 @@ class ShadingPass:
         T_world_camera: Transform,
         lighting: Lighting,
     ) -> None:
-        """Fill ``target`` with the picture of what ``geometry`` holds."""
+        """Fill ``target`` with the image of what ``geometry`` holds."""
         self._soft_light.draw(geometry, camera, T_world_camera, lighting)
         shader = self._shader_for(lighting)
         shader.assign(intrinsics=window_intrinsics(camera), **lighting.uniforms(T_world_camera))
@@ -53,7 +53,7 @@ class ShadingPass:
     def _shader_for(self, lighting: Lighting) -> FullScreen:
         """Return the shader for this many lights and shadows, compiled when first asked for."""
         if lighting.variant not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lamps.glsl", "lighting.glsl", "shade.frag")
+            files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl", "shade.frag")
             shader = FullScreen(self._context, *files, **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader

@@ -25,7 +25,7 @@ ATLAS_PX = 4096
 BLOCK_TEXELS = 8
 """Edge of the blocks of which the nearest blocker is kept beside the maps."""
 SHADOW_NEAR = 0.1
-"""Nearest distance along its axis at which something shades a lamp (m)."""
+"""Nearest distance along its axis at which something shades a light (m)."""
 _MARGIN_PX = 8  # texels that the filter reads around a point
 _WIDEST = np.deg2rad(80.0)  # half angle beyond which a flat map would be all stretch
 _UNIT_CAMERA = PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0)  # projects to tangents
@@ -37,7 +37,7 @@ class ShadowTile:
     """Where one light's map lies in the atlas, and how directions map into it."""
 
     T_world_light: Transform
-    """Camera-like frame at the lamp: z along its axis."""
+    """Camera-like frame at the light: z along its axis."""
     scale: tuple[float, float]
     """Atlas coordinate = ``scale * (x, y) / z + offset`` for a point in the light frame."""
     offset: tuple[float, float]
@@ -50,7 +50,7 @@ class ShadowTile:
 
 
 class ShadowAtlas:
-    """Depth of the back faces of all casters, seen from each lamp.
+    """Depth of the back faces of all casters, seen from each light.
 
     Back faces, because they lie away from every lit surface: no surface shades itself for want of resolution, and the
     offset that would otherwise be needed, and lifts shadows off their casters, can be small.
@@ -141,7 +141,7 @@ class ShadowAtlas:
 
 
 def light_frame(light: Light) -> Transform:
-    """Return ``T_world_light``: origin at the lamp, z along its axis."""
+    """Return ``T_world_light``: origin at the light, z along its axis."""
     z = np.asarray(light.direction, float) / np.linalg.norm(light.direction)
     across = np.eye(3)[np.argmin(np.abs(z))]
     x = np.cross(across, z) / np.linalg.norm(np.cross(across, z))

@@ -1,6 +1,6 @@
 """Light that changes slowly over a surface, computed at every second pixel of every second row.
 
-That is light from the surroundings, how much of it near things leave, and how much of each lamp is seen.
+That is light from the surroundings, how much of it near things leave, and how much of each light is seen.
 """
 
 import moderngl
@@ -93,7 +93,7 @@ class SoftLightPass:
         """Return the shader for this many shadow maps, compiled when first asked for."""
         count = lighting.variant[1]
         if count not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "lamps.glsl", "shadow_filter.glsl", "occlusion.glsl", "field.glsl")
+            files = ("surface.glsl", "pack.glsl", "lights.glsl", "shadow_filter.glsl", "occlusion.glsl", "field.glsl")
             constants = lighting.constants() | {
                 "OCCLUSION_TAPS": _OCCLUSION_TAPS,
                 "OCCLUSION_DISK": spiral(_OCCLUSION_TAPS, 1.0),

@@ -29,7 +29,7 @@ class ExposureConfig:
     ev: Annotated[float, Range(-6, 18)] | None = None
     """Exposure value at ISO 100 of the fixed mode, -6 to 18."""
     compensation: Annotated[float, Range(-5, 5, "stops")] = 0.0
-    """Stops by which metered pictures are brighter than the meter says, -5 to 5."""
+    """Stops by which metered images are brighter than the meter says, -5 to 5."""
     min_ev: Annotated[float, Range(-6, 18)] = -6.0
     """Least exposure value that the metered mode reaches, -6 to 18: longest time and highest gain of the camera."""
 
@@ -52,7 +52,7 @@ class ExposureConfig:
 def metered_ev(luminance: Float[np.ndarray, " n"], weights: Float[np.ndarray, " n"]) -> float:
     """Return EV = log2(L S / K) of the mean luminance L (cd/m^2) at ISO S = 100.
 
-    The mean is that of values encoded with a gamma of 2.2, since cameras meter their picture: a bright door pulls the
+    The mean is that of values encoded with a gamma of 2.2, since cameras meter their image: a bright door pulls the
     exposure less than it would pull the mean of the luminance itself, and black corners less than a log-average.
     """
     mean = float(np.average(luminance ** (1.0 / _GAMMA), weights=weights)) ** _GAMMA

@@ -102,7 +102,7 @@ def _place_layer(
                 break
             placed.append(box)
         if len(placed) == len(centres):
-            return [_turned_at_will(box.T_parent_box, tier, config, rng) for box in placed]
+            return [_randomly_turned(box.T_parent_box, tier, config, rng) for box in placed]
     raise PlacementError("pieces touch their neighbours in every try; lower shift_mm or yaw_deg or raise gap_mm")
 
 
@@ -124,7 +124,7 @@ def _place(
     return None
 
 
-def _turned_at_will(T: Transform, tier: Tier, config: StackingConfig, rng: np.random.Generator) -> Transform:
+def _randomly_turned(T: Transform, tier: Tier, config: StackingConfig, rng: np.random.Generator) -> Transform:
     """Turn a piece in ways that its cell does not feel: a round one by any angle, another by half a turn."""
     if tier.is_round:
         return T @ make_transform(rotation_z(rng.uniform(0.0, 2 * np.pi)))

@@ -12,7 +12,7 @@ from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
 
-def renew_lost_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.Generator) -> SceneSpec:
+def replace_blocked_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.Generator) -> SceneSpec:
     """Return the scene with another view of the same target, or else of another one, for each that was lost.
 
     Args:
@@ -24,7 +24,7 @@ def renew_lost_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.
         PlacementError: A drive is blocked, or no other view is found.
     """
     space = FreeSpace.of_scene(scene)
-    lost = lost_views(scene, config, space)
+    lost = blocked_views(scene, config, space)
     if not lost:
         return scene
     views = list(scene.viewpoints)
@@ -35,7 +35,7 @@ def renew_lost_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.
     return replace(scene, viewpoints=tuple(views))
 
 
-def lost_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> list[int]:
+def blocked_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> list[int]:
     """Return the numbers of the viewpoints that have lost their room or the sight of their target."""
     target_of = {item.instance_id: item for item in space.targets}
     lift = None if config.mounting is not None and config.mounting.lifts else 0.0
@@ -49,7 +49,9 @@ def lost_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> 
 
 
 def _another_view(view: Viewpoint, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
-    for target in sorted(space.by_turns(config.aisle_share, rng), key=lambda item: item.instance_id != view.target):
+    for target in sorted(
+        space.shuffled_targets(config.aisle_share, rng), key=lambda item: item.instance_id != view.target
+    ):
         for candidate in candidate_viewpoints(target, space, config, rng):
             if shows(candidate, target, space, config):
                 return candidate

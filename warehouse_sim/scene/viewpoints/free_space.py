@@ -101,7 +101,7 @@ class FreeSpace:
         hidden = self.solids.boxes.subset(between).block(eye, points)
         return float(np.mean(~hidden))
 
-    def by_turns(self, aisle_share: float, rng: np.random.Generator) -> list[ObjectInstance]:
+    def shuffled_targets(self, aisle_share: float, rng: np.random.Generator) -> list[ObjectInstance]:
         """Return the targets in random order: with probability ``aisle_share`` those in the aisle first, else last."""
         wanted = rng.random() < aisle_share
         shuffled = [self.targets[index] for index in rng.permutation(len(self.targets))]

@@ -53,7 +53,7 @@ def draw_view(
     mounting = config.mounting
     if mounting is None:
         return _on_shell(target, config, rng), 0.0
-    (x, y), yaw = _stand_before(target.T_world_object[:3, 3], config, space.area, rng)
+    (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
     height, pitch = draw_mount(mounting, config, rng)
     lift = draw_lift(mounting, target, space, rng)
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
@@ -87,7 +87,7 @@ def _on_shell(target: ObjectInstance, config: ViewpointsConfig, rng: np.random.G
     return Viewpoint(T_world_camera, config.kind, target=target.instance_id)
 
 
-def _stand_before(
+def _draw_mount_before(
     target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, " 2"], float]:
     """Draw where a camera stands (m) and looks (rad) before ``target``; the aisle's are seen against the rack."""

@@ -41,9 +41,9 @@ class LidarConfig:
     range_noise_weak: Annotated[float, Range(0, 10, "m")] = 0.02
     """What a signal at the limit of detection adds to it, in squares (m), 0-10."""
     range_step: Annotated[float, Range(0, 10, "m")] = 0.002
-    """Step in which distances are told (m), 0-10; 0 = continuous."""
+    """Resolution of the distances (m), 0-10; 0 = continuous."""
     dark_range: Annotated[float, Range(0, 500, "m")] = 50.0
-    """Where a surface of 10 % remission, seen straight on, is noticed every second time (m), 0-500; 0 = no dropout."""
+    """Where a surface of 10 % remission, seen straight on, is detected every second time (m), 0-500; 0 = no dropout."""
     extinction: Annotated[float, Range(0, 1, "1/m")] = 0.00235
     """Coefficient a of exp(-2 a R) (1/m), 0-1; with ``dark_range`` it says how far bright surfaces are seen."""
     detection_width: Annotated[float, Range(0.001, 10)] = 0.1

@@ -32,7 +32,7 @@ class Lasers:
 def hdl64e(table: str) -> Lasers:
     """Return an HDL-64E with the calibration ``table``.
 
-    It fires 64 times in 48 us, 1.333 million times a second; that the shots are evenly spaced is an assumption.
+    It fires 64 times in 48 us, 1.333 million times a second; that the pulses are evenly spaced is an assumption.
     """
     elevation, azimuth, up_mm, left_mm = np.array(table.replace("|", " ").split(), float).reshape(-1, 4).T
     delay = np.arange(len(elevation)) * (48e-6 / len(elevation))

@@ -12,7 +12,7 @@ from warehouse_sim.schema import LidarScan
 from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.footprint import footprint_echoes
-from warehouse_sim.sensors.lidar.receiver import intensity, noticed, quantised, range_sigma, relative_power
+from warehouse_sim.sensors.lidar.receiver import detected, intensity, quantised, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns, make_sweep
 from warehouse_sim.sensors.view import SensorView
 
@@ -59,7 +59,7 @@ def scan(
     power = relative_power(reflectance, distance, config)
     measured = quantised(distance + unit[beams] * range_sigma(power, config), config.range_step)
     kept = (measured >= config.min_range) & (measured <= config.max_range)
-    kept &= noticed(power, chance[beams], config)
+    kept &= detected(power, chance[beams], config)
     beams, measured = beams[kept], measured[kept]
     if moving is not None and config.motion == "deskewed":
         points = _in_frame(_along(origins, directions, beams, measured), T_world_lidar)

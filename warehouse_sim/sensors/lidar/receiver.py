@@ -1,4 +1,4 @@
-"""What the receiver makes of an echo: whether it notices it, how well it measures it, what intensity it tells."""
+"""The receiver: which echoes it detects, with what range noise it measures them, and their intensity."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
@@ -14,7 +14,7 @@ _BRIGHTEST_RETROREFLECTOR = 10.0
 def relative_power(
     reflectance: Float[np.ndarray, " n"], distance: Float[np.ndarray, " n"], config: LidarConfig
 ) -> Float[np.ndarray, " n"]:
-    """Return the received power, 1 where half of the pulses are noticed; infinite for a LiDAR without dropout.
+    """Return the received power, 1 where half of the pulses are detected; infinite for a LiDAR without dropout.
 
     ``P = rho cos(theta) exp(-2 a R) / R^2``, the LiDAR equation for a surface that fills the beam.
 
@@ -33,15 +33,15 @@ def relative_power(
 
 
 def detection_probability(power: Float[np.ndarray, " n"], config: LidarConfig) -> Float[np.ndarray, " n"]:
-    """Return how often an echo is noticed: a sigmoid over the relative power, one half at 1."""
+    """Return how often an echo is detected: a sigmoid over the relative power, one half at 1."""
     with np.errstate(over="ignore"):
         return 1.0 / (1.0 + np.exp((1.0 - power) * power.dtype.type(1.0 / config.detection_width)))
 
 
-def noticed(
+def detected(
     power: Float32[np.ndarray, " n"], chance: Float32[np.ndarray, " n"], config: LidarConfig
 ) -> Bool[np.ndarray, " n"]:
-    """Return which echoes are noticed, given even numbers ``chance`` of 0-1."""
+    """Return which echoes are detected, given even numbers ``chance`` of 0-1."""
     return chance < detection_probability(power, config)
 
 

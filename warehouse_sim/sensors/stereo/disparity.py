@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float32, UInt8
 from warehouse_sim.sensors.stereo.config import SgbmConfig
 
 _STEPS = 16.0
-"""OpenCV tells disparities in sixteenths of a pixel."""
+"""OpenCV returns disparities in sixteenths of a pixel."""
 _SAME_PX = 1.0
 """How far apart disparities of one surface may be in the two images (px)."""
 

@@ -157,7 +157,7 @@ def _file_cases(stock: Stock) -> Iterator[Case]:
 
 
 def _body(path: Path) -> Expectation:
-    """Return what must happen when a bit is flipped: text and compressed pictures show it, numbers may be others."""
+    """Return what must happen when a bit is flipped: text and compressed images show it, numbers may be others."""
     if path.suffix == ".md" or path.suffix == ".bin":
         return "either"
     return "refuse"

@@ -12,7 +12,7 @@ from benchmarks.acceptance.hostile.cases.recipes import reading
 from benchmarks.acceptance.hostile.documents import Mutant, leaves, mutated_document, mutated_leaf
 from benchmarks.acceptance.hostile.draw import one_of
 from benchmarks.acceptance.hostile.meshes import SHAPES, write_mesh
-from benchmarks.acceptance.hostile.sane_picture import picture_problem
+from benchmarks.acceptance.hostile.sane_image import image_problem
 from benchmarks.acceptance.hostile.stock import Stock
 
 _VERBS = ("catalog", "catalog", "preview", "generate", "check-scene")
@@ -95,7 +95,7 @@ def _case(stock: Stock, what: str, mutation: str, write, expect, word: str, verb
         step = ("catalog", "{folder}/crate.yaml", "--out", "sheet.png")
 
         def check(folder: Path, outcomes: object) -> str | None:
-            problem = picture_problem(folder / "sheet.png")
+            problem = image_problem(folder / "sheet.png")
             return f"the sheet {problem}" if problem else None
     else:
         step, check = reading(verb, "with_crate.yaml")  # type: ignore[assignment]

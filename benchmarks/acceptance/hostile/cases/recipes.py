@@ -10,7 +10,7 @@ from benchmarks.acceptance.hostile.case import Case, Check
 from benchmarks.acceptance.hostile.documents import Mutant, leaves, mutated_document, mutated_leaf
 from benchmarks.acceptance.hostile.draw import one_of
 from benchmarks.acceptance.hostile.sane_dataset import dataset_problem
-from benchmarks.acceptance.hostile.sane_picture import picture_problem
+from benchmarks.acceptance.hostile.sane_image import image_problem
 from benchmarks.acceptance.hostile.stock import BASES, Stock
 from benchmarks.acceptance.hostile.watch import Outcome
 
@@ -92,7 +92,7 @@ def _numbers_are_finite(folder: Path, outcomes: Sequence[Outcome]) -> str | None
 
 
 def _sheet_shows_something(folder: Path, outcomes: Sequence[Outcome]) -> str | None:
-    problem = picture_problem(folder / "sheet.png")
+    problem = image_problem(folder / "sheet.png")
     return f"the sheet {problem}" if problem else None
 
 

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 from tests.dataset.toy import PALLET
 from warehouse_sim.catalog import epal1
 from warehouse_sim.estimators.pose.icp.refine import Cloud, Fit, IcpConfig, measure_fit, refine_poses
-from warehouse_sim.estimators.pose.icp.seen_surface import SeenSurfaces
 from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_angle, rotation_y, rotation_z, transform_points
 
@@ -32,7 +32,7 @@ def seen(mesh: TriangleMesh, T: np.ndarray, count: int, rng: np.random.Generator
     eye = invert(T)[:3, 3]
     towards = ((eye - points) * normals).sum(axis=1) > 0
     # Only what no other part covers: the nearest CAD sample is on the outer surface.
-    free = np.abs(SeenSurfaces([SURFACE], eye[None], np.ones(1)).nearest(points[None])[0][0]) < 1e-6
+    free = np.abs(VisibleSurfaces([SURFACE], eye[None], np.ones(1)).nearest(points[None])[0][0]) < 1e-6
     points = transform_points(T, points[towards & free][:count])
     return points * (1.0 + noise * rng.normal(size=(len(points), 1)) / points[:, 2:])
 
@@ -82,8 +82,8 @@ def test_never_makes_the_fit_worse() -> None:
         # Judged under any ratio of errors that the fit may have measured.
         cloud = Cloud.of([points], config.points)
         fits = [
-            [measure_fit(T[None], cloud, [SURFACE], np.array([squash]), config.gate_start) for T in (result, start)]
-            for squash in (0.1, 0.2, 0.5, 1.0)
+            [measure_fit(T[None], cloud, [SURFACE], np.array([anisotropy]), config.gate_start) for T in (result, start)]
+            for anisotropy in (0.1, 0.2, 0.5, 1.0)
         ]
         better = [after.truncated <= before.truncated + 1e-9 for after, before in fits]
         assert any(better)
@@ -109,7 +109,7 @@ def test_a_batch_gives_what_its_objects_give_alone() -> None:
 def test_a_better_mean_at_the_price_of_the_nearest_points_is_no_better_fit() -> None:
     before = Fit(np.array([0.05, 0.05, 0.05]), np.array([0.01, 0.01, 0.01]))
     after = Fit(np.array([0.04, 0.04, 0.06]), np.array([0.02, 0.01, 0.005]))
-    np.testing.assert_array_equal(after.better_than(before), [False, True, False])
+    np.testing.assert_array_equal(after.improves_on(before), [False, True, False])
 
 
 def test_the_fit_counts_each_point_up_to_the_gate_and_the_nearest_ones_in_full() -> None:

@@ -48,7 +48,7 @@ def test_corners_are_darker_by_their_share_of_cos_4() -> None:
     assert half[0, 0, 1] / half[119, 159, 1] == pytest.approx(1 - (1 - cosine4) / 2, rel=0.03)
 
 
-def test_exposure_and_white_balance_vary_from_picture_to_picture_by_their_sigma() -> None:
+def test_exposure_and_white_balance_vary_from_image_to_image_by_their_sigma() -> None:
     config = replace(IDEAL_COLOR, exposure_error=0.2, white_balance_error=0.05)
     small = PinholeCamera.from_focal(8, 6, 10.0)
     means = []

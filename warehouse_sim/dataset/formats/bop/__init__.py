@@ -44,15 +44,15 @@ class BopFormat:
             from warehouse_sim.dataset.formats.bop.reader import BopReader
 
             return BopReader(root)
-        from warehouse_sim.dataset.formats.bop.others import OthersReader, folder_of_others
+        from warehouse_sim.dataset.formats.bop.external import ExternalReader, external_folder
 
-        return OthersReader(folder_of_others(root) or root)
+        return ExternalReader(external_folder(root) or root)
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder, or ``bop`` in it, holds models of BOP."""
-        from warehouse_sim.dataset.formats.bop.others import folder_of_others
+        from warehouse_sim.dataset.formats.bop.external import external_folder
 
-        return folder_of_others(root) is not None
+        return external_folder(root) is not None
 
 
 FORMAT = BopFormat()

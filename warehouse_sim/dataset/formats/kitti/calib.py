@@ -11,7 +11,7 @@ from warehouse_sim.schema import LidarScan, MountedReading
 _KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
 """The seven lines in the order by which loaders find them."""
 _LENS_KEYS = ("K", "D")
-"""Lines of KITTI's raw calibration for pictures that are not rectified."""
+"""Lines of KITTI's raw calibration for images that are not rectified."""
 
 
 def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:

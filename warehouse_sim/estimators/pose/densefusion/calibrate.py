@@ -1,4 +1,4 @@
-"""Fit how confidence tells the error of a pose, on the validation images of the datasets that a run was trained on."""
+"""Fit how confidence predicts the error of a pose, on the validation images of a run's datasets."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -62,7 +62,7 @@ def calibrate(
         datasets: Dataset folders; their val splits are read.
         configs: Ways of prediction.
         most_images: Most images of each dataset, evenly spread over the split.
-        progress: Told the share that is done.
+        progress: Called with the share that is done.
 
     Returns:
         The curves. There is none for a way whose val images hold fewer than ``LEAST_SAMPLES`` objects or one scene.
@@ -92,7 +92,7 @@ def measure(
         estimators: One network with several ways of prediction.
         reader: The dataset.
         most_images: Most images, evenly spread over the split.
-        report: Told the share that is done.
+        report: Called with the share that is done.
     """
     images = reader.images("val")
     images = images[:: max(1, -(-len(images) // most_images))]

@@ -1,4 +1,4 @@
-"""How a network's confidence tells the error that its pose will have: curves fitted on validation data, as a file."""
+"""How a network's confidence predicts the error of its pose: curves fitted on validation data, as a file."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -38,7 +38,7 @@ class Estimator(Chain):
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
         self.calibration: ErrorCurve | None = read_calibration(run).get(config.selection, config.refine)
-        """How confidence tells the error; None when it was not fitted for these settings."""
+        """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = (IcpRefiner(read_meshes(run), config.icp, config.seed),) if config.refine == "icp" else ()
         refine = (self._runner.refine, *icp)
         super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify))

@@ -33,7 +33,7 @@ class TrainableMethod(Method):
         return train_method(self, data, run, config, resume, progress, init, cache)
 
     def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
-        """Fit how confidence tells the error, and tell people when val shows too little for it."""
+        """Fit how confidence predicts the error, and say so when val shows too little for it."""
         from warehouse_sim.estimators.pose.densefusion.calibrate import LEAST_SAMPLES, calibrate
 
         if calibrate(run, data, progress=progress).curves:

@@ -1,6 +1,6 @@
 """Iterative closest point against the CAD surface: the last centimetres that a network leaves.
 
-Point-to-plane (Chen and Medioni, 1992) on the distance field of the surface that faces the camera, in a space squashed
+Point-to-plane (Chen and Medioni, 1992) on the distance field of the surface that faces the camera, in a space scaled
 along the viewing direction by the ratio of the sensor's errors, with an annealed gate, Cauchy weights, and a prior at
 the network's pose for the directions that the visible points do not fix. All objects of a batch step together.
 """
@@ -13,15 +13,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from warehouse_sim.estimators.pose.icp.seen_surface import SeenSurfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_angle, transform_points
 from warehouse_sim.ranges import Range, ranged
 
 _MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 _COARSE = 1.0 / 3.0
-"""Share of points and surface samples that all looks but the last use."""
+"""Share of points and surface samples that all rounds but the last use."""
 _LEAST_POINTS = 6
 _TRIMMED = 0.7
 """Share of the points, the nearest ones, that must fit no worse than before."""
@@ -32,23 +32,23 @@ _TRIMMED = 0.7
 class IcpConfig:
     """How a pose is fitted to its points."""
 
-    looks: Annotated[int, Range(1, 100)] = 3
-    """How often it is decided anew what the camera sees and how noisy it is, 1-100."""
+    rounds: Annotated[int, Range(1, 100)] = 3
+    """How often the visible surface and the noise are estimated anew, 1-100."""
     iterations: Annotated[int, Range(1, 1000)] = 4
-    """Most steps after each look, 1-1,000."""
+    """Most steps of each round, 1-1,000."""
     points: Annotated[int, Range(12, 100_000)] = 600
-    """Most points used after the last look, 12-100,000; before, a third of them."""
+    """Most points used in the last round, 12-100,000; before, a third of them."""
     gate_start: Annotated[float, Range(0.000001, 10)] = 0.15
-    """Points farther from the surface are ignored in the first step (squashed m), 0.000001-10."""
+    """Points farther from the surface are ignored in the first step (scaled m), 0.000001-10."""
     gate_end: Annotated[float, Range(0.000001, 10)] = 0.03
-    """The same in the last step (squashed m), 0.000001-10; three times the noise of the points where that is more."""
+    """The same in the last step (scaled m), 0.000001-10; three times the noise of the points where that is more."""
     cauchy: Annotated[float, Range(0.000001, 10)] = 0.015
-    """Where a point loses half its weight (squashed m), 0.000001-10; the noise of the points where that is more."""
+    """Where a point loses half its weight (scaled m), 0.000001-10; the noise of the points where that is more."""
     lateral_noise: Annotated[float, Range(0.000001, 10, "m")] = 0.004
     """Error of points across the viewing direction (m), 0.000001-10; about half a pixel."""
-    squash_start: Annotated[float, Range(0.001, 1)] = 0.5
-    """Assumed ratio of the errors across and along the viewing direction after the first look, 0.001-1."""
-    squash_least: Annotated[float, Range(0.001, 1)] = 0.1
+    anisotropy_start: Annotated[float, Range(0.001, 1)] = 0.5
+    """Assumed ratio of the errors across and along the viewing direction in the first round, 0.001-1."""
+    anisotropy_least: Annotated[float, Range(0.001, 1)] = 0.1
     """Smallest ratio that is believed when it is measured, 0.001-1."""
     prior_shift: Annotated[float, Range(0.000001, 10, "m")] = 0.05
     """Standard deviation of the network's position (m), 0.000001-10."""
@@ -58,8 +58,8 @@ class IcpConfig:
     """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
     most_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
-    still: Annotated[float, Range(0, 1)] = 1e-4
-    """An object that turns and moves by less than this (rad, m) rests until the next look, 0-1."""
+    step_tolerance: Annotated[float, Range(0, 1)] = 1e-4
+    """An object that turns and moves by less than this (rad, m) has converged until the next round, 0-1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class Cloud:
         """Return the first rows of each object."""
         return Cloud(self.points[:, :count], self.present[:, :count])
 
-    def seen_from_object(self, T_camera_object: Transforms) -> Float[np.ndarray, "b n 3"]:
+    def in_object_frame(self, T_camera_object: Transforms) -> Float[np.ndarray, "b n 3"]:
         """Return the points in the object frames (m)."""
         return transform_points(invert(T_camera_object), self.points)
 
@@ -95,14 +95,14 @@ class Cloud:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """How well points lie on the surfaces, as mean squashed distances (m) of each object."""
+    """How well points lie on the surfaces, as mean scaled distances (m) of each object."""
 
     truncated: Float[np.ndarray, " b"]
     """Over all points, each distance at most the gate."""
     trimmed: Float[np.ndarray, " b"]
     """Over the nearest 70 % of the points."""
 
-    def better_than(self, other: "Fit") -> Bool[np.ndarray, " b"]:
+    def improves_on(self, other: "Fit") -> Bool[np.ndarray, " b"]:
         """Return which objects fit better by all points and no worse by the nearest ones."""
         return (self.truncated < other.truncated) & (self.trimmed <= other.trimmed)
 
@@ -126,38 +126,38 @@ def refine_poses(
     whole = Cloud.of(clouds, config.points)
     coarse = whole.first(max(int(config.points * _COARSE), _LEAST_POINTS))
     T, delta = T_camera_object, np.zeros((len(clouds), 6))
-    squash = np.full(len(clouds), config.squash_start)
-    seen: SeenSurfaces | None = None
-    for look in range(config.looks):
-        last = look == config.looks - 1
+    anisotropy = np.full(len(clouds), config.anisotropy_start)
+    seen: VisibleSurfaces | None = None
+    for round_index in range(config.rounds):
+        last = round_index == config.rounds - 1
         cloud = whole if last else coarse
         if seen is not None:
-            squash = _measure_squash(cloud, T, seen, squash, config)
-        seen = SeenSurfaces(surfaces, invert(T)[:, :3, 3], squash, 1.0 if last else _COARSE)
-        T, delta = _fit_to_seen(T, delta, cloud, seen, look, config)
+            anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy, config)
+        seen = VisibleSurfaces(surfaces, invert(T)[:, :3, 3], anisotropy, 1.0 if last else _COARSE)
+        T, delta = _fit_to_visible(T, delta, cloud, seen, round_index, config)
     better = _is_near(T, T_camera_object, config)
-    fits = [measure_fit(pose, whole, surfaces, squash, config.gate_start) for pose in (T, T_camera_object)]
-    better &= fits[0].better_than(fits[1])
+    fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
+    better &= fits[0].improves_on(fits[1])
     return np.where(better[:, None, None], T, T_camera_object)
 
 
-def _fit_to_seen(
+def _fit_to_visible(
     T_camera_object: Transforms,
     delta: Float[np.ndarray, "b 6"],
     cloud: Cloud,
-    seen: SeenSurfaces,
-    look: int,
+    seen: VisibleSurfaces,
+    round_index: int,
     config: IcpConfig,
 ) -> tuple[Transforms, Float[np.ndarray, "b 6"]]:
-    """Return the poses, and the sum of the motions so far, after the steps of one look; objects that stand rest."""
+    """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay."""
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
     for iteration in range(config.iterations):
-        gate = _gate(config, look * config.iterations + iteration)
+        gate = _gate(config, round_index * config.iterations + iteration)
         change = np.where(moving, _gauss_newton(cloud, T, seen, delta, gate, config), 0.0)
         delta = delta + change
         # The step moves the points in the object frame; the object moves the other way.
         T = T @ invert(make_transform(Rotation.from_rotvec(change[:, :3]).as_matrix(), change[:, 3:]))
-        moving &= np.abs(change).max(axis=1, keepdims=True) >= config.still
+        moving &= np.abs(change).max(axis=1, keepdims=True) >= config.step_tolerance
         if not moving.any():
             break
     return T, delta
@@ -167,7 +167,7 @@ def measure_fit(
     T_camera_object: Transforms,
     cloud: Cloud,
     surfaces: Sequence[CadSurface],
-    squash: Float[np.ndarray, " b"],
+    anisotropy: Float[np.ndarray, " b"],
     gate: float,
 ) -> Fit:
     """Return how well the points fit the surfaces that face the camera.
@@ -176,11 +176,11 @@ def measure_fit(
         T_camera_object: Poses to judge, (b 4 4).
         cloud: What the camera sees of each object.
         surfaces: CAD surface of each object.
-        squash: Noise across the viewing direction over noise along it, 0-1, of each object.
+        anisotropy: Noise across the viewing direction over noise along it, 0-1, of each object.
         gate: Distance from which points count the same (m).
     """
-    seen = SeenSurfaces(surfaces, invert(T_camera_object)[:, :3, 3], squash)
-    distance = np.abs(seen.nearest(cloud.seen_from_object(T_camera_object))[0])
+    seen = VisibleSurfaces(surfaces, invert(T_camera_object)[:, :3, 3], anisotropy)
+    distance = np.abs(seen.nearest(cloud.in_object_frame(T_camera_object))[0])
     count = cloud.present.sum(axis=1)
     truncated = np.where(cloud.present, np.minimum(distance, gate), 0.0).sum(axis=1) / count
     ordered = np.sort(np.where(cloud.present, distance, np.inf), axis=1)
@@ -188,24 +188,28 @@ def measure_fit(
     return Fit(truncated, np.where(kept, ordered, 0.0).sum(axis=1) / kept.sum(axis=1))
 
 
-def _measure_squash(
-    cloud: Cloud, T_camera_object: Transforms, seen: SeenSurfaces, squash: Float[np.ndarray, " b"], config: IcpConfig
+def _measure_anisotropy(
+    cloud: Cloud,
+    T_camera_object: Transforms,
+    seen: VisibleSurfaces,
+    anisotropy: Float[np.ndarray, " b"],
+    config: IcpConfig,
 ) -> Float[np.ndarray, " b"]:
-    distance, _ = seen.nearest(cloud.seen_from_object(T_camera_object))
-    # Most of the surface is seen frontally, where a squashed distance is one along the ray times the squash.
-    along_ray = _MAD_TO_SIGMA * cloud.median(np.abs(distance)) / squash
-    return np.clip(config.lateral_noise / np.maximum(along_ray, 1e-6), config.squash_least, 1.0)
+    distance, _ = seen.nearest(cloud.in_object_frame(T_camera_object))
+    # Most of the surface is seen frontally, where a scaled distance is one along the ray times the anisotropy.
+    along_ray = _MAD_TO_SIGMA * cloud.median(np.abs(distance)) / anisotropy
+    return np.clip(config.lateral_noise / np.maximum(along_ray, 1e-6), config.anisotropy_least, 1.0)
 
 
 def _gate(config: IcpConfig, step: int) -> float:
-    share = step / max(1, config.looks * config.iterations - 1)
+    share = step / max(1, config.rounds * config.iterations - 1)
     return config.gate_start * (config.gate_end / config.gate_start) ** share
 
 
 def _gauss_newton(
     cloud: Cloud,
     T_camera_object: Transforms,
-    seen: SeenSurfaces,
+    seen: VisibleSurfaces,
     delta: Float[np.ndarray, "b 6"],
     gate: float,
     config: IcpConfig,
@@ -217,10 +221,10 @@ def _gauss_newton(
         T_camera_object: Current poses.
         seen: The sides of the CAD surfaces that face the camera.
         delta: Sum of the motions so far, which the prior pulls back to zero.
-        gate: Largest distance that counts (squashed m).
+        gate: Largest distance that counts (scaled m).
         config: Settings.
     """
-    points = cloud.seen_from_object(T_camera_object)
+    points = cloud.in_object_frame(T_camera_object)
     distance, direction = seen.nearest(points)
     noise = np.maximum(_MAD_TO_SIGMA * cloud.median(np.abs(distance)), 1e-3)[:, None]
     scale = np.maximum(config.cauchy, noise)

@@ -27,9 +27,9 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy) / 2;
     vec4 seen[2] = vec4[](texelFetch(visibility_a, at, 0), texelFetch(visibility_b, at, 0));
     reflect_surroundings(s, vec4(around, dot(around, LUMINANCE)), 1.0, matt, gloss);
-    LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
-    ADD_LAMPS                     // as in shade.frag
-    reflect_lamps(lamps, s, matt, gloss);
+    DirectLight direct = DirectLight(vec3(0.0), vec3(0.0), vec3(0.0));
+    ADD_LIGHTS                     // as in shade.frag
+    reflect_direct(direct, s, matt, gloss);
     matt = displayed((matt + s.base * s.emission) * exposure);
     // What the gloss adds to a surface of middle brightness, as a share of what is left to white.
     vec3 behind = displayed(vec3(MIDDLE));

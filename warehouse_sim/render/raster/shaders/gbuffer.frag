@@ -15,7 +15,7 @@ float most(vec4 v) {
 // 4 * (63 - 63 * distance) + 4 * slope of the border, over 255; else 0. An edge counts on the side that it runs across
 // (Persson 2011, "Geometry buffer antialiasing"; there a geometry shader finds the distances).
 vec4 reach() {
-    vec4 on_screen = to_edge * gl_FragCoord.w;  // divided by z it is linear in the picture, too
+    vec4 on_screen = to_edge * gl_FragCoord.w;  // divided by z it is linear in the image, too
     vec4 across = dFdx(on_screen), down = dFdy(on_screen);
     bvec4 upright = greaterThan(abs(across), abs(down));
     vec4 steep = mix(down, across, upright), other = mix(across, down, upright);

@@ -1,4 +1,4 @@
-// How a surface looks under the lamps of the scene, in the camera frame. Needs lamps.glsl.
+// How a surface looks under the lights of the scene, in the camera frame. Needs lights.glsl.
 uniform sampler2D materials;
 uniform sampler2DArray textures;
 uniform float exposure;
@@ -46,17 +46,17 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
     return s;
 }
 
-// Light of the lamps at a surface, before its colours are known.
-struct LampLight {
+// Direct light at a surface, before its colours are known.
+struct DirectLight {
     vec3 matt;                    // irradiance
     vec3 gloss, rim;              // mirrored by a surface that reflects nothing, and everything, at a grazing angle
 };
 
-// Add lamp i, of which the point sees a share.
-void add_lamp(const int i, float seen, Surface s, inout LampLight sum) {
-    vec3 to_lamp = lights[i].position - s.p;
-    float inverse_distance = inversesqrt(dot(to_lamp, to_lamp));
-    vec3 l = to_lamp * inverse_distance;
+// Add light i, of which the point sees a share.
+void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
+    vec3 to_light = lights[i].position - s.p;
+    float inverse_distance = inversesqrt(dot(to_light, to_light));
+    vec3 l = to_light * inverse_distance;
     float cosine = dot(s.n, l), nl = max(cosine, 0.0), lv = dot(l, s.v);
     float cone = clamp(-dot(l, lights[i].axis) * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
     float share = seen * cone * cone * inverse_distance * inverse_distance;
@@ -75,8 +75,8 @@ void add_lamp(const int i, float seen, Surface s, inout LampLight sum) {
     sum.rim += lights[i].intensity * rim;
 }
 
-// Add what all lamps do to the light that goes to the camera: scattered below the surface, and mirrored.
-void reflect_lamps(LampLight sum, Surface s, inout vec3 matt, inout vec3 gloss) {
+// Add what all lights do to the light that goes to the camera: scattered below the surface, and mirrored.
+void reflect_direct(DirectLight sum, Surface s, inout vec3 matt, inout vec3 gloss) {
     matt += sum.matt * s.diffuse;
     gloss += sum.gloss * s.f0 + sum.rim;
 }

@@ -22,9 +22,9 @@ void main() {
 
     vec3 matt = vec3(0.0), gloss = vec3(0.0);
     reflect_surroundings(s, textureLod(around, at, 0.0), textureLod(near_light, at, 0.0).x, matt, gloss);
-    LampLight lamps = LampLight(vec3(0.0), vec3(0.0), vec3(0.0));
-    ADD_LAMPS                     // add_lamp(0, seen[0][0], s, lamps); ...: constant indices cost a CPU far less
-    reflect_lamps(lamps, s, matt, gloss);
+    DirectLight direct = DirectLight(vec3(0.0), vec3(0.0), vec3(0.0));
+    ADD_LIGHTS                     // add_light(0, seen[0][0], s, direct); ...: constant indices cost a CPU far less
+    reflect_direct(direct, s, matt, gloss);
     vec3 linear = (matt + gloss + s.base * s.emission) * exposure;
     if (nothing) linear = vec3((dot(ray, up) >= 0.0 ? sky : ground) * exposure);
     out_color = vec4(srgb(tone_map(linear)), float(face_hash(words)) / 255.0);

@@ -1,10 +1,10 @@
-// How much of a lamp a point sees: percentage-closer soft shadows (Fernando 2005) on maps of SHADOW_NEAR / z.
+// How much of a light a point sees: percentage-closer soft shadows (Fernando 2005) on maps of SHADOW_NEAR / z.
 uniform sampler2D shadow_atlas;
 uniform sampler2D shadow_blockers;  // see blockers.frag
 
 const float LIFT_TEXELS = 0.3;    // more would lift shadows off what casts them
 const float WIDEST = 8.0;         // texels: radius of the softest edge
-const float SAME = 1.01;          // what is nearer to the lamp by less leaves no penumbra to speak of
+const float SAME = 1.01;          // what is nearer to the light by less leaves no penumbra to speak of
 const int TAPS = SHADOW_TAPS;     // of the filter, at each of four neighbours that soften.frag averages
 const vec2 DISK[TAPS] = vec2[](SHADOW_DISK);
 
@@ -12,7 +12,7 @@ vec4 nearest_texels(vec2 grid) {  // the four around a point, in the order (0, 1
     return textureGather(shadow_atlas, floor(grid + 0.5) / ATLAS_PX);
 }
 
-// Share of the four around ``grid + d`` that see the lamp, weighted by where that lies between them.
+// Share of the four around ``grid + d`` that see the light, weighted by where that lies between them.
 // reference, slope: SHADOW_NEAR / z of the surface at ``grid``, and how it grows along the map.
 float visible(vec2 grid, vec2 d, float reference, vec2 slope) {
     vec2 at = grid + d - 0.5, f = fract(at);
@@ -34,11 +34,11 @@ float visibility(const int i, vec3 p, vec3 g, mat2 turn) {
     bool mapped = r.z > SHADOW_NEAR && at == clamp(at, lights[i].tile_low, lights[i].tile_high);
     vec2 grid = at * ATLAS_PX;
     // Over a plane 1 / z is linear in the map, so that a surface never shades itself, however wide the filter.
-    // The same holds for what looks away from the lamp: it stays dark, but lends its result to what lies beside it.
+    // The same holds for what looks away from the light: it stays dark, but lends its result to what lies beside it.
     float towards = facing < 0.0 ? min(facing, -0.02) : max(facing, 0.02);
     vec2 slope = n.xy * (-reference / towards) / (lights[i].tile_scale * ATLAS_PX);
 
-    // Of a lamp of radius R a blocker at b leaves a penumbra of R (1 / b - 1 / z), half its width on the map.
+    // Of a light of radius R a blocker at b leaves a penumbra of R (1 / b - 1 / z), half its width on the map.
     vec4 nearest = textureGather(shadow_blockers, floor(grid / BLOCK_TEXELS + 0.5) * (BLOCK_TEXELS / ATLAS_PX));
     vec4 blocks = vec4(greaterThan(nearest, vec4(reference * SAME)));
     float blocker = dot(blocks, nearest) / max(dot(blocks, vec4(1.0)), 1.0);

@@ -2,7 +2,7 @@
 layout(location = 0) out float out_depth;          // near / z of that pixel
 layout(location = 1) out float out_near_light;     // see occlusion.glsl
 layout(location = 2) out vec4 out_around;          // from the surroundings: irradiance; grey one of what is mirrored
-layout(location = 3) out vec4 out_visibility[2];   // of the lamps that have a shadow map
+layout(location = 3) out vec4 out_visibility[2];   // of the lights that have a shadow map
 
 void main() {
     ivec2 at = min(ivec2(gl_FragCoord.xy) * 2, textureSize(depth_map, 0) - 1);

@@ -13,7 +13,7 @@ from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
 from warehouse_sim.sensors.rgbd.depth.shadow import baseline_shadow
-from warehouse_sim.sensors.surfaces import facing_cosine, sent_back
+from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
 
 _RAGGED = 0.15
 """Standard deviation of the natural logarithm of a hole's threshold: borders of holes are not straight."""
@@ -75,6 +75,6 @@ class ActiveStereo(DepthModel):
         assert buffers.normals is not None
         assert capture.surfaces is not None
         cosine = facing_cosine(buffers.normals, capture.camera)
-        diffuse, glossy = sent_back(capture.surfaces, cosine)
+        diffuse, glossy = returned_light(capture.surfaces, cosine)
         weak = diffuse + glossy < np.float32(self.min_signal) * factor * np.square(buffers.depth)
         return (cosine < np.float32(self.min_cosine) * factor) | weak | (glossy > np.float32(self.max_glare) * factor)

@@ -22,7 +22,7 @@ def multipath_bias(
 ) -> Image:
     """Return by how much the range grows (m) through light that bounced once off what the image itself shows.
 
-    A lamp beside the lens lights a patch j, which sends light on to point i. Against the direct light at i its power is
+    An emitter beside the lens lights a patch j, which sends light on to point i. Against direct light at i its power is
     w = rho_j E_j F_ij / E_i with E = cos / r^2 and the form factor F of Lambertian patches, and its path is longer by
     (r_j + |x_i - x_j| - r_i) / 2. The range grows by the mean of those lengths, weighted with w against 1 for the
     direct light: the limit of small phase differences of the model in Fuchs 2010, "Multipath interference compensation

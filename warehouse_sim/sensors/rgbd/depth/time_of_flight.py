@@ -14,10 +14,10 @@ from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
-from warehouse_sim.sensors.surfaces import facing_cosine, sent_back
+from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
 
 _SATURATED = 1e3
-"""Light beyond which more of it does not help (white plaster facing the lamp from 1 m gives 1)."""
+"""Light beyond which more of it does not help (white plaster facing the emitter from 1 m gives 1)."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class TimeOfFlight(DepthModel):
 
     The noise is that of Cai et al. 2024, "Noise analysis and modeling of the PMD Flexx2 depth camera for robotic
     applications" (arXiv 2412.15040), measured on white; the defaults are its mode 5 at 30 frames a second. On darker
-    surfaces it grows as 1 / sqrt(reflectance), as shot noise of the lamp's own light does (Lange & Seitz 2001,
+    surfaces it grows as 1 / sqrt(reflectance), as shot noise of the emitter's own light does (Lange & Seitz 2001,
     "Solid-state time-of-flight range camera").
     """
 
@@ -56,7 +56,7 @@ class TimeOfFlight(DepthModel):
     min_coherence: Share = 0.6
     """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
     min_signal: Annotated[float, Range(0, 1000)] = 0.0005
-    """Least light of the lamp that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
+    """Least light of the emitter that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
     max_sigma: Annotated[float, Range(0.00001, 100, "m")] = 0.1
     """Readings of a larger standard deviation are dropped, as confidence filters do (m), 0.00001-100."""
     multipath: Share = 1.0
@@ -73,7 +73,7 @@ class TimeOfFlight(DepthModel):
         assert capture.surfaces is not None
         camera, depth = capture.camera, buffers.depth
         cosine = facing_cosine(buffers.normals, camera)
-        diffuse, glossy = sent_back(capture.surfaces, cosine)
+        diffuse, glossy = returned_light(capture.surfaces, cosine)
         signal = np.divide(diffuse + glossy, depth * depth, out=np.zeros_like(depth), where=depth > 0)
         mixed, clear = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), camera.fx / self.focal_px)
         if self.multipath > 0:

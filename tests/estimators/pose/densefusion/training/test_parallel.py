@@ -18,7 +18,7 @@ from warehouse_sim.estimators.pose.densefusion.training.preparation import prepa
 from warehouse_sim.estimators.pose.densefusion.training.train import train_network
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.clock import Clock
-from warehouse_sim.learning.parallel import Place, companions
+from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.learning.threads import cpu_threads
 
@@ -28,15 +28,15 @@ CONFIG = TrainConfig(
 NAME = "densefusion-pointcloud"
 
 
-def fit_and_keep(place: Place, data: Path, folder: Path, config: TrainConfig) -> None:
+def fit_and_keep(worker: Worker, data: Path, folder: Path, config: TrainConfig) -> None:
     """Train as one of several processes and write what this one has in the end."""
     with cpu_threads(config.threads):
         prepared = prepare(ESTIMATORS.get(NAME), [data], config, None, None)
-        torch.manual_seed(place.rank)
+        torch.manual_seed(worker.rank)
         network = DenseFusion(prepared.config.network, len(prepared.config.objects))
         clock = Clock(config.max_steps, None if config.max_minutes is None else 60 * config.max_minutes)
-        train_network(prepared, network, clock, folder / "run", place)
-    own = folder / str(place.rank)
+        train_network(prepared, network, clock, folder / "run", worker)
+    own = folder / str(worker.rank)
     own.mkdir(parents=True)
     write_weights(own, network)
 
@@ -46,9 +46,9 @@ def weights(folder: Path) -> dict[str, torch.Tensor]:
 
 
 def test_two_processes_learn_what_one_learns(toy_root: Path, tmp_path: Path) -> None:
-    fit_and_keep(Place(), toy_root, tmp_path / "alone", CONFIG)
-    with companions(2, fit_and_keep, toy_root, tmp_path / "both", CONFIG) as place:
-        fit_and_keep(place, toy_root, tmp_path / "both", CONFIG)
+    fit_and_keep(Worker(), toy_root, tmp_path / "alone", CONFIG)
+    with start_workers(2, fit_and_keep, toy_root, tmp_path / "both", CONFIG) as worker:
+        fit_and_keep(worker, toy_root, tmp_path / "both", CONFIG)
     assert not torch.distributed.is_initialized()
     alone, first, second = (weights(tmp_path / name) for name in ("alone/0", "both/0", "both/1"))
     torch.manual_seed(0)
@@ -69,22 +69,22 @@ def test_a_time_limit_ends_both_at_the_same_step(toy_root: Path, tmp_path: Path)
     assert result["seconds"] < 43.0
 
 
-def fail(place: Place) -> None:
+def fail(worker: Worker) -> None:
     raise SystemExit(3)
 
 
 def test_a_process_that_fails_is_told(tmp_path: Path) -> None:
-    with pytest.raises(TrainingError, match="process of the training failed"), companions(2, fail):
+    with pytest.raises(TrainingError, match="process of the training failed"), start_workers(2, fail):
         pass
 
 
 ORPHAN = """
 import time
-from warehouse_sim.learning.parallel import companions
+from warehouse_sim.learning.parallel import start_workers
 def wait(place):
     time.sleep(600)
 if __name__ == "__main__":
-    with companions(2, wait):
+    with start_workers(2, wait):
         print("started", flush=True)
         time.sleep(600)
 """
@@ -103,4 +103,4 @@ def test_companions_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
 def test_a_batch_must_be_divisible() -> None:
     with pytest.raises(ConfigError, match="batch 16 cannot be shared evenly by 3 devices"):
         TrainConfig(devices=3)
-    assert Place(1, 4).share == slice(1, None, 4)
+    assert Worker(1, 4).share == slice(1, None, 4)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
@@ -20,7 +20,7 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 def images(subject: Subject) -> Findings:
     """Colour and depth images can be read and have the camera's size."""
     findings = Findings()
-    for part in subject.each(list(subject.images()), lambda image: _pictures(subject, image)):
+    for part in subject.each(list(subject.images()), lambda image: _channels(subject, image)):
         findings.add(part)
     findings.examined = f"{findings.count} images"
     return findings
@@ -45,15 +45,15 @@ def masks(subject: Subject) -> Findings:
     return findings
 
 
-def _pictures(subject: Subject, image: ImageRecord) -> Findings:
+def _channels(subject: Subject, image: ImageRecord) -> Findings:
     findings, reader = Findings(), subject.readable
     layout = bop_layout(subject.root).scene(image.split, image.scene_id)
-    pictures = {"rgb": reader.rgb(image), "depth": subject.depth(image)}
+    channels = {"rgb": reader.rgb(image), "depth": subject.depth(image)}
     if reader.has_clean:
-        pictures |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
-        is_truth = reads(pictures["depth_clean"], pictures["depth"])
+        channels |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
+        is_truth = matches_reading(channels["depth_clean"], channels["depth"])
         findings.require(is_truth, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_TRUTH}")
-    for name, pixels in pictures.items():
+    for name, pixels in channels.items():
         where = f"{layout.root / name}: image {image.image_id}"
         findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")
         findings.count += 1

@@ -33,11 +33,11 @@ def files(subject: Subject) -> Findings:
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
         tables = {f"scene_{name}.json" for name in _TABLES}
-        pictures = ("rgb", "depth", *(("rgb_clean", "depth_clean") if subject.readable.has_clean else ()))
-        compare_names(findings, layout.root, {*pictures, "mask", "mask_visib"} | tables)
+        channels = ("rgb", "depth", *(("rgb_clean", "depth_clean") if subject.readable.has_clean else ()))
+        compare_names(findings, layout.root, {*channels, "mask", "mask_visib"} | tables)
         poses = read_table(layout.table("gt"))
         masks = {f"{image_id:06d}_{i:06d}.png" for image_id, row in poses.items() for i in range(_count(row))}
-        for name, expected in (*((name, images) for name in pictures), ("mask", masks), ("mask_visib", masks)):
+        for name, expected in (*((name, images) for name in channels), ("mask", masks), ("mask_visib", masks)):
             compare_names(findings, layout.root / name, expected)
             count += len(expected)
     findings.examined = f"{count} images and masks"
@@ -90,7 +90,7 @@ def targets(subject: Subject) -> Findings:
 
 
 def _count(row: Any) -> int:
-    """Return the number of poses of an image; what is no list is told of where it is read."""
+    """Return the number of poses of an image; what is no list is reported where it is read."""
     return len(row) if isinstance(row, list) else 0
 
 

@@ -1,4 +1,4 @@
-"""Checks that the KITTI and the BOP files tell the same story."""
+"""Check that the KITTI and the BOP files agree."""
 
 import math
 
@@ -9,7 +9,7 @@ from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER
-from warehouse_sim.dataset.formats.kitti.checks.labels import leans, read_labels
+from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted, read_labels
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
@@ -87,7 +87,7 @@ def _same(
     findings: Findings, subject: Subject, row: KittiLabel, image: ImageRecord, target: TargetRecord, where: str
 ) -> None:
     if row.is_dont_care:
-        findings.require(leans(target.T_camera_object), f"{where}: is DontCare in KITTI, but stands in BOP")
+        findings.require(is_tilted(target.T_camera_object), f"{where}: is DontCare in KITTI, but stands in BOP")
     else:
         _same_place(findings, subject, row, target, where)
     last = image.camera.width - 1, image.camera.height - 1

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, reads
+from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
@@ -77,13 +77,13 @@ def images(subject: Subject) -> Findings:
     """
     findings = Findings()
     numbers = [(split, frame) for split, _, _, frame in frames(subject)]
-    for part in subject.each(numbers, lambda frame: _pictures(subject, *frame)):
+    for part in subject.each(numbers, lambda frame: _channels(subject, *frame)):
         findings.add(part)
     findings.examined = f"{findings.count} images"
     return findings
 
 
-def _pictures(subject: Subject, split: Split, frame: int) -> Findings:
+def _channels(subject: Subject, split: Split, frame: int) -> Findings:
     findings, kinds = Findings(count=2), kitti_kinds(subject.manifest.contents)
     rgb_path, depth_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_2", "depth_2"))
     steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
@@ -91,7 +91,7 @@ def _pictures(subject: Subject, split: Split, frame: int) -> Findings:
     findings.require(bool(steps.any()), f"{depth_path}: holds nothing but zeros")
     if "depth_clean_2" in kinds:
         clean_path = kitti_layout(subject.root).file(split, "depth_clean_2", frame)
-        findings.require(reads(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
+        findings.require(matches_reading(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
         clean_path = kitti_layout(subject.root).file(split, "image_clean_2", frame)
         findings.require(png_size_wh(clean_path) == size_wh, f"{clean_path}: is not as large as image_2")
     if "image_3" in kinds:

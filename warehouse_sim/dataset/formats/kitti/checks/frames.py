@@ -1,4 +1,4 @@
-"""The frames of a dataset, and the format whose files tell the same."""
+"""The frames of a dataset, and the format whose files hold the same."""
 
 from collections.abc import Iterator
 

@@ -83,12 +83,12 @@ def tilt(T_camera_object: Transform) -> float:
     return float(np.arctan2(np.linalg.norm(T_camera_object[[0, 2], 2]), -T_camera_object[1, 2]))
 
 
-def leans(T_camera_object: Transform) -> bool:
+def is_tilted(T_camera_object: Transform) -> bool:
     """Return whether an object leans too much for an upright box."""
     return tilt(T_camera_object) > _LARGEST_TILT - _SAME_TILT
 
 
-def stands(T_camera_object: Transform) -> bool:
+def is_upright(T_camera_object: Transform) -> bool:
     """Return whether an object leans little enough for an upright box."""
     return tilt(T_camera_object) < _LARGEST_TILT + _SAME_TILT
 
@@ -102,7 +102,7 @@ def _is_leaning_target(
     )
     lean = math.degrees(tilt(T_camera_object))
     findings.require(
-        leans(T_camera_object), f"{where}: object {item.instance_id} leans by {lean:.2f} deg only, but is DontCare"
+        is_tilted(T_camera_object), f"{where}: object {item.instance_id} leans by {lean:.2f} deg only, but is DontCare"
     )
 
 
@@ -119,7 +119,7 @@ def _is_recorded(
     findings.require(same, f"{where}: is no {label.type} where the scene record has object {item.instance_id}")
     lean = math.degrees(tilt(T_camera_object))
     findings.require(
-        stands(T_camera_object), f"{where}: object {item.instance_id} leans by {lean:.2f} deg and must be DontCare"
+        is_upright(T_camera_object), f"{where}: object {item.instance_id} leans by {lean:.2f} deg and must be DontCare"
     )
     length, breadth, height = subject.info(item.obj_id).size
     same_size = np.abs(np.subtract(label.size_hwl, (height, breadth, length))).max() < _SAME_PLACE

@@ -1,4 +1,4 @@
-"""How far from the surface that it hit a LiDAR may tell a point: its noise law, from the contents of the manifest.
+"""How far from the surface that it hit a LiDAR may place a point: its noise law, from the contents of the manifest.
 
 The check that uses it shares no code with the simulated sensor; the formulas are those of docs/lidar.md.
 """
@@ -76,7 +76,7 @@ class LidarLaw(LidarContents):
             intensity: Stored, 0-1; with the distance it says how weak the signal was.
         """
         near = self._limit(distance + FARTHEST_START, intensity)
-        # A point that was told too near had a weaker signal than its distance says.
+        # A point that was measured too near had a weaker signal than its distance says.
         return self._limit(distance + FARTHEST_START + near, intensity)
 
     def _limit(self, distance: Float[np.ndarray, " n"], intensity: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

@@ -82,7 +82,7 @@ def points(subject: Subject) -> Findings:
         findings.add(found)
         tally.add(counted)
     _judge(findings, tally, law)
-    findings.examined = f"{tally.points} points of labelled objects in {len(sweeps)} sweeps" + _told(tally)
+    findings.examined = f"{tally.points} points of labelled objects in {len(sweeps)} sweeps" + _describe(tally)
     return findings
 
 
@@ -228,7 +228,7 @@ def _are_beams(content: bytes, count: int) -> bool:
     return bool(whole and (time >= 0).all() and (time < _LONGEST_SWEEP).all())
 
 
-def _told(tally: _Tally) -> str:
+def _describe(tally: _Tally) -> str:
     if not tally.points:
         return ""
     between = tally.mixed + tally.alone

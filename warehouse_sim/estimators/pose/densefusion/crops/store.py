@@ -53,7 +53,7 @@ def load_crops(
         config: How to cut.
         workers: Threads that decode images.
         cache: Folder to keep crops in; None keeps them in memory.
-        progress: Told the share of the images that is read; not called when the crops are found.
+        progress: Called with the share of the images that is read; not called when the crops are found.
 
     Returns:
         The arrays, or None when the split has no usable target.

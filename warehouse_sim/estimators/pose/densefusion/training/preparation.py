@@ -45,7 +45,7 @@ def prepare(
         data: Dataset folders; their objects must agree where they share a number.
         config: Settings.
         cache: Folder to keep crops in; None keeps them in memory.
-        progress: Told what is read.
+        progress: Called with what is read.
 
     Raises:
         DatasetError: A folder is no dataset with BOP files.

@@ -28,7 +28,7 @@ from warehouse_sim.learning.forecast import StepForecast
 from warehouse_sim.learning.loop import fit
 from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.order import SampleOrder
-from warehouse_sim.learning.parallel import Place, companions
+from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter
 from warehouse_sim.learning.run_log import RunLog
@@ -63,9 +63,9 @@ def train_method(
         network, prepared = _begin(prepared, init, old)
         write_config(run, prepared.config)
         log.note(", ".join(f"{len(crops)} crops of {split}" for split, crops in prepared.crops.items()))
-        with companions(job.config.devices, _accompany, job) as place:
+        with start_workers(job.config.devices, _run_worker, job) as worker:
             observers = _observers(run, job.config.max_minutes, log, progress)
-            state = train_network(prepared, network, clock, run, place, observers)
+            state = train_network(prepared, network, clock, run, worker, observers)
         result = _result(state, network, prepared)
     run_folder.write_weights(run, network)
     write_meshes(run, dataset_meshes(data, prepared.config.objects))
@@ -79,7 +79,7 @@ def train_network(
     network: DenseFusion,
     clock: Clock,
     run: Path,
-    place: Place = Place(),  # noqa: B008  frozen
+    worker: Worker = Worker(),  # noqa: B008  frozen
     observers: Sequence[Observer] = (),
 ) -> TrainingState:
     """Train ``network`` in one process, which may be one of several, and leave it with the averaged weights.
@@ -89,14 +89,14 @@ def train_network(
         network: What is trained; processes of other rank than 0 get the weights of rank 0.
         clock: Progress of the run.
         run: Run folder; a checkpoint in it is gone on from.
-        place: Which process this is.
-        observers: Told what happens; given in rank 0 only.
+        worker: Which process this is.
+        observers: Notified of what happens; given in rank 0 only.
     """
     config, crops = prepared.config.train, prepared.crops
     task = PoseTask(network, shape_tensors(prepared.config.objects), config, crops)
     weights = sampling_weights(crops["train"].class_index, prepared.classes, config.balance)
     order = SampleOrder(len(crops["train"]), config.batch, config.seed, weights)
-    return fit(task, order, config, clock, run, place, observers)
+    return fit(task, order, config, clock, run, worker, observers)
 
 
 @dataclass(frozen=True)
@@ -125,12 +125,12 @@ class _Job:
         return cpu_threads(config.threads or share)
 
 
-def _accompany(place: Place, job: _Job) -> None:
+def _run_worker(worker: Worker, job: _Job) -> None:
     """Train beside rank 0, in a process of its own that leaves nothing behind."""
     with job.threads():
         clock, prepared = job.clock(), job.prepare()
         network = DenseFusion(prepared.config.network, len(prepared.config.objects))
-        train_network(prepared, network, clock, job.run, place)
+        train_network(prepared, network, clock, job.run, worker)
 
 
 def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -> tuple[DenseFusion, Prepared]:

@@ -23,7 +23,7 @@ _PLACES_MM = Span(1000.0 * PLACES.low, 1000.0 * PLACES.high)
 
 
 @dataclass(frozen=True)
-class OthersScene:
+class ExternalScene:
     """Paths and tables of a scene."""
 
     root: Path

@@ -1,9 +1,9 @@
-"""Materials and lamps of a scene for fixed-function shading, which adds up display values instead of light.
+"""Materials and lights of a scene for fixed-function shading, which adds up display values instead of light.
 
 There is no exposure and no tone curve behind it, so both are put into the colours. At the reference illuminance, that
-of surfaces before the viewpoints that face the lamps, a material has the colour that the display transform gives it
-there, and all lamps and the even light together add up to one. Below it, display values follow the square root of
-light, close to what sRGB does of it: a lamp's share falls with the distance, not with its square.
+of surfaces before the viewpoints that face the lights, a material has the colour that the display transform gives it
+there, and all lights and the even light together add up to one. Below it, display values follow the square root of
+light, close to what sRGB does of it: a light's share falls with the distance, not with its square.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from warehouse_sim.render.display import to_display
-from warehouse_sim.render.lamps import GROUND, even_illuminance, facing_illuminance, looked_at
+from warehouse_sim.render.light_selection import GROUND, even_illuminance, facing_illuminance, reference_points
 from warehouse_sim.render.painted_mesh import NO_CHANGE, albedo_factor
 from warehouse_sim.schema import Light, Material, SceneSpec
 
@@ -29,13 +29,13 @@ class Level:
     """Linear image value of a white surface at the reference illuminance."""
     even: float
     """Display value of the even light, 0-1."""
-    lamps: Float64[np.ndarray, " n"]
-    """Display value of each lamp on its axis at a metre's distance."""
+    lights: Float64[np.ndarray, " n"]
+    """Display value of each light on its axis at a metre's distance."""
 
 
 def measure_level(scene: SceneSpec, lights: list[Light]) -> Level:
     """Return the level of ``scene`` under ``lights``."""
-    even, points = even_illuminance(scene), looked_at(scene)
+    even, points = even_illuminance(scene), reference_points(scene)
     lit = np.array([facing_illuminance(light, points) for light in lights]).reshape(len(lights), len(points))
     total = even + float(lit.sum(axis=0).mean()) if lights else even
     roots = float(np.sqrt(lit).sum(axis=0).mean()) if lights else 0.0
@@ -46,7 +46,7 @@ def measure_level(scene: SceneSpec, lights: list[Light]) -> Level:
 
 
 def add_background(spec: mujoco.MjSpec, scene: SceneSpec) -> None:
-    """Fill the picture where nothing stands with the lower half of the even light."""
+    """Fill the image where nothing stands with the lower half of the even light."""
     linear = scene.ambient / np.pi * GROUND * scene.exposure
     color = to_display(np.full((1, 1, 3), linear))[0, 0] / 255.0
     kind, fill = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
@@ -80,7 +80,7 @@ def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: floa
         item.textures = names
 
 
-def add_lamp(spec: mujoco.MjSpec, light: Light, level: float, casts_shadow: bool) -> None:
+def add_light(spec: mujoco.MjSpec, light: Light, level: float, casts_shadow: bool) -> None:
     """Add ``light`` with ``level``, its display value on the axis at a metre's distance.
 
     A point light is a spot whose cone is a half space: MuJoCo draws no point lights. The falloff of the cone is met

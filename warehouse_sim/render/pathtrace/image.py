@@ -1,4 +1,4 @@
-"""Many paths a pixel become a picture."""
+"""Many paths a pixel become an image."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ _PATHS_AT_ONCE = 2_000_000
 _BRIGHTEST_INDIRECT = 20.0  # linear image value, of which 1 is white
 
 
-def trace_picture(
+def trace_image(
     scene: LoadedScene, camera: PinholeCamera, T_world_camera: Transform, samples: int, seed: int, bounces: int
 ) -> Float[np.ndarray, "h w 3"]:
     """Return the mean luminance (cd/m^2) of three channels over the square of each pixel.
@@ -36,7 +36,7 @@ def trace_picture(
     total = np.zeros((pixels, 3))
     for number, first in enumerate(range(0, samples, largest)):
         count = min(largest, samples - first)
-        # Each pass has a stream of its own: seeds of neighbouring passes must not meet those of another picture's.
+        # Each pass has a stream of its own: seeds of neighbouring passes must not meet those of another image's.
         sampler.seed(int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), pixels * count)
         ray = _camera_rays(camera, T_world_camera, sampler, count)
         light = trace_paths(scene, ray, sampler, dr.opaque(mi.UInt32, bounces), limit)

@@ -1,4 +1,4 @@
-// The lamps of the scene; positions and directions in the camera frame.
+// The lights of the scene; positions and directions in the camera frame.
 struct Light {
     vec3 position; float cone_offset;
     vec3 axis; float cone_scale;
@@ -6,6 +6,6 @@ struct Light {
     vec4 to_light[3];             // rows of T_light_camera
     vec2 tile_scale; vec2 tile_offset;
     vec2 tile_low; vec2 tile_high;
-    vec2 softness; vec2 unused;   // radius of the lamp in texels of a map at SHADOW_NEAR
+    vec2 softness; vec2 unused;   // radius of the light in texels of a map at SHADOW_NEAR
 };
 layout(std140) uniform Lights { Light lights[MAX_LIGHTS]; };

@@ -1,4 +1,4 @@
-"""Lamps and the sky as the path tracer samples them."""
+"""Lights and the sky as the path tracer samples them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ import mitsuba as mi
 import numpy as np
 
 from warehouse_sim.color import LUMINANCE
-from warehouse_sim.render.lamps import GROUND
+from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.schema import Light
 
-_FLOOR = 0.02  # of a lamp's chance to be drawn: where its centre gives nothing, its rim may
+_FLOOR = 0.02  # of a light's chance to be drawn: where its centre gives nothing, its rim may
 
 
 @dataclass(frozen=True, eq=False)
-class LampSample:
-    """A point on a lamp as surfaces see it."""
+class LightSample:
+    """A point on a light as surfaces see it."""
 
     point: Any
     """World position (m)."""
@@ -28,45 +28,45 @@ class LampSample:
     casts_shadow: Any
 
 
-class Lamps:
-    """All lamps of a scene; spots are disks, point lights are balls, of their ``radius``.
+class LightSampler:
+    """All lights of a scene; spots are disks, point lights are balls, of their ``radius``.
 
-    Each point of a lamp shines with its share of the intensity, so that far away illuminance is intensity / distance^2.
+    Each point of one shines with its share of the intensity, so that far away illuminance is intensity / distance^2.
     Between its two cone angles a spot fades as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2.
     """
 
     def __init__(self, lights: Sequence[Light]) -> None:
-        self._lamps = [_Lamp(light) for light in lights if light.intensity > 0.0]
+        self._lights = [_SampledLight(light) for light in lights if light.intensity > 0.0]
 
     def __len__(self) -> int:
-        return len(self._lamps)
+        return len(self._lights)
 
-    def sample(self, surface: Any, choice: Any, place: Any) -> LampSample:
-        """Draw one lamp in proportion to what it would give without shadows, and a point on it.
+    def sample(self, surface: Any, choice: Any, place: Any) -> LightSample:
+        """Draw one light in proportion to what it would give without shadows, and a point on it.
 
         Args:
             surface: ``mi.SurfaceInteraction3f`` to be lit.
-            choice: Uniform number that draws the lamp.
+            choice: Uniform number that draws the light.
             place: Two uniform numbers that draw the point.
         """
         normal = dr.mulsign(surface.n, dr.dot(surface.n, surface.to_world(surface.wi)))
-        weights = [lamp.importance(surface.p, normal) for lamp in self._lamps]
+        weights = [light.importance(surface.p, normal) for light in self._lights]
         total = sum(weights[1:], weights[0])
         left = choice * total
-        # The first lamp stands for all that rounding could leave undrawn.
-        drawn = self._lamps[0].state()
+        # The first light stands for all that rounding could leave undrawn.
+        drawn = self._lights[0].state()
         weight = weights[0]
         passed = weights[0]
-        for lamp, own in zip(self._lamps[1:], weights[1:], strict=True):
+        for light, own in zip(self._lights[1:], weights[1:], strict=True):
             here = left >= passed
-            drawn = {key: dr.select(here, value, drawn[key]) for key, value in lamp.state().items()}
+            drawn = {key: dr.select(here, value, drawn[key]) for key, value in light.state().items()}
             weight = dr.select(here, own, weight)
             passed += own
         return _point_on(drawn, surface.p, place, total / weight)
 
 
-class _Lamp:
-    """One lamp with its numbers as kernel arguments, so that the next scene's lamps need no new kernel."""
+class _SampledLight:
+    """One light with its numbers as kernel arguments, so that the next scene's lights need no new kernel."""
 
     def __init__(self, light: Light) -> None:
         inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
@@ -90,7 +90,7 @@ class _Lamp:
         return self._state
 
     def importance(self, point: Any, normal: Any) -> Any:
-        """Return the illuminance (lx) from the lamp's centre, at least a small share of what it could be."""
+        """Return the illuminance (lx) from the light's centre, at least a small share of what it could be."""
         away = self._state["position"] - point
         squared = dr.maximum(dr.squared_norm(away), 1e-6)
         direction = away * dr.rsqrt(squared)
@@ -98,22 +98,22 @@ class _Lamp:
         return self._power * facing * dr.maximum(_cone(self._state, direction), _FLOOR) / squared
 
 
-def _point_on(lamp: dict[str, Any], point: Any, place: Any, weight: Any) -> LampSample:
+def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any) -> LightSample:
     """Return a uniform point of the disk: across the axis of a spot, across the line of sight of a ball."""
-    towards = dr.normalize(point - lamp["position"])
-    frame = mi.Frame3f(dr.select(lamp["ball"], towards, lamp["axis"]))
-    disk = mi.warp.square_to_uniform_disk_concentric(place) * lamp["radius"]
-    source = lamp["position"] + frame.s * disk.x + frame.t * disk.y
+    towards = dr.normalize(point - light["position"])
+    frame = mi.Frame3f(dr.select(light["ball"], towards, light["axis"]))
+    disk = mi.warp.square_to_uniform_disk_concentric(place) * light["radius"]
+    source = light["position"] + frame.s * disk.x + frame.t * disk.y
     away = source - point
     squared = dr.maximum(dr.squared_norm(away), 1e-6)
     direction = away * dr.rsqrt(squared)
-    return LampSample(
-        source, direction, lamp["intensity"] * (_cone(lamp, direction) * weight / squared), lamp["casts_shadow"]
+    return LightSample(
+        source, direction, light["intensity"] * (_cone(light, direction) * weight / squared), light["casts_shadow"]
     )
 
 
-def _cone(lamp: dict[str, Any], direction: Any) -> Any:
-    share = dr.clip(-dr.dot(direction, lamp["axis"]) * lamp["scale"] + lamp["offset"], 0.0, 1.0)
+def _cone(light: dict[str, Any], direction: Any) -> Any:
+    share = dr.clip(-dr.dot(direction, light["axis"]) * light["scale"] + light["offset"], 0.0, 1.0)
     return share * share
 
 

@@ -7,7 +7,7 @@ import pytest
 from tests.evaluation.made_dataset import make_dataset
 from tests.evaluation.pallet import nudge
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.evaluation.report.pictures import (
+from warehouse_sim.evaluation.report.images import (
     ESTIMATE_COLOR,
     TRUE_COLOR,
     close_up,
@@ -37,9 +37,9 @@ def test_a_close_up_shows_both_poses_where_they_are(data):
     image, target, info = case(data)
     estimate = target.T_camera_object @ nudge(z=0.25)
     black = np.zeros((image.camera.height, image.camera.width, 3), np.uint8)
-    picture = close_up(black, image.camera, info, target.T_camera_object, estimate)
-    assert picture.shape == (300, 480, 3)
-    true_rows, estimate_rows = (np.flatnonzero(near(picture, c).any(axis=1)) for c in (TRUE_COLOR, ESTIMATE_COLOR))
+    crop = close_up(black, image.camera, info, target.T_camera_object, estimate)
+    assert crop.shape == (300, 480, 3)
+    true_rows, estimate_rows = (np.flatnonzero(near(crop, c).any(axis=1)) for c in (TRUE_COLOR, ESTIMATE_COLOR))
     assert estimate_rows.min() < true_rows.min()
     assert estimate_rows.max() < true_rows.max()
 
@@ -47,25 +47,25 @@ def test_a_close_up_shows_both_poses_where_they_are(data):
 def test_a_miss_has_no_orange(data):
     image, target, info = case(data)
     black = np.zeros((image.camera.height, image.camera.width, 3), np.uint8)
-    picture = close_up(black, image.camera, info, target.T_camera_object, None)
-    assert near(picture, TRUE_COLOR).sum() > 200
-    assert not near(picture, ESTIMATE_COLOR).any()
+    crop = close_up(black, image.camera, info, target.T_camera_object, None)
+    assert near(crop, TRUE_COLOR).sum() > 200
+    assert not near(crop, ESTIMATE_COLOR).any()
 
 
 def test_the_drawn_box_encloses_the_object_in_the_image(data):
     image, target, info = case(data, index=2)
-    picture = close_up(
+    crop = close_up(
         np.repeat(data.mask(image, target.gt_index)[..., None] * np.uint8(255), 3, axis=2),
         image.camera, info, target.T_camera_object, None,
     )  # fmt: skip
-    drawn = np.argwhere(near(picture, TRUE_COLOR))
-    white = np.argwhere(near(picture, (255, 255, 255), 60))
+    drawn = np.argwhere(near(crop, TRUE_COLOR))
+    white = np.argwhere(near(crop, (255, 255, 255), 60))
     assert (drawn.min(axis=0) <= white.min(axis=0) + 3).all()
     assert (drawn.max(axis=0) >= white.max(axis=0) - 3).all()
     assert (np.abs(drawn.min(axis=0) - white.min(axis=0)) < 12).all()
 
 
-def test_an_estimate_behind_the_camera_still_gives_a_picture(data):
+def test_an_estimate_behind_the_camera_still_gives_an_image(data):
     image, target, info = case(data)
     behind = target.T_camera_object.copy()
     behind[2, 3] = -3.0

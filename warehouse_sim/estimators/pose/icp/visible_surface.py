@@ -15,16 +15,16 @@ _THREADS = 2
 _APART = 1e6
 
 
-class SeenSurfaces:
-    """The sides of b objects that are turned to the camera, in a space squashed along the viewing direction.
+class VisibleSurfaces:
+    """The sides of b objects that are turned to the camera, in a space scaled along the viewing direction.
 
-    A depth reading errs along its ray far more than across it. Squashed by the ratio, its error is the same in all
+    A depth reading errs along its ray far more than across it. Scaled by the ratio, its error is the same in all
     directions, and the nearest point of the surface is the most likely one.
 
     Args:
         surfaces: One an object.
         eyes: Camera centres in the object frames (m).
-        squash: Noise across the viewing direction over noise along it, 0-1, of each object.
+        anisotropy: Noise across the viewing direction over noise along it, 0-1, of each object.
         share: Share of the samples that are used, 0-1; what lies between them is found less surely.
     """
 
@@ -32,22 +32,22 @@ class SeenSurfaces:
         self,
         surfaces: Sequence[CadSurface],
         eyes: Float[np.ndarray, "b 3"],
-        squash: Float[np.ndarray, " b"],
+        anisotropy: Float[np.ndarray, " b"],
         share: float = 1.0,
     ) -> None:
         views = eyes / np.linalg.norm(eyes, axis=1, keepdims=True)
         outer = views[:, :, None] * views[:, None]
-        self._metric = np.eye(3) - (1.0 - squash)[:, None, None] * outer
+        self._metric = np.eye(3) - (1.0 - anisotropy)[:, None, None] * outer
         # Planes map by the inverse of the metric, areas by the length of the normal so mapped.
-        inverse = np.eye(3) + (1.0 / squash - 1.0)[:, None, None] * outer
+        inverse = np.eye(3) + (1.0 / anisotropy - 1.0)[:, None, None] * outer
         self._first = np.cumsum([0] + [len(surface.corners) for surface in surfaces[:-1]])
         normals = [surface.normals @ matrix for surface, matrix in zip(surfaces, inverse, strict=True)]
         stretch = [np.linalg.norm(normal, axis=1) for normal in normals]
         points, faces = [], []
         for i, surface in enumerate(surfaces):
             towards = dot(eyes[i] - surface.corners[:, 0], surface.normals) > 0
-            # Thinned so that samples stay uniform by area: else squashed faces, more densely covered, would attract.
-            kept = surface.rank < np.where(towards, share * squash[i] * stretch[i], 0.0)[surface.faces]
+            # Thinned so that samples stay uniform by area: else scaled faces, more densely covered, would attract.
+            kept = surface.rank < np.where(towards, share * anisotropy[i] * stretch[i], 0.0)[surface.faces]
             if not kept.any():  # the camera is inside the object, or a pose far off says so
                 kept = np.ones(len(surface.rank), dtype=bool)
             points.append(surface.points[kept] @ self._metric[i] + [i * _APART, 0.0, 0.0])
@@ -62,16 +62,16 @@ class SeenSurfaces:
     def nearest(
         self, points: Float[np.ndarray, "b n 3"]
     ) -> tuple[Float[np.ndarray, "b n"], Float[np.ndarray, "b n 3"]]:
-        """Return the signed squashed distance (m) of points in the object frames, and its gradient there.
+        """Return the signed scaled distance (m) of points in the object frames, and its gradient there.
 
         In front of a triangle the distance grows along its normal; beside all of them, away from the nearest edge.
         """
         batch, count, _ = points.shape
-        squashed = points @ self._metric
+        scaled = points @ self._metric
         apart = np.arange(batch)[:, None, None] * np.array([_APART, 0.0, 0.0])
-        _, near = self._tree.query((squashed + apart).reshape(-1, 3), k=_CANDIDATES, workers=_THREADS)
+        _, near = self._tree.query((scaled + apart).reshape(-1, 3), k=_CANDIDATES, workers=_THREADS)
         faces = self._faces[near.ravel()]
-        offset = np.repeat(squashed.reshape(-1, 3), _CANDIDATES, axis=0)
+        offset = np.repeat(scaled.reshape(-1, 3), _CANDIDATES, axis=0)
         offset -= closest_points(offset, self._corners[faces])
         rows = _CANDIDATES * np.arange(batch * count)
         best = dot(offset, offset).reshape(-1, _CANDIDATES).argmin(axis=1) + rows

@@ -1,4 +1,4 @@
-"""Whether a picture shows something."""
+"""Whether an image shows something."""
 
 from pathlib import Path
 
@@ -7,12 +7,12 @@ import numpy as np
 
 _FARTHEST_DEPTH = 200.0
 _LEAST_CONTRAST = 1.0
-"""Standard deviation of the grey values of a picture that shows something."""
+"""Standard deviation of the grey values of an image that shows something."""
 _LARGEST_SHEET_PX = 20_000
 
 
-def picture_problem(path: Path, size_wh: tuple[int, int] | None = None) -> str | None:
-    """Return what is wrong with a colour picture, if anything: undecodable, of another size, one even colour."""
+def image_problem(path: Path, size_wh: tuple[int, int] | None = None) -> str | None:
+    """Return what is wrong with a colour image, if anything: undecodable, of another size, one even colour."""
     if not path.is_file():
         return "was not written"
     image = cv2.imread(str(path), cv2.IMREAD_COLOR)
@@ -28,10 +28,10 @@ def picture_problem(path: Path, size_wh: tuple[int, int] | None = None) -> str |
 
 
 def depth_problem(path: Path, steps_a_metre: float) -> str | None:
-    """Return what is wrong with a 16-bit depth picture, if anything: empty, or farther than any hall is long."""
+    """Return what is wrong with a 16-bit depth image, if anything: empty, or farther than any hall is long."""
     steps = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if steps is None or steps.dtype != np.uint16:
-        return "is no 16-bit picture"
+        return "is no 16-bit image"
     if not steps.any():
         return "holds no reading"
     farthest = float(steps.max()) / steps_a_metre

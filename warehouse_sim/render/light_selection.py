@@ -1,4 +1,4 @@
-"""Which lamps matter, and how bright they make the places that a scene is looked at for."""
+"""Which lights matter, and how bright they make the places that a scene is looked at for."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from warehouse_sim.schema import Light, SceneSpec
 
 GROUND = 0.3
 """How bright the lower half of the even environment is, as a share of the upper half."""
-_AHEAD = 4.0  # metres before a camera where its picture is taken to be
+_AHEAD = 4.0  # metres before a camera where its image is taken to be
 
 
 def even_illuminance(scene: SceneSpec) -> float:
@@ -20,14 +20,14 @@ def even_illuminance(scene: SceneSpec) -> float:
     return scene.ambient * (1.0 + GROUND) / 2.0
 
 
-def lamp_geometry(light: Light) -> bytes:
-    """Return all of a lamp but its intensity and colour: lamps that agree in it light and shade the same places."""
+def light_geometry(light: Light) -> bytes:
+    """Return all of a light but its intensity and colour: lights that agree in it light and shade the same places."""
     numbers = [*light.position, *light.direction, light.cone_inner, light.cone_outer, light.radius, light.casts_shadow]
     return light.kind.encode() + np.array(numbers, float).tobytes()
 
 
-def point_before(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:
-    """Return the point (m, world) some metres before a camera where its picture is taken to be."""
+def point_ahead(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:
+    """Return the point (m, world) some metres before a camera where its image is taken to be."""
     return (T_world_camera[:3, 3] + _AHEAD * T_world_camera[:3, 2])[None]
 
 
@@ -37,8 +37,8 @@ def importance(light: Light, points: Float64[np.ndarray, "n 3"]) -> float:
     return light.intensity * float(np.mean(1.0 / np.maximum(squared, 1.0)))
 
 
-def looked_at(scene: SceneSpec) -> Float64[np.ndarray, "n 3"]:
-    """Return places (m, world) that a scene is looked at for: in its aisle, else at its targets, else before its lamps.
+def reference_points(scene: SceneSpec) -> Float64[np.ndarray, "n 3"]:
+    """Return places (m, world) that a scene is looked at for: in its aisle, else at its targets, else at its lights.
 
     Viewpoints do not count: what is seen from one of them must not depend on the others.
     """
@@ -58,7 +58,7 @@ def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Floa
 
 
 def strongest_lights(lights: Sequence[Light], count: int | None, points: Float64[np.ndarray, "n 3"]) -> list[Light]:
-    """Return at most ``count`` lamps, those that could light ``points`` (m, world) the most, in the order given."""
+    """Return at most ``count`` lights, those that could light ``points`` (m, world) the most, in the order given."""
     if count is None or len(lights) <= count:
         return list(lights)
     ranked = sorted(range(len(lights)), key=lambda number: -importance(lights[number], points))

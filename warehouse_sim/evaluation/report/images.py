@@ -1,4 +1,4 @@
-"""Pictures of the report: whole frames with true boxes, and close-ups of true against estimated pose."""
+"""Images of the report: whole frames with true boxes, and close-ups of true against estimated pose."""
 
 import base64
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What all fixed things of a building have in common, and the solid that profiled sheets are made of."""
+"""Models of the fixed parts of a building, and the solid that profiled sheets are made of."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 Size = tuple[float, float, float]
 
 
-def fixture(
+def building_model(
     name: str,
     class_name: str,
     obj_id: int,

@@ -1,4 +1,4 @@
-"""Materials and lamps for pyrender, which adds up light linearly, but returns it clipped and without a tone curve.
+"""Materials and lights for pyrender, which adds up light linearly, but returns it clipped and without a tone curve.
 
 The scene is drawn ``HEADROOM`` times darker than its exposure says, so that nothing below that many times white is
 clipped, and the bytes that come back are brought to the display's curve by a table.
@@ -12,7 +12,7 @@ from jaxtyping import UInt8
 from warehouse_sim.color import srgb_from_linear
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.display import to_display
-from warehouse_sim.render.lamps import GROUND, even_illuminance
+from warehouse_sim.render.light_selection import GROUND, even_illuminance
 from warehouse_sim.render.painted_mesh import NO_CHANGE, albedo_factor
 from warehouse_sim.render.pyrender.device import import_pyrender
 from warehouse_sim.schema import Light, Material, SceneSpec
@@ -22,7 +22,7 @@ HEADROOM = 4.0
 _GAMMA = 2.2  # pyrender returns light to the power 1 / 2.2
 
 
-class Looks:
+class MaterialCache:
     """pyrender's materials of a scene, made when they are first asked for; textures are shared."""
 
     def __init__(self, materials: dict[str, Material], exposure: float) -> None:
@@ -59,13 +59,13 @@ def ambient_light(scene: SceneSpec) -> list[float]:
 
 
 def background(scene: SceneSpec) -> list[float]:
-    """Return the lower half of the even light, as pyrender writes it into the picture."""
+    """Return the lower half of the even light, as pyrender writes it into the image."""
     linear = scene.ambient / np.pi * GROUND * scene.exposure / HEADROOM
     return [*([min(linear, 1.0) ** (1.0 / _GAMMA)] * 3), 1.0]
 
 
-def make_lamp(light: Light, exposure: float) -> tuple[Any, Transform]:
-    """Return pyrender's lamp, whose cone falls off as ours does, and its pose: it shines along its own -z."""
+def make_light(light: Light, exposure: float) -> tuple[Any, Transform]:
+    """Return pyrender's light, whose cone falls off as ours does, and its pose: it shines along its own -z."""
     pyrender, intensity = import_pyrender(), light.intensity * exposure / HEADROOM
     color, T = np.array(light.color), make_transform(None, np.asarray(light.position, float))
     peak = float(color.max())  # pyrender clips colours at 1
@@ -90,6 +90,6 @@ def _texture(factor: UInt8[np.ndarray, "h w"]) -> tuple[Any, float]:
     brightest = int(factor.max())
     code = srgb_from_linear(np.arange(256) / brightest)
     pixels = np.rint(255.0 * np.clip(code, 0.0, 1.0)).astype(np.uint8)[factor]
-    # pyrender turns pictures upside down: v of a tile grows with its rows.
+    # pyrender turns images upside down: v of a tile grows with its rows.
     source = np.repeat(pixels[::-1, :, None], 3, axis=2)
     return import_pyrender().Texture(source=source, source_channels="RGB"), brightest / NO_CHANGE

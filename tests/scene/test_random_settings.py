@@ -8,7 +8,7 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene import Distribution, SceneRecipe, scene_rng
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
-from warehouse_sim.scene.open_numbers import Choice, close, find_open
+from warehouse_sim.scene.random_settings import Choice, find_random_settings, with_values
 
 PLAIN: dict[str, Any] = {
     "layout": {
@@ -24,7 +24,7 @@ PLAIN: dict[str, Any] = {
 
 
 def test_what_is_open_is_found_and_distributions_are_left_alone() -> None:
-    found = find_open(SceneRecipe, PLAIN, "here")
+    found = find_random_settings(SceneRecipe, PLAIN, "here")
     assert [(setting.path, setting.kind) for setting in found] == [
         (("layout", "bays"), "int"),
         (("layout", "beam_levels", 0), "float"),
@@ -40,7 +40,7 @@ def test_a_recipe_draws_each_open_setting_anew_and_reads_back() -> None:
     recipe = SceneRecipe.from_plain(PLAIN, "here")
     assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
     assert recipe.to_plain()["layout"]["bays"] == {"min": 2.0, "max": 4.0}
-    drawn = [recipe.closed(partial(scene_rng, 0, index)) for index in range(300)]
+    drawn = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(300)]
     assert {item.layout.to_plain()["bays"] for item in drawn} == {2, 3, 4}
     levels = np.array([item.layout.to_plain()["beam_levels"] for item in drawn])
     assert levels[:, 0].min() >= 1.4
@@ -49,17 +49,17 @@ def test_a_recipe_draws_each_open_setting_anew_and_reads_back() -> None:
     assert np.mean([item.layout.to_plain()["sides"] == "both" for item in drawn]) == pytest.approx(0.75, abs=0.08)
     assert np.mean([item.shelving.empty_slot_share == 0.2 for item in drawn]) == pytest.approx(0.75, abs=0.08)
     assert all(item.loads.height == Distribution.uniform(0.4, 0.9) for item in drawn)
-    assert all(item.open_settings == () for item in drawn)
+    assert all(item.random_settings == () for item in drawn)
 
 
 def test_a_closed_recipe_draws_itself() -> None:
     recipe = SceneRecipe(layout=BlockStorageConfig())
-    assert recipe.closed(partial(scene_rng, 0, 0)) is recipe
+    assert recipe.drawn(partial(scene_rng, 0, 0)) is recipe
 
 
 def test_a_setting_that_is_opened_changes_no_other() -> None:
     more = PLAIN | {"staging": {"clearance": {"min": 0.3, "max": 0.5}}}
-    few, many = (SceneRecipe.from_plain(plain, "here").closed(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
+    few, many = (SceneRecipe.from_plain(plain, "here").drawn(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
     assert (few.layout, few.loads, few.shelving) == (many.layout, many.loads, many.shelving)
     assert few.staging != many.staging
 
@@ -72,10 +72,10 @@ def test_a_setting_that_is_opened_changes_no_other() -> None:
         ({"layout": {"sides": {"choices": []}}}, "here: layout: sides must be a value or"),
         ({"layout": {"sides": {"choices": ["one", "left"]}}}, "sides must be one of 'one', 'both', found 'left'"),
         ({"observations_per_scene": {"min": 2, "max": 4}}, "observations_per_scene cannot be left open"),
-        ({"open_settings": []}, "without open_settings"),
+        ({"random_settings": []}, "without random_settings"),
     ],
 )
-def test_bad_open_settings_are_found_on_reading(plain: Any, message: str) -> None:
+def test_bad_random_settings_are_found_on_reading(plain: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         SceneRecipe.from_plain(plain, "here")
 
@@ -84,11 +84,11 @@ def test_values_that_do_not_go_together_are_an_error_of_the_draw() -> None:
     plain = {"layout": {"beam_levels": [{"min": 1.0, "max": 3.0}, {"min": 2.0, "max": 4.0}]}}
     recipe = SceneRecipe.from_plain(plain, "here")
     with pytest.raises(ConfigError, match="a draw of the recipe: layout: beam_levels must rise"):
-        _ = [recipe.closed(partial(scene_rng, 0, index)) for index in range(100)]
+        _ = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(100)]
 
 
 def test_closing_leaves_the_original_alone() -> None:
-    closed = close(PLAIN, [(("layout", "beam_levels", 0), 1.5)])
-    assert closed["layout"]["beam_levels"] == [1.5, 3.0]
+    drawn = with_values(PLAIN, [(("layout", "beam_levels", 0), 1.5)])
+    assert drawn["layout"]["beam_levels"] == [1.5, 3.0]
     assert PLAIN["layout"]["beam_levels"][0] == {"min": 1.4, "max": 1.6}
-    assert from_mapping(SceneRecipe, {"layout": {"bays": 3}}, "here").open_settings == ()
+    assert from_mapping(SceneRecipe, {"layout": {"bays": 3}}, "here").random_settings == ()

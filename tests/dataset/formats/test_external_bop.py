@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.object_truth import untruths
+from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
@@ -104,7 +104,7 @@ def test_objects_come_from_the_meshes(tmp_path: Path, mesh: bytes, inside: str) 
     assert len(info.symmetry) == 2
     for surface in (info.mesh(), info.metric_mesh()):
         assert surface.face_areas().sum() == pytest.approx(2 * (0.12 + 0.08 + 0.06))
-    assert untruths(info) == []
+    assert geometry_problems(info) == []
 
 
 @pytest.mark.parametrize("gray", [True, False])

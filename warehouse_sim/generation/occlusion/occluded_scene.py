@@ -34,7 +34,7 @@ class Placed:
     instance_ids: tuple[int, ...]
 
 
-class Stage:
+class OccludedScene:
     """The scene, rays against it and what is solid in its aisle, all up to date.
 
     Args:

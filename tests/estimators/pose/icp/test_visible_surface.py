@@ -2,16 +2,16 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import PALLET
-from warehouse_sim.estimators.pose.icp.seen_surface import SeenSurfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
+from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
 from warehouse_sim.geometry.mesh import unit_box
 
 SURFACE = build_surface(PALLET.mesh(), 6000, np.random.default_rng(0))
 BOX = build_surface(unit_box(), 4000, np.random.default_rng(0))
 
 
-def seen(surface: CadSurface, eye: list[float], squash: float) -> SeenSurfaces:
-    return SeenSurfaces([surface], np.array([eye]), np.array([squash]))
+def seen(surface: CadSurface, eye: list[float], anisotropy: float) -> VisibleSurfaces:
+    return VisibleSurfaces([surface], np.array([eye]), np.array([anisotropy]))
 
 
 def test_distance_before_a_face_is_signed_and_along_its_normal() -> None:
@@ -26,9 +26,9 @@ def test_distance_beside_a_face_grows_away_from_its_edge() -> None:
     np.testing.assert_allclose(direction[0], [[0, 1, 0]], atol=1e-12)
 
 
-@pytest.mark.parametrize("squash", [1.0, 0.2])
-def test_gradient_of_the_squashed_distance(squash: float) -> None:
-    visible = seen(SURFACE, [4.0, 1.5, 0.8], squash)
+@pytest.mark.parametrize("anisotropy", [1.0, 0.2])
+def test_gradient_of_the_scaled_distance(anisotropy: float) -> None:
+    visible = seen(SURFACE, [4.0, 1.5, 0.8], anisotropy)
     rng = np.random.default_rng(3)
     points = SURFACE.points[rng.integers(0, len(SURFACE.points), 200)] + rng.normal(0, 0.02, (200, 3))
     distance, gradient = visible.nearest(points[None])
@@ -40,17 +40,17 @@ def test_gradient_of_the_squashed_distance(squash: float) -> None:
     assert np.mean(error < 1e-3) > 0.95
 
 
-def test_squash_makes_errors_along_the_view_cheap() -> None:
+def test_anisotropy_makes_errors_along_the_view_cheap() -> None:
     distance, _ = seen(BOX, [6.0, 0.0, 0.0], 0.1).nearest(np.array([[[0.7, 0.0, 0.0], [0.5, 0.7, 0.0]]]))
     np.testing.assert_allclose(distance[0], [0.02, 0.2], atol=1e-12)
 
 
 def test_objects_of_a_batch_see_their_own_surface_only() -> None:
-    eyes, squash = np.array([[5.0, 0, 0], [4.0, 1.5, 0.8]]), np.array([1.0, 0.3])
+    eyes, anisotropy = np.array([[5.0, 0, 0], [4.0, 1.5, 0.8]]), np.array([1.0, 0.3])
     points = np.random.default_rng(4).uniform(-1, 1, (2, 50, 3))
-    distance, direction = SeenSurfaces([BOX, SURFACE], eyes, squash).nearest(points)
+    distance, direction = VisibleSurfaces([BOX, SURFACE], eyes, anisotropy).nearest(points)
     for i, surface in enumerate((BOX, SURFACE)):
-        alone = SeenSurfaces([surface], eyes[i : i + 1], squash[i : i + 1]).nearest(points[i : i + 1])
+        alone = VisibleSurfaces([surface], eyes[i : i + 1], anisotropy[i : i + 1]).nearest(points[i : i + 1])
         np.testing.assert_allclose(distance[i], alone[0][0], atol=1e-9)
         np.testing.assert_allclose(direction[i], alone[1][0], atol=1e-6)
 
@@ -60,7 +60,7 @@ def test_from_inside_an_object_there_is_still_an_answer() -> None:
     assert np.isfinite(distance).all()
 
 
-def test_samples_stay_uniform_in_squashed_space() -> None:
+def test_samples_stay_uniform_in_scaled_space() -> None:
     # Seen along a diagonal, top and front of a box shrink alike; seen along x, the sides shrink and thin out.
     surface = build_surface(unit_box(), 60_000, np.random.default_rng(0))
     visible = seen(surface, [50.0, 5.0, 0.0], 0.2)

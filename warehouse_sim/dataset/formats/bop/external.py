@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
+from warehouse_sim.dataset.formats.bop.external_models import read_models
+from warehouse_sim.dataset.formats.bop.external_scene import TABLE, ExternalScene
 from warehouse_sim.dataset.formats.bop.layout import NAME
-from warehouse_sim.dataset.formats.bop.others_models import read_models
-from warehouse_sim.dataset.formats.bop.others_scene import TABLE, OthersScene
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -24,7 +24,7 @@ _HELD_OUT = 10
 """Of so many images of train one is kept for val."""
 
 
-def folder_of_others(root: Path) -> Path | None:
+def external_folder(root: Path) -> Path | None:
     """Return ``root`` or ``root/bop``, whichever holds scenes and models of BOP; None if neither does."""
     for folder in (root, root / NAME):
         if (folder / "models").is_dir() or (folder / "models_eval").is_dir():
@@ -32,7 +32,7 @@ def folder_of_others(root: Path) -> Path | None:
     return None
 
 
-class OthersReader:
+class ExternalReader:
     """A BOP folder without a manifest.
 
     Args:
@@ -110,12 +110,12 @@ class OthersReader:
         mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
         return mask
 
-    def _scenes(self, split: str) -> list[OthersScene]:
+    def _scenes(self, split: str) -> list[ExternalScene]:
         folder = self._folders[split]
-        return [OthersScene(path, int(path.name)) for path in sorted(folder.iterdir()) if _is_scene(path)]
+        return [ExternalScene(path, int(path.name)) for path in sorted(folder.iterdir()) if _is_scene(path)]
 
-    def _scene(self, image: ImageRecord) -> OthersScene:
-        return OthersScene(self._folders[image.split] / f"{image.scene_id:06d}", image.scene_id)
+    def _scene(self, image: ImageRecord) -> ExternalScene:
+        return ExternalScene(self._folders[image.split] / f"{image.scene_id:06d}", image.scene_id)
 
     def _hold_out(self, split: str) -> None:
         """Keep every tenth image of train apart for val, the last where there are fewer."""

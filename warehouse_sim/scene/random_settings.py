@@ -1,7 +1,7 @@
-"""Settings that a recipe leaves open: where a number is expected, a distribution may stand, and a choice for a name.
+"""Settings that a recipe randomises: where a number is expected, a distribution may stand, and a choice for a name.
 
 ``Distribution`` settings are drawn anew for every object. All other settings are drawn once a scene; this module finds
-those that are open, and closes them with one value each.
+them and replaces each by one value.
 """
 
 import dataclasses
@@ -55,8 +55,8 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class OpenSetting:
-    """One open setting of a recipe."""
+class RandomSetting:
+    """One setting of a recipe that is drawn for each scene."""
 
     path: tuple[str | int, ...]
     """Keys and list positions that lead to it."""
@@ -85,8 +85,8 @@ class OpenSetting:
         return round(value) if self.kind == "int" else value
 
 
-def find_open(cls: type, data: Any, where: str) -> tuple[OpenSetting, ...]:
-    """Return the open settings in plain ``data`` of the dataclass ``cls``, in order of their names.
+def find_random_settings(cls: type, data: Any, where: str) -> tuple[RandomSetting, ...]:
+    """Return the random settings in plain ``data`` of the dataclass ``cls``, in order of their names.
 
     Raises:
         ConfigError: A distribution or choice cannot be read.
@@ -94,7 +94,7 @@ def find_open(cls: type, data: Any, where: str) -> tuple[OpenSetting, ...]:
     return tuple(sorted(_walk_fields(cls, data, (), where), key=lambda setting: setting.name))
 
 
-def close(data: Any, values: list[tuple[tuple[str | int, ...], Any]]) -> Any:
+def with_values(data: Any, values: list[tuple[tuple[str | int, ...], Any]]) -> Any:
     """Return a copy of plain ``data`` with the value of each path replaced."""
     closed = deepcopy(data)
     for path, value in values:
@@ -107,7 +107,7 @@ def close(data: Any, values: list[tuple[tuple[str | int, ...], Any]]) -> Any:
 
 def _walk(
     hint: Any, data: Any, path: tuple[str | int, ...], where: str, allowed: Range | None = None
-) -> Iterator[OpenSetting]:
+) -> Iterator[RandomSetting]:
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin is Annotated:
         yield from _walk(args[0], data, path, where, range_of(hint))
@@ -127,15 +127,15 @@ def _walk(
     elif dataclasses.is_dataclass(hint):
         yield from _walk_fields(hint, data, path, where)
     elif hint in (int, float):
-        yield OpenSetting(path, "int" if hint is int else "float", _number_within(hint, data, where, allowed))
+        yield RandomSetting(path, "int" if hint is int else "float", _number_within(hint, data, where, allowed))
     elif hint in (str, bool) or origin is Literal:
         choice = Choice.from_plain(data, where)
         for value in choice.values:
             convert(hint, value, where)
-        yield OpenSetting(path, "name", choice)
+        yield RandomSetting(path, "name", choice)
 
 
-def _walk_fields(cls: Any, data: dict[str, Any], path: tuple[str | int, ...], where: str) -> Iterator[OpenSetting]:
+def _walk_fields(cls: Any, data: dict[str, Any], path: tuple[str | int, ...], where: str) -> Iterator[RandomSetting]:
     hints = typing.get_type_hints(cls, include_extras=True)
     names = {field.name for field in dataclasses.fields(cls)}
     for key, value in data.items():
@@ -144,7 +144,7 @@ def _walk_fields(cls: Any, data: dict[str, Any], path: tuple[str | int, ...], wh
 
 
 def _number_within(hint: type, data: Any, where: str, allowed: Range | None) -> Distribution:
-    """Return the distribution of an open number, of which all draws are in the setting's range."""
+    """Return the distribution of a random number, of which all draws are in the setting's range."""
     source = Distribution.from_plain(data, where)
     if allowed is not None:
         try:
