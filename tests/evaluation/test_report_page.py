@@ -1,4 +1,5 @@
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -133,3 +134,11 @@ def test_scoring_loads_no_heavy_package():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity"])
+def test_a_result_that_is_no_number_is_refused(folders, tmp_path, constant):
+    run = shutil.copytree(folders / "run", tmp_path / "run")
+    (run / "result.json").write_text(f'{{"val_median_mm": {constant}}}')
+    with pytest.raises(EvaluationError, match=f"result.json: {constant} is no number"):
+        write_report([run], tmp_path / "report.html")

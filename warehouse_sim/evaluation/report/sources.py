@@ -104,9 +104,14 @@ def _read_run(path: Path) -> RunSource:
         with (path / _RUN_CURVES).open(encoding="utf-8", newline="") as file:
             curves = [{key: float(cell) for key, cell in row.items() if cell} for row in csv.DictReader(file)]
         result_file = path / _RUN_RESULT
-        result = json.loads(result_file.read_text(encoding="utf-8")) if result_file.is_file() else {}
+        text = result_file.read_text(encoding="utf-8") if result_file.is_file() else "{}"
+        result = json.loads(text, parse_constant=_refuse_constant)
     except (OSError, ValueError, ConfigError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
     return RunSource(path.name, config, curves, result)
+
+
+def _refuse_constant(constant: str) -> None:
+    raise ValueError(f"{_RUN_RESULT}: {constant} is no number")
