@@ -79,8 +79,10 @@ def outcome(load, file: Path, plain: dict[str, Any]) -> str:
     "name",
     [
         "smoke",
-        "conveyor_pickup",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("block_storage", "dock_staging", "occlusion_study")),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("block_storage", "conveyor_pickup", "dock_staging", "occlusion_study")
+        ),
     ],
 )
 def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: str) -> None:

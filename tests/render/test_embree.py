@@ -114,7 +114,7 @@ def test_normals_are_those_of_the_faces_in_the_groups_frame() -> None:
 def test_every_number_of_rays_and_width_of_packets_is_answered(
     count: int, width: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(embree, "_packet_width", lambda: width)
+    monkeypatch.setattr(embree, "packet_width", lambda: width)
     caster = PlacedMeshes([[unit_box()]], [(0, at(4, 0, 0)), (0, at(-9, 0, 0))])
     directions = np.tile([1.0, 0.0, 0.0], (count, 1))
     directions[1::2] *= -2
@@ -151,4 +151,4 @@ def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "glob", lambda self, pattern: iter(()))
     monkeypatch.setattr(embree, "find_library", lambda name: None)
     with pytest.raises(MissingPackageError, match=r"no Embree 4 library lies beside .*embreex>=4\.4"):
-        embree._library_path()
+        embree.library_path()

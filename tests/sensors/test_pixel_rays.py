@@ -6,7 +6,7 @@ from tests.sensors.targets import CAMERA, capture_of, plane, step
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.sensors.rgbd.color.camera import _falloff
+from warehouse_sim.sensors.rgbd.color.camera import vignetting_factor
 from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
 from warehouse_sim.sensors.rgbd.depth.shadow import baseline_shadow
 from warehouse_sim.sensors.rgbd.depth.time_of_flight import cosine_of_view
@@ -25,7 +25,7 @@ def test_angles_are_those_of_the_lens() -> None:
     assert seen.normals is not None
     normal = seen.normals[0, 0].astype(float)
     np.testing.assert_allclose(facing_cosine(seen.normals, LENS), np.abs(rays @ normal) / length, atol=1e-6)
-    np.testing.assert_allclose(_falloff(LENS, 1.0)[..., 0], length**-4.0, atol=1e-6)
+    np.testing.assert_allclose(vignetting_factor(LENS, 1.0)[..., 0], length**-4.0, atol=1e-6)
 
 
 def test_a_lens_that_does_nothing_gives_what_a_pinhole_gives() -> None:

@@ -165,7 +165,7 @@ class PlacedMeshes:
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> Iterator[tuple[slice, Float32[np.ndarray, "k r w"]]]:
         """Yield the rays by as many as go into the packets, and these filled with where they start and go."""
-        count, width = len(directions), _packet_width()
+        count, width = len(directions), packet_width()
         packets = _aligned((max(1, min(_PACKETS_AT_ONCE, -(-count // width))), _ROWS, width))
         step = len(packets) * width
         for start in range(0, count, step):
@@ -226,7 +226,7 @@ class PlacedMeshes:
 @cache
 def _open() -> tuple[ctypes.CDLL, int]:
     """Return the library and a device of it, the same for the whole process."""
-    library = ctypes.CDLL(str(_library_path()))
+    library = ctypes.CDLL(str(library_path()))
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
@@ -235,7 +235,12 @@ def _open() -> tuple[ctypes.CDLL, int]:
     return library, device
 
 
-def _library_path() -> str | Path:
+def library_path() -> str | Path:
+    """Return where the Embree library lies, or the name by which the system finds it.
+
+    Raises:
+        MissingPackageError: There is none.
+    """
     package = Path(str(require("embreex", "generate", "for LiDAR and ray casting").__file__)).parent
     # Where wheels keep the libraries that they bring: beside the package, or inside of it on macOS.
     folders = (package.parent / "embreex.libs", package / ".dylibs", package)
@@ -249,7 +254,8 @@ def _library_path() -> str | Path:
 
 
 @cache
-def _packet_width() -> int:
+def packet_width() -> int:
+    """Return the number of rays in a packet that the processor casts at once."""
     library, device = _open()
     native = (width for width, key in _NATIVE_PACKETS.items() if library.rtcGetDeviceProperty(device, key))
     return next(native, min(_NATIVE_PACKETS))

@@ -62,7 +62,7 @@ def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: st
     pairs = 0
     for seed in range(5):
         sampler = OccluderSampler(loads, np.random.default_rng(seed))
-        for occluder in filter(None, (sampler.draw("wrap", height), sampler._unit_load(height))):
+        for occluder in filter(None, (sampler.draw("wrap", height), sampler.unit_load(height))):
             pile = Pile(occluder.models, occluder.instances)
             for upper in pile.pallets()[1:]:
                 share, over = pile.supported(upper)
@@ -80,7 +80,7 @@ def test_a_column_is_no_higher_than_its_lowest_piece_bears() -> None:
     heavy = replace(load_recipe("industrial").scene.loads, totes=("tote_600x400x147_grey",))
     sampler = OccluderSampler(heavy, np.random.default_rng(0))
     for _ in range(20):
-        column = sampler._column(1.9)
+        column = sampler.column(1.9)
         assert column is not None
         carried = sum(column.models[item.model].mass for item in column.instances[1:])
         name = column.instances[0].model

@@ -44,7 +44,7 @@ class OccluderSampler:
         self._rng = rng
         self._built: dict[str, list[Occluder]] = defaultdict(list)
         self._sorts: dict[str, tuple[Callable[[float], Occluder | None], ...]] = {
-            "load": (self._unit_load, self._unit_load, self._column),
+            "load": (self.unit_load, self.unit_load, self.column),
             "wrap": (self._film_load,),
             "pallet": (self._empties,),
             "traffic": (self._traffic,),
@@ -72,7 +72,8 @@ class OccluderSampler:
         """Return the catalog name of one of the recipe's pallets."""
         return str(self._rng.choice(self._loads.pallets))
 
-    def _unit_load(self, height: float) -> Occluder | None:
+    def unit_load(self, height: float) -> Occluder | None:
+        """Return loads on each other that reach ``height`` (m), or None if that draw gives none."""
         return self._loads_on_each_other("load", height, self._loads)
 
     def _film_load(self, height: float) -> Occluder | None:
@@ -108,7 +109,7 @@ class OccluderSampler:
                 return below, build_unit_load(_ROOM, upper, self._rng, most_mass=below.bearing)
         raise PlacementError(f"none of {_PAIRS} loads is broad enough to carry another; list goods that fill a pallet")
 
-    def _column(self, height: float) -> Occluder | None:
+    def column(self, height: float) -> Occluder | None:
         """Return one drum, or cartons or totes of one kind on each other, as they stand about before being packed."""
         names = {"carton": self._loads.cartons, "tote": self._loads.totes, "drum": self._loads.drums}
         sort = str(self._rng.choice(list(names)))

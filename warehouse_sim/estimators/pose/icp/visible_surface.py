@@ -52,10 +52,12 @@ class VisibleSurfaces:
                 kept = np.ones(len(surface.rank), dtype=bool)
             points.append(surface.points[kept] @ self._metric[i] + [i * _APART, 0.0, 0.0])
             faces.append(surface.faces[kept] + self._first[i])
-        self._faces: Int[np.ndarray, " k"] = np.concatenate(faces)
+        self.faces: Int[np.ndarray, " k"] = np.concatenate(faces)
+        """Triangle of each point that is kept, counted over all objects."""
         self._normals = np.concatenate(normals) / np.maximum(np.concatenate(stretch), 1e-12)[:, None]
         corners = [surface.corners @ matrix for surface, matrix in zip(surfaces, self._metric, strict=True)]
-        self._corners = np.concatenate(corners)
+        self.corners = np.concatenate(corners)
+        """Corners of every triangle in the anisotropic space."""
         # The tree serves for a few queries only: building it fast matters more than balance.
         self._tree = cKDTree(np.concatenate(points), balanced_tree=False)
 
@@ -70,9 +72,9 @@ class VisibleSurfaces:
         scaled = points @ self._metric
         apart = np.arange(batch)[:, None, None] * np.array([_APART, 0.0, 0.0])
         _, near = self._tree.query((scaled + apart).reshape(-1, 3), k=_CANDIDATES, workers=_THREADS)
-        faces = self._faces[near.ravel()]
+        faces = self.faces[near.ravel()]
         offset = np.repeat(scaled.reshape(-1, 3), _CANDIDATES, axis=0)
-        offset -= closest_points(offset, self._corners[faces])
+        offset -= closest_points(offset, self.corners[faces])
         rows = _CANDIDATES * np.arange(batch * count)
         best = dot(offset, offset).reshape(-1, _CANDIDATES).argmin(axis=1) + rows
         offset, normal = offset[best], self._normals[faces[best]]

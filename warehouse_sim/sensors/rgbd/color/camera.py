@@ -38,7 +38,7 @@ def read_color(
         light = blur_by_motion(light, buffers.depth, capture.camera, capture.motion, shutter)
     light = light * _balance(config, rng)
     if config.vignetting > 0:
-        light *= _falloff(capture.camera, config.vignetting)
+        light *= vignetting_factor(capture.camera, config.vignetting)
     noise = {"shot": config.noise_scale**2 * config.shot_noise, "read": config.noise_scale**2 * config.read_noise}
     if config.bayer:
         light = demosaic(add_noise(mosaic(light), rng, gain=gain, **noise))
@@ -56,7 +56,7 @@ def _balance(config: ColorConfig, rng: np.random.Generator) -> Float32[np.ndarra
 
 
 @lru_cache(maxsize=8)
-def _falloff(camera: PinholeCamera, share: float) -> Float32[np.ndarray, "h w 1"]:
+def vignetting_factor(camera: PinholeCamera, share: float) -> Float32[np.ndarray, "h w 1"]:
     """Return the light that reaches each pixel relative to the axis: cos^4 of the angle to it, softened."""
     if camera.distortion is None:
         x = (np.arange(camera.width) - camera.cx) / camera.fx

@@ -200,8 +200,8 @@ def test_faithful_changes_what_it_says() -> None:
     with torch.inference_mode():
         # Log-softmax: the channels of each embedding are log-probabilities.
         torch.testing.assert_close(theirs.embed(x).exp().sum(dim=-1), torch.ones(x.pixel.shape))
-        image = theirs.images[0]._read(x)
-        plain = ours.images[0]._read(x)
+        image = theirs.images[0].read_inputs(x)
+        plain = ours.images[0].read_inputs(x)
     assert float(plain.abs().max()) <= 1.0
     torch.testing.assert_close(image[..., 0], (x.rgb[..., 0].float() - 0.485) / 0.229)
 

@@ -60,6 +60,7 @@ def test_two_processes_learn_what_one_learns(toy_root: Path, tmp_path: Path) -> 
         assert (value - alone[name]).norm() <= 1e-3 * (alone[name] - start[name]).norm(), name
 
 
+@pytest.mark.slow
 def test_a_time_limit_ends_both_at_the_same_step(toy_root: Path, tmp_path: Path) -> None:
     config = replace(CONFIG, max_steps=None, max_minutes=30 / 60, devices=2)
     run = train(NAME, toy_root, tmp_path / "run", config)

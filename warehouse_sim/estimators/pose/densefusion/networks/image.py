@@ -63,10 +63,11 @@ class ImageBranch(nn.Module):
 
     def forward(self, inputs: NetworkInput) -> Float[Tensor, "b n e"]:
         """Return the embedding at each point."""
-        embedding = self.extractor(self._read(inputs), inputs.pixel)
+        embedding = self.extractor(self.read_inputs(inputs), inputs.pixel)
         return embedding.float().log_softmax(dim=-1) if self.config.faithful else embedding
 
-    def _read(self, inputs: NetworkInput) -> Float[Tensor, "b s s c"]:
+    def read_inputs(self, inputs: NetworkInput) -> Float[Tensor, "b s s c"]:
+        """Return the channels of the crops that this branch reads, side by side."""
         images = []
         for reading in self.config.reads:
             image = inputs.rgb if reading == "rgb" else inputs.depth
