@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache, wraps
 from numbers import Real
-from typing import Annotated, Any, Protocol, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from warehouse_sim.errors import ConfigError
 
@@ -45,13 +45,6 @@ Share = Annotated[float, Range(0, 1)]
 """A part of a whole, or a probability."""
 Seed = Annotated[int, Range(0, 2**63 - 1)]
 """Where random numbers begin."""
-
-
-class RandomNumber(Protocol):
-    """A number that is drawn from a distribution."""
-
-    def check_within(self, allowed: Range, name: str) -> None:
-        """Refuse, with a ValueError, what may draw numbers outside of ``allowed``."""
 
 
 def ranged(cls: type[T]) -> type[T]:
@@ -104,7 +97,10 @@ def _declared(hint: Any) -> Range | None:
 
 
 def _check(value: Any, allowed: Range, name: str) -> None:
-    """Refuse a number, or a container with a number, outside of its range; nothing is no number."""
+    """Refuse a number, or a container with a number, outside of its range; nothing is no number.
+
+    What is drawn from a distribution refuses, by its ``check_within``, to draw numbers outside of it.
+    """
     if isinstance(value, (tuple, list)):
         for index, item in enumerate(value):
             _check(item, allowed, f"{name}[{index}]")

@@ -1,6 +1,6 @@
 """Curves in the format of TensorBoard, written at once.
 
-tensorboardX's own writer, which Lightning uses, writes from a thread: on a full disk that dies, and then its queue
+tensorboardX's own writer writes from a thread: on a full disk that dies, and then its queue
 fills and the training waits for ever.
 """
 
