@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.dataset.formats.test_external_bop import write_folder
@@ -24,6 +23,6 @@ def test_a_folder_of_others_is_trained_on_and_scored(tmp_path: Path, masks: bool
         assert main([str(word) for word in command]) == 0, command
     scores = json.loads((scored / "scores.json").read_text())
     assert scores["counts"]["ground_truths"] == scores["counts"]["found"] == 2
-    # Six steps from the mean pose: the box stands within centimetres of it in each image.
-    assert np.isfinite(scores["overall"]["metrics"]["median_add"])
+    # Six steps from the mean pose, near which the box stands: a slip of its units would put it metres away.
+    assert scores["overall"]["metrics"]["median_add"] < 0.3
     assert "theirs" in (tmp_path / "report.html").read_text(encoding="utf-8")
