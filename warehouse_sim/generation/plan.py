@@ -19,6 +19,7 @@ from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import scene_features
 from warehouse_sim.ranges import Range, Seed, ranged
+from warehouse_sim.scene.packing.pallet_choice import all_pallets
 from warehouse_sim.schema import ObjectModel
 
 
@@ -97,8 +98,8 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
     Appearance and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
     """
     loads = recipe.scene.loads
-    names = (*loads.pallets, *loads.cartons, *recipe.scene.traffic.objects)
-    models = [catalog_object(name) for name in names]
+    others = (*loads.cartons, *recipe.scene.traffic.objects)
+    models = [*all_pallets(loads), *(catalog_object(name) for name in others)]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
 

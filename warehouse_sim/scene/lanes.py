@@ -6,7 +6,6 @@ from typing import Annotated
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
@@ -16,8 +15,10 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
 from warehouse_sim.scene.packing.contents import one_article
+from warehouse_sim.scene.packing.pallet_choice import all_pallets, draw_pallet, on_these
 from warehouse_sim.scene.placing import jitter_scale
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
+from warehouse_sim.schema import ObjectModel
 
 STACKING_LOAD = 4000.0
 """What may stand on the lowest pallet of a stack (kg); EPAL's product sheet of the EPAL 1."""
@@ -99,7 +100,7 @@ def fill_lanes(
 def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw loads on equal pallets; each stands on a full and level top layer, and no goods bear more than they can."""
     wanted = max(1, config.stack.draw_count(rng))
-    top = replace(loads, pallets=(_choose_pallet(lane, loads, rng),))
+    top = on_these(loads, [_choose_pallet(lane, loads, rng)])
     level = replace(top.stacking, top_layer_share=Distribution.constant(1.0))
     full = replace(top, empty_share=0.0, mixed_share=0.0, stacking=level)
     stack: Stack = []
@@ -130,7 +131,7 @@ def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: 
 
 def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw a stack of empty pallets of one kind."""
-    bare = replace(loads, pallets=(_choose_pallet(lane, loads, rng),), empty_share=1.0)
+    bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_share=1.0)
     stack: Stack = []
     height = 0.0
     for _ in range(max(1, config.empties.draw_count(rng))):
@@ -140,19 +141,19 @@ def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np
     return stack
 
 
-def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> str:
+def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> ObjectModel:
     """Draw a pallet that the lane is wide and its places are deep enough for."""
-    names = [name for name in loads.pallets if np.all(catalog_object(name).size[:2] <= np.array(lane.footprint))]
-    if not names:
-        raise PlacementError(f"none of the recipe's pallets fits a lane's {lane.footprint} m; widen the lanes")
-    return str(rng.choice(names))
+    try:
+        return draw_pallet(loads, rng, lane.footprint)
+    except PlacementError as problem:
+        raise PlacementError(f"{problem}, or widen the lanes") from problem
 
 
 def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
     """Return ``loads`` with one article, in one pattern, on one type of pallet, as a lane holds it."""
-    pallet = catalog_object(_choose_pallet(lane, loads, rng))
-    alike = tuple(name for name in loads.pallets if catalog_object(name).obj_id == pallet.obj_id)
-    return replace(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), pallets=alike)
+    pallet = _choose_pallet(lane, loads, rng)
+    alike = [model for model in all_pallets(loads) if model.obj_id == pallet.obj_id]
+    return on_these(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
 
 
 def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:

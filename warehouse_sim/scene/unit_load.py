@@ -9,7 +9,6 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SLIP_SHEETS
 from warehouse_sim.catalog.pallets.wear import worn
-from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
@@ -17,6 +16,7 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, supported_share
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
+from warehouse_sim.scene.packing.pallet_choice import draw_pallet
 from warehouse_sim.scene.packing.securing import corner_posts, film_around
 from warehouse_sim.schema import ObjectModel
 
@@ -121,7 +121,7 @@ def build_unit_load(
     Raises:
         PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
     """
-    pallet = _draw_pallet(config, footprint, rng)
+    pallet = _worn_by_chance(draw_pallet(config, rng, footprint), config, rng)
     height = float(pallet.size[2])
     pieces: Goods = [(pallet, make_transform(translation=np.array([0.0, 0.0, height / 2 + INITIAL_AIR])))]
     if rng.random() < config.empty_share:
@@ -165,18 +165,8 @@ def _around(boxes: Sequence[OrientedBox]) -> OrientedBox:
     return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
 
 
-def _draw_pallet(
-    config: UnitLoadConfig, footprint: tuple[float, float] | None, rng: np.random.Generator
-) -> ObjectModel:
-    """Draw a pallet that fits ``footprint`` and what use has done to it."""
-    names = config.pallets
-    if footprint is not None:
-        names = tuple(name for name in names if np.all(catalog_object(name).size[:2] <= np.array(footprint) + 1e-6))
-    if not names:
-        raise PlacementError(
-            f"none of the pallets {', '.join(config.pallets)} fits {footprint}; list a smaller one in loads.pallets"
-        )
-    pallet = catalog_object(str(rng.choice(names)))
+def _worn_by_chance(pallet: ObjectModel, config: UnitLoadConfig, rng: np.random.Generator) -> ObjectModel:
+    """Return the pallet, as use has left it where chance says so."""
     return worn(pallet, config.wear.drawn(rng), rng) if _happens(config.worn_share, rng) else pallet
 
 

@@ -15,6 +15,7 @@ from warehouse_sim.generation.occlusion.occluder import Occluder, at_rest
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.packing.pallet_choice import draw_pallet, on_these
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
@@ -68,9 +69,9 @@ class OccluderSampler:
             built.append(new)
         return new if new is not None and new.height >= least_height else None
 
-    def draw_pallet(self) -> str:
-        """Return the catalog name of one of the recipe's pallets."""
-        return str(self._rng.choice(self._loads.pallets))
+    def draw_pallet(self) -> ObjectModel:
+        """Return one of the recipe's pallets."""
+        return draw_pallet(self._loads, self._rng)
 
     def unit_load(self, height: float) -> Occluder | None:
         """Return loads on each other that reach ``height`` (m), or None if that draw gives none."""
@@ -100,7 +101,7 @@ class OccluderSampler:
         Raises:
             PlacementError: No goods that were tried carry a pallet, or none are light enough to stand on them.
         """
-        upper = replace(loads, pallets=(self.draw_pallet(),))
+        upper = on_these(loads, [self.draw_pallet()])
         level = replace(upper.stacking, top_layer_share=Distribution.constant(1.0))
         full = replace(upper, mixed_share=0.0, sack_share=0.0, stacking=level)
         for _ in range(_PAIRS):
@@ -119,7 +120,7 @@ class OccluderSampler:
 
     def _empties(self, height: float) -> Occluder | None:
         """Return a stack of empty pallets."""
-        model = catalog_object(self.draw_pallet())
+        model = self.draw_pallet()
         count = int(np.ceil(height / model.size[2])) + int(self._rng.integers(-1, 2))
         return self._piled("pallet", model, int(np.clip(count, 1, _MOST_EMPTIES)))
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.occlusion.config import Kind, OcclusionConfig
 from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.leaning import HEIGHT as LEANING_HEIGHT
@@ -194,7 +193,7 @@ class Search:
         self.tries += 1
         request, least = self.request, self._needed_height(view)
         if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_SHARE:
-            pallet = leaning_pallet(catalog_object(self.sampler.draw_pallet()))
+            pallet = leaning_pallet(self.sampler.draw_pallet())
             # Where it finds a hold it cannot be slid, so that anything within the range does.
             middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2
             T_world_pallet = find_leaning_pose(self.occluded, view.sight, pallet, least, middle, half, self.rng)

@@ -11,8 +11,10 @@ from warehouse_sim.catalog.pallets.wear import WearConfig
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig, drawn_pallets
 from warehouse_sim.scene.packing.patterns import Pattern
 from warehouse_sim.scene.packing.stacking import StackingConfig
+from warehouse_sim.schema import ObjectModel
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,10 @@ class UnitLoadConfig:
     empty_share: Share = 0.25
     """Share of the pallets that carry nothing, 0-1."""
     pallets: tuple[str, ...] = ("epal1", "epal1_new", "epal1_grey")
-    """Catalog names of the pallets to choose from; a name given twice is chosen twice as often."""
+    """Names of the pallets to choose from, of the catalog or of ``drawn_pallets`` ("drawn_pallet_007"); a name given
+    twice is chosen twice as often."""
+    drawn_pallets: DrawnPalletsConfig = field(default_factory=DrawnPalletsConfig)
+    """Pallets that are in no catalog, beside those."""
     worn_share: Share = 0.0
     """Share of the pallets that are worn, 0-1."""
     wear: WearRange = field(default_factory=WearRange)
@@ -94,10 +99,19 @@ class UnitLoadConfig:
         for setting in ("pallets", "cartons", "totes", "drums", "sacks"):
             self._require_class(setting, setting.removesuffix("s"))
 
+    def pallet(self, name: str) -> ObjectModel:
+        """Return the pallet called ``name``, unworn.
+
+        Raises:
+            UnknownNameError: Neither the catalog nor ``drawn_pallets`` has it.
+        """
+        drawn = {model.name: model for model in drawn_pallets(self.drawn_pallets)}
+        return drawn[name] if name in drawn else catalog_object(name)
+
     def _require_class(self, setting: str, class_name: str) -> None:
-        names = getattr(self, setting)
+        names, find = getattr(self, setting), self.pallet if setting == "pallets" else catalog_object
         try:
-            wrong = [name for name in names if catalog_object(name).class_name != class_name]
+            wrong = [name for name in names if find(name).class_name != class_name]
         except UnknownNameError as problem:
             raise ValueError(f"{setting}: {problem}") from problem
         if wrong or not names:
