@@ -34,6 +34,15 @@ class DatasetLayout:
         """Return the record of a scene, written last of all its files."""
         return self.scenes / f"{scene_index:06d}.json"
 
+    @property
+    def worn(self) -> Path:
+        """Folder of the surfaces of worn objects, which differ from the CAD surface of their obj_id."""
+        return self.root / "worn"
+
+    def worn_mesh(self, model: str) -> Path:
+        """Return the surface (mm) of a worn object by the name of its model."""
+        return self.worn / f"{model}.ply"
+
     def format_folder(self, name: str) -> Path:
         """Return the folder of a dataset format."""
         return self.root / name

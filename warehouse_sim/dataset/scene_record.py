@@ -20,6 +20,11 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import SceneSpec
 
 
+def is_worn(model: str) -> bool:
+    """Return whether a model is a worn one: the catalog names it after its type, ``epal1~1f00ba44``."""
+    return "~" in model
+
+
 @dataclass(frozen=True, eq=False)
 class RecordedObject:
     """One object of a scene."""
@@ -33,11 +38,8 @@ class RecordedObject:
 
     @property
     def is_worn(self) -> bool:
-        """Whether its boards differ from the CAD model of its obj_id, whose frame and pockets it keeps.
-
-        The catalog names a worn object after its type: ``epal1~1f00ba44``.
-        """
-        return "~" in self.model
+        """Whether its boards differ from the CAD model of its obj_id, whose frame and pockets it keeps."""
+        return is_worn(self.model)
 
 
 @dataclass(frozen=True, eq=False)

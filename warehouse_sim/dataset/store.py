@@ -16,6 +16,7 @@ from warehouse_sim.dataset.observation_record import observation_row
 from warehouse_sim.dataset.readings import Described, describe, encode_reading, merged, other_readings
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
 from warehouse_sim.dataset.split_table import split_table
+from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, remove_temporaries, write_bytes, writing
@@ -105,6 +106,7 @@ class DatasetStore:
             )
         for scene_writer in scene_writers:
             scene_writer.finish()
+        write_worn_meshes(self.root, scene)
         extra = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
         if described:
             sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.dataset.checks import manifest, readings, structure
+from warehouse_sim.dataset.checks import manifest, readings, structure, worn
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
@@ -53,6 +53,8 @@ def _asked(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
     asked: list[tuple[NamedCheck, str | None]] = [(check, None) for check in _CHECKS]
     if subject.manifest.contents.readings or subject.layout.readings.exists():
         asked.append((NamedCheck("readings", readings.readings), None))
+    if subject.layout.worn.exists():
+        asked.append((NamedCheck("worn surfaces", worn.worn_surfaces), None))
     for name in sorted(stored):
         checks = dataset_format(name).checks
         asked += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]

@@ -12,6 +12,7 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.raster import mesh_depth
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.worn_meshes import read_worn_mesh
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -42,10 +43,10 @@ class _Comparison:
 
 def projection(subject: Subject) -> Findings:
     """Draw a spread sample of targets anew from the models and compare silhouettes and depth with the files."""
-    meshes = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
+    built = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
     findings, comparisons = Findings(), []
     of_images = [list(group) for _, group in itertools.groupby(_spread_sample(subject), key=lambda pair: id(pair[0]))]
-    for compared in subject.each(of_images, lambda pairs: _compare_all(subject, pairs, meshes)):
+    for compared in subject.each(of_images, lambda pairs: _compare_all(subject, pairs, built)):
         for where, comparison in compared:
             comparisons.append(comparison)
             _judge(findings, comparison, where)
@@ -68,7 +69,7 @@ def _judge(findings: Findings, compared: _Comparison, where: str) -> None:
 
 def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
     if not comparisons:
-        findings.examined = "no unworn target is large enough to compare"
+        findings.examined = "no target whose surface is stored is large enough to compare"
         return
     shift = float(np.linalg.norm(np.mean([item.shift_px for item in comparisons], axis=0)))
     weights = np.array([1.0 / max(item.uncertainty, 1e-4) ** 2 for item in comparisons])
@@ -84,10 +85,14 @@ def _judge_all(findings: Findings, comparisons: list[_Comparison]) -> None:
 
 
 def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
-    """Return large enough targets, spread over the dataset; worn ones have other boards than their CAD model."""
+    """Return large enough targets, spread over the dataset; no worn ones whose own surface is not stored."""
     pairs = []
     for image in subject.images():
-        worn = {item.instance_id for item in subject.record(image.scene_id).objects if item.is_worn}
+        worn = {
+            item.instance_id
+            for item in subject.record(image.scene_id).objects
+            if item.is_worn and not subject.layout.worn_mesh(item.model).is_file()
+        }
         pairs += [
             (image, target)
             for target in image.targets
@@ -100,12 +105,14 @@ def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
 
 
 def _compare_all(
-    subject: Subject, pairs: list[tuple[ImageRecord, TargetRecord]], meshes: Mapping[int, TriangleMesh]
+    subject: Subject, pairs: list[tuple[ImageRecord, TargetRecord]], built: Mapping[int, TriangleMesh]
 ) -> list[tuple[str, _Comparison]]:
     """Return where and how targets of one image differ, but for those too near to be drawn."""
     depth, found = subject.depth(pairs[0][0]), []
     for image, target in pairs:
-        compared = _compare(subject, image, target, meshes[target.obj_id], depth)
+        item = None if target.instance_id is None else subject.record(image.scene_id).object(target.instance_id)
+        worn = None if item is None else read_worn_mesh(subject.root, item)
+        compared = _compare(subject, image, target, built[target.obj_id] if worn is None else worn, depth)
         if compared is not None:
             where = f"scene {image.scene_id}, image {image.image_id}, target {target.gt_index}"
             found.append((where, compared))
