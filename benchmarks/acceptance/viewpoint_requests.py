@@ -146,7 +146,7 @@ def requests() -> dict[str, ViewpointsConfig]:
 
 
 def main(
-    names: tuple[str, ...] = (), recipe: str = "industrial", count: int = 1000, seed: int = 0, write: bool = False
+    names: tuple[str, ...] = (), recipe: str = "industrial-v1", count: int = 1000, seed: int = 0, write: bool = False
 ) -> None:
     """Measure and print.
 
