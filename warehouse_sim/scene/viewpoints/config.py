@@ -15,23 +15,27 @@ class ViewpointsConfig:
     """Which camera looks from where. Each view aims at one target, drawn evenly from those stored or in the aisle."""
 
     kind: ViewKind = "level"
-    """Vehicle and mounting (level, forklift_mast, forklift_forks, forklift_guard, amr) or free, on a shell."""
+    """Mounting: level, forklift_mast, forklift_forks, forklift_guard, amr, post, ceiling; or free, on a shell."""
     trajectory: Literal["none", "drive", "turn_in", "approach"] = "none"
     """Single views, or drives along the aisle, round a corner towards a target, straight up to a pallet's pockets."""
     level: bool = False
-    """Whether the camera looks along the horizon, whatever its kind; KITTI knows no other."""
+    """Whether the camera looks along the horizon, whatever its kind."""
     distance: Annotated[Distribution, Range(1, 50, "m")] = field(default=Distribution.uniform(2.0, 8.0))
     """From the camera to the aimed-at target's centre (m), 1-50: horizontally, for ``free`` along the line of sight."""
     height: Annotated[Distribution, Range(0.1, 20, "m")] | None = None
     """Height of the camera above the floor with forks lowered (m), 0.1-20; null = the kind's own. Not for ``free``."""
-    pitch_deg: Annotated[Distribution, Range(-60, 60, "deg")] | None = None
-    """Tilt of the optical axis (deg), -60 to 60, negative = down; null = the kind's own. Not for ``free``."""
+    pitch_deg: Annotated[Distribution, Range(-90, 60, "deg")] | None = None
+    """Tilt of the optical axis (deg), -90 to 60, negative = down; null = the kind's own. Not for ``free``."""
+    roll_deg: Annotated[Distribution, Range(-10, 10, "deg")] = field(default=Distribution.constant(0.0))
+    """Turn of a tilted camera about its optical axis (deg), -10 to 10; no mounting is exact."""
     elevation_deg: Annotated[Distribution, Range(-85, 85, "deg")] = field(default=Distribution.uniform(-15.0, 60.0))
     """Of a ``free`` camera above the target, seen from the target (deg), -85 to 85."""
     approach_deg: Annotated[Distribution, Range(-180, 180, "deg")] = field(default=Distribution.uniform(-30.0, 30.0))
     """Angle between the line of sight to the target and the direction straight into the rack (deg), -180 to 180."""
     offset_deg: Annotated[Distribution, Range(-180, 180, "deg")] = field(default=Distribution.uniform(-15.0, 15.0))
     """Angle between the optical axis and the line of sight to the target, seen from above (deg), -180 to 180."""
+    along_share: Share = 0.0
+    """Share of the views along the aisle, their target beside the axis, 0-1; not for ``free`` and ``ceiling``."""
     aisle_share: Share = 0.25
     """Share of the views that aim at a target in the aisle, where there is one, 0-1."""
     max_elevation_deg: Annotated[float, Range(1, 45, "deg")] = 10.0
@@ -50,6 +54,10 @@ class ViewpointsConfig:
     def __post_init__(self) -> None:
         if self.pitch_deg is not None and (self.level or self.kind == "level"):
             raise ValueError("a level camera has no pitch: leave pitch_deg out, or level and the kind level")
+        if (self.roll_deg.low, self.roll_deg.high) != (0.0, 0.0) and (self.level or self.kind == "level"):
+            raise ValueError("a level camera has no roll: leave roll_deg out, or level and the kind level")
+        if self.kind == "ceiling" and (self.level or self.trajectory != "none"):
+            raise ValueError("a ceiling camera neither looks along the horizon nor drives: take another kind")
         if self.kind == "free" and self.trajectory != "none":
             raise ValueError(
                 f"a free camera does not drive: set trajectory none, not {self.trajectory}, or another kind"

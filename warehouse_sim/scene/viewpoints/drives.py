@@ -23,11 +23,13 @@ class Mount:
     """Tilt of the optical axis (rad), positive looks up."""
     lift: float
     """Of the forks above their travel height (m)."""
+    roll: float = 0.0
+    """Turn about the optical axis (rad)."""
 
     def view(self, pose: FloorPose) -> Viewpoint:
         """Return where the camera is while the vehicle stands at ``pose``."""
         T_world_vehicle = pose_on_floor(pose.x, pose.y, pose.yaw)
-        T_world_camera = self.mounting.camera(T_world_vehicle, self.height, self.pitch)
+        T_world_camera = self.mounting.camera(T_world_vehicle, self.height, self.pitch, self.roll)
         return Viewpoint(T_world_camera, self.kind, T_world_vehicle=T_world_vehicle)
 
     def has_room(self, pose: FloorPose, space: FreeSpace, clearance: float) -> bool:

@@ -18,7 +18,7 @@ from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec, Viewpoi
 
 _EDGE = 0.3
 """Least distance from the camera to the aisle's edge (m)."""
-_ABOVE_FLOOR = 0.21
+_ABOVE_FLOOR = 0.1
 """Least height of a camera (m)."""
 _BODY_ROOM = 0.08
 """Least distance from a vehicle to any object (m)."""

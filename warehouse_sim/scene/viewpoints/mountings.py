@@ -1,7 +1,7 @@
 """Where cameras sit on vehicles. No source with numbers was found for any of it: all values are practical priors.
 
 Fork cameras are usual 0.1-0.4 m above the forks, mast cameras at 1.8-2.2 m looking 10-25 degrees down, cameras on the
-overhead guard at 2.1-2.4 m, those of mobile robots at 0.3-1.0 m.
+overhead guard at 2.1-2.4 m, those of mobile robots at 0.3-1.0 m, those under a roof at 4-8 m.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from warehouse_sim.geometry.pose import Transform, level_camera
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.viewpoints.vehicles import AMR, FORK_TRAVEL_HEIGHT, FORKLIFT, Vehicle
 
-ViewKind = Literal["level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free"]
+ViewKind = Literal["level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free", "post", "ceiling"]
 """Value of ``viewpoints.kind`` in a recipe."""
 
 
@@ -31,17 +31,19 @@ class Mounting:
     """Tilt of the optical axis (deg); negative looks down."""
     lifts: bool = False
     """Whether it is raised with the forks."""
+    overhead: bool = False
+    """Whether it hangs above what it looks at, so that its distance follows from height and pitch."""
 
     @property
     def tip(self) -> float:
         """Return x of what touches a load first (m)."""
         return self.vehicle.tip if self.vehicle else self.forward
 
-    def camera(self, T_world_vehicle: Transform, height: float, pitch: float) -> Transform:
-        """Return ``T_world_camera`` for a height above the floor (m) and a pitch (rad, positive looks up)."""
+    def camera(self, T_world_vehicle: Transform, height: float, pitch: float, roll: float = 0.0) -> Transform:
+        """Return ``T_world_camera`` for a height above the floor (m), a pitch (rad, positive looks up) and a roll."""
         yaw = float(np.arctan2(T_world_vehicle[1, 0], T_world_vehicle[0, 0]))
         place = T_world_vehicle[:3, 3] + self.forward * T_world_vehicle[:3, 0]
-        return level_camera(np.array([place[0], place[1], height]), yaw, pitch)
+        return level_camera(np.array([place[0], place[1], height]), yaw, pitch, roll)
 
 
 MOUNTINGS: dict[str, Mounting] = {
@@ -62,5 +64,9 @@ MOUNTINGS: dict[str, Mounting] = {
     # On the front edge of the overhead guard; looks past the mast, which is not drawn.
     "forklift_guard": Mounting(FORKLIFT, -0.15, Distribution.uniform(2.1, 2.4), Distribution.uniform(-20.0, -5.0)),
     "amr": Mounting(AMR, 0.45, Distribution.uniform(0.3, 1.0), Distribution.uniform(-5.0, 5.0)),
+    # On a post, a tripod or a hand-held stick: any height, mostly looking down.
+    "post": Mounting(None, 0.0, Distribution.uniform(0.3, 3.5), Distribution.uniform(-30.0, 5.0)),
+    # Under the roof, as surveillance and counting cameras hang.
+    "ceiling": Mounting(None, 0.0, Distribution.uniform(4.0, 8.0), Distribution.uniform(-90.0, -40.0), overhead=True),
 }
 """Kinds of cameras that stand on the floor; ``free`` is the one that nothing carries."""

@@ -122,9 +122,9 @@ class Planner:
         return Drive(mount, path, SpeedProfile.over(path.length, speed, config.acceleration, rolling), aim)
 
     def _draw_mount(self, target: ObjectInstance | None) -> Mount:
-        height, pitch = draw_mount(self.mounting, self.config, self.rng)
+        height, pitch, roll = draw_mount(self.mounting, self.config, self.rng)
         lift = draw_lift(self.mounting, target, self.space, self.rng) if target else 0.0
-        return Mount(self.config.kind, self.mounting, height + lift, pitch, lift)
+        return Mount(self.config.kind, self.mounting, height + lift, pitch, lift, roll)
 
     def _end_before(self, target: ObjectInstance, gap: float) -> FloorPose | None:
         """Draw where the vehicle stands when its tip is ``gap`` (m) before a side of ``target`` at the aisle."""

@@ -16,6 +16,12 @@ from warehouse_sim.schema import ObjectInstance, Viewpoint
 
 TRIES = 60
 """Views drawn for a target before it is given up."""
+_OFF_AXIS = 0.9
+"""Share of ``max_elevation_deg`` within which an overhead camera has its target."""
+_FLATTEST = np.deg2rad(15.0)
+"""Least angle below the horizon at which an overhead camera sees its target (rad): it hangs no farther away."""
+_ALONG_SPREAD_DEG = 4.0
+"""Standard deviation of a view along the aisle against the aisle (deg)."""
 
 
 def candidate_viewpoints(
@@ -53,19 +59,26 @@ def draw_view(
     mounting = config.mounting
     if mounting is None:
         return _on_shell(target, config, rng), 0.0
-    (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
-    height, pitch = draw_mount(mounting, config, rng)
+    if mounting.overhead:
+        return _overhead(target, mounting, config, rng), 0.0
+    if config.along_share and rng.random() < config.along_share:
+        (x, y), yaw = _draw_along(target.T_world_object[:3, 3], config, space.area, rng)
+    else:
+        (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
+    height, pitch, roll = draw_mount(mounting, config, rng)
     lift = draw_lift(mounting, target, space, rng)
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
-    T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch)
+    T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch, roll)
     return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
 
 
-def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float]:
-    """Return height above the floor with lowered forks (m) and pitch (rad) of a camera."""
+def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Return height above the floor with lowered forks (m), pitch and roll (rad) of a camera."""
     height = (config.height or mounting.height).draw(rng)
-    pitch = 0.0 if config.level else (config.pitch_deg or mounting.pitch_deg).draw(rng)
-    return height, float(np.deg2rad(pitch))
+    if config.level:
+        return height, 0.0, 0.0
+    pitch, roll = (config.pitch_deg or mounting.pitch_deg).draw(rng), config.roll_deg.draw(rng)
+    return height, float(np.deg2rad(pitch)), float(np.deg2rad(roll))
 
 
 def draw_lift(mounting: Mounting, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
@@ -85,6 +98,33 @@ def _on_shell(target: ObjectInstance, config: ViewpointsConfig, rng: np.random.G
     place = target.T_world_object[:3, 3] + radius * outward
     T_world_camera = level_camera(place, azimuth + np.pi, 0.0 if config.level else -float(elevation))
     return Viewpoint(T_world_camera, config.kind, target=target.instance_id)
+
+
+def _overhead(
+    target: ObjectInstance, mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator
+) -> Viewpoint:
+    """Hang a camera so that its pitch brings ``target`` near the optical axis, seen from within ``approach_deg``."""
+    height, pitch, roll = draw_mount(mounting, config, rng)
+    below = _OFF_AXIS * np.deg2rad(config.max_elevation_deg) * rng.uniform(-1.0, 1.0)
+    sight = np.clip(pitch + below, -np.pi / 2, -_FLATTEST)
+    middle = target.T_world_object[:3, 3]
+    back = max(height - middle[2], 0.0) / np.tan(-sight)
+    bearing = np.pi / 2 + np.deg2rad(config.approach_deg.draw(rng))
+    x, y = middle[:2] - back * np.array([np.cos(bearing), np.sin(bearing)])
+    yaw = float(bearing + np.deg2rad(config.offset_deg.draw(rng)))
+    T_world_camera = level_camera(np.array([x, y, height]), yaw, pitch, roll)
+    return Viewpoint(T_world_camera, config.kind, pose_on_floor(x, y, yaw), target=target.instance_id)
+
+
+def _draw_along(
+    target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, " 2"], float]:
+    """Draw where a camera that looks along the aisle stands (m) and looks (rad), anywhere across it."""
+    aside = target[1] - rng.uniform(area.y_min, area.y_max)
+    ahead = np.sqrt(max(config.distance.draw(rng) ** 2 - aside**2, 0.0))
+    way = 2 * int(rng.integers(2)) - 1
+    yaw = (0.0 if way > 0 else np.pi) + np.deg2rad(rng.normal(0.0, _ALONG_SPREAD_DEG))
+    return target[:2] - np.array([way * ahead, aside]), float(yaw)
 
 
 def _draw_mount_before(
