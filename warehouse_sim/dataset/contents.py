@@ -128,6 +128,11 @@ class Contents:
     """Largest depth that is read (m) by the recipe's setting, twins' included."""
     tilted_viewpoints: tuple[str, ...] = ()
     """Kinds of viewpoints that may tilt the camera."""
+    reach_deg: Annotated[float, Range(0, 180, "deg")] = 0.0
+    """Largest angle to the horizon that the images of tilted cameras can reach (deg); 0 where none tilts."""
+    levelled: tuple[str, ...] = ()
+    """Formats that hold images, labels and calibration of a level virtual camera at the place of the tilted one: same
+    heading, no lens, an image of its own size that shows all that the true one shows, rendered and never resampled."""
     targets: tuple[str, ...] | None = None
     """Class names that the recipe wants labelled; null where it does not say."""
     plugins: dict[str, str] = field(default_factory=dict)

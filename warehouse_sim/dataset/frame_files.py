@@ -50,6 +50,11 @@ class ObservationFiles:
         return SharedFile(encode_rgb(self.observation.rgbd.rgb))
 
     @cached_property
+    def levelled(self) -> "ObservationFiles":
+        """The same moment as a level camera sees it, for formats that know no other; itself where there is none."""
+        return self if self.observation.level is None else ObservationFiles(self.observation.level)
+
+    @cached_property
     def rgb_clean(self) -> SharedFile:
         """The colour image as it was drawn, as PNG."""
         return SharedFile(encode_rgb(self.observation.buffers.rgb))

@@ -121,6 +121,13 @@ def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:
     return found
 
 
+def lidar_tilts(recipe: dict[str, Any]) -> bool:
+    """Return whether the main LiDAR of a resolved recipe is mounted so that it tilts with the camera."""
+    sensors = take_if_given(recipe, "sensors", dict, "recipe") or {}
+    mount = take_if_given(sensors, "lidar_mount", dict, "recipe: sensors")
+    return mount is not None and mount.get("carrier", "camera") == "camera"
+
+
 def _tilted(scene: dict[str, Any], where: str) -> tuple[str, ...]:
     views = take_if_given(scene, "viewpoints", dict, where) or {}
     tilted = tuple(str(kind) for kind in _choices(views.get("kind", "level")) if kind != "level")

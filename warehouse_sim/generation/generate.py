@@ -66,7 +66,9 @@ def generate(
 
 def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
     prepared = prepare_scene(job.recipe, job.manifest.seed, scene_index)
-    observations = observe_scene(prepared.scene, job.recipe.sensors, renderer, prepared.variants)
+    observations = observe_scene(
+        prepared.scene, job.recipe.sensors, renderer, prepared.variants, bool(job.manifest.contents.levelled)
+    )
     store = DatasetStore(job.root, job.manifest)
     store.write_scene(
         prepared.scene,

@@ -12,11 +12,14 @@ from warehouse_sim.generation.instruments import Instruments
 from warehouse_sim.generation.light import measure_conditions, target_illuminance
 from warehouse_sim.generation.twins import Variant, base_variant
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.level_view import level_view
+from warehouse_sim.geometry.pose import invert
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.renderer import Renderer, Silhouette
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import (
     CAMERA,
+    RIGHT,
     MountedReading,
     ObjectInstance,
     Observation,
@@ -34,7 +37,7 @@ Readings = Mapping[str, MountedReading[Reading]]
 
 
 def observe_scene(
-    scene: SceneSpec, rig: RigConfig, renderer: Renderer, variants: Sequence[Variant] = ()
+    scene: SceneSpec, rig: RigConfig, renderer: Renderer, variants: Sequence[Variant] = (), level: bool = False
 ) -> Iterator[Observation]:
     """Yield one observation for each viewpoint of a settled scene; with variants, all viewpoints for each of them.
 
@@ -46,11 +49,15 @@ def observe_scene(
         rig: Its sensors.
         renderer: Draws; the scene is loaded into it here.
         variants: The scene and its twins, see ``make_variants``; by default the scene alone.
+        level: Whether observations of a tilted camera have that of a level one, too.
+
+    Raises:
+        ValueError: A level camera is asked for, but does not see what the tilted one sees.
     """
     variants = variants or (base_variant(scene, rig.rgbd),)
     camera = rig.make_camera()
     seeing = renderer if camera.distortion is None else LensRenderer(renderer)
-    first: list[_Unlit] = []
+    first: list[tuple[_Unlit, _Unlit | None]] = []
     base, loaded = None, None
     for number, variant in enumerate(variants):
         change = SceneChange.between(None if base is None else base.scene, variant.scene)
@@ -63,15 +70,19 @@ def observe_scene(
                 seeing.load(lit)
                 loaded = lit
             context = _Context(variant, index, viewpoint, lit, camera, seeing, CleanImages(seeing, camera), instruments)
-            observation, unlit = _observe(context, sensors, first[index] if number else None, change)
+            known = first[index] if number else (None, None)
+            observation, unlit = _observe(context, sensors, known[0], change)
+            upright, upright_unlit = _observe_level(context, sensors, observation, known[1], change, level)
             if number == 0 and len(variants) > 1:
-                first.append(unlit)
+                first.append((unlit, upright_unlit))
             group = index if len(variants) > 1 else None
-            yield replace(
-                observation,
-                observation_index=number * len(variant.scene.viewpoints) + index,
-                conditions=replace(observation.conditions, twin_group=group),
-            )
+            place = number * len(variant.scene.viewpoints) + index
+            yield replace(_numbered(observation, place, group), level=upright and _numbered(upright, place, group))
+
+
+def _numbered(observation: Observation, index: int, group: int | None) -> Observation:
+    conditions = replace(observation.conditions, twin_group=group)
+    return replace(observation, observation_index=index, conditions=conditions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +138,36 @@ def _observe(
     else:
         unlit = replace(first, readings=unread)
     return _annotated(context, readings, buffers, unlit), unlit
+
+
+def _observe_level(
+    context: _Context,
+    sensors: Mapping[str, MountedSensor],
+    observation: Observation,
+    first: _Unlit | None,
+    change: SceneChange,
+    wanted: bool,
+) -> tuple[Observation | None, _Unlit | None]:
+    """Return the observation of the level virtual camera at the place of a tilted one, None where it is not needed.
+
+    Its images are rendered and read anew, from random streams of their own; what other sensors read is the same and
+    seen from the level camera.
+    """
+    camera, T_world_level = level_view(context.camera, context.viewpoint.T_world_camera) if wanted else (None, None)
+    if camera is None or T_world_level is None or camera == context.camera:
+        return None, None
+    viewpoint = replace(context.viewpoint, T_world_camera=T_world_level)
+    upright = replace(context, viewpoint=viewpoint, camera=camera, images=CleanImages(context.renderer, camera))
+    cameras = {name: sensors[name] for name in (CAMERA, RIGHT) if name in sensors}
+    renamed = {name: replace(item, stream=f"{item.stream} level") for name, item in cameras.items()}
+    level, unlit = _observe(upright, renamed, first, change)
+    T_level_camera = invert(T_world_level) @ observation.T_world_camera
+    others = {
+        name: replace(item, T_camera_sensor=T_level_camera @ item.T_camera_sensor)
+        for name, item in observation.readings.items()
+        if name not in cameras
+    }
+    return replace(level, readings={**level.readings, **others}), unlit
 
 
 def _read(context: _Context, sensors: Mapping[str, MountedSensor], known: Readings) -> Readings:

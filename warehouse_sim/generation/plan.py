@@ -12,12 +12,16 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.contents import Contents
+from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import scene_features
+from warehouse_sim.generation.view_reach import view_reach_deg
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, Seed, ranged
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
 from warehouse_sim.schema import ObjectModel
@@ -69,9 +73,19 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         recipe=plain,
         packages=package_versions(),
         twins=_twins(recipe),
-        contents=draft_contents(plain, (*config.formats, config.backend)),
+        contents=_contents(plain, config, recipe.sensors.make_camera()),
         backend_options=config.backend_options,
     )
+
+
+def _contents(recipe: dict[str, Any], config: GenerateConfig, camera: PinholeCamera) -> Contents:
+    """Return the contents, with the formats that hold a level virtual camera's images instead of a tilted one's."""
+    contents = draft_contents(recipe, (*config.formats, config.backend))
+    if not contents.tilted_viewpoints:
+        return contents
+    levelled = tuple(name for name in config.formats if needs_level_camera(dataset_format(name)))
+    reach_deg = view_reach_deg(recipe, contents.tilted_viewpoints, camera)
+    return replace(contents, levelled=levelled, reach_deg=reach_deg)
 
 
 def with_stratified_splits(draft: Manifest, recipe: Recipe, config: GenerateConfig) -> Manifest:

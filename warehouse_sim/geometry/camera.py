@@ -82,6 +82,10 @@ class PinholeCamera:
         on_plane = np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy], axis=1)
         return on_plane if self.distortion is None else self.distortion.remove(on_plane)
 
+    def border_rays(self) -> Float[np.ndarray, "n 3"]:
+        """Return the points at z = 1 m of the rays through the outer borders of the image's outer pixels."""
+        return self.rays_at(*_border(self).T)
+
     def unproject(self, depth: Float[np.ndarray, "h w"]) -> Float[np.ndarray, "h w 3"]:
         """Return camera-frame points (m) of a z-depth image (m); pixels without reading become the origin."""
         return self.rays() * depth[..., None]
@@ -148,7 +152,7 @@ def _lens_rays(camera: PinholeCamera) -> Float[np.ndarray, "h w 3"]:
 
 @lru_cache(maxsize=16)
 def _lens_bounds(camera: PinholeCamera) -> tuple[float, float, float, float]:
-    border = camera.rays_at(*_border(camera).T)
+    border = camera.border_rays()
     (left, top, _), (right, bottom, _) = border.min(axis=0), border.max(axis=0)
     return float(left), float(right), float(top), float(bottom)
 

@@ -59,6 +59,9 @@ class Observation:
     """Where it was taken from."""
     conditions: Conditions = Conditions()
     """Under which circumstances."""
+    level: "Observation | None" = None
+    """The same moment through the level virtual camera at the same place, for formats that know no other; None where
+    the camera itself serves, or none was asked for."""
 
     @property
     def rgbd(self) -> RgbdReading:

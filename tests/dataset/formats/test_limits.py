@@ -11,12 +11,10 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 
 REFUSED: list[tuple[dict[str, Any], str, str]] = [
-    ({"scene": {"viewpoints": {"kind": "forklift_mast"}}}, "kitti", "viewpoints.kind forklift_mast tilts"),
-    ({"scene": {"viewpoints": {"kind": "free", "level": False}}}, "kitti", "set viewpoints.level: true"),
     (
-        {"scene": {"viewpoints": {"kind": {"choices": ["level", "amr"]}, "level": {"choices": [True, False]}}}},
+        {"scene": {"viewpoints": {"kind": {"choices": ["level", "amr"]}}}, "sensors": {"lidar_mount": {"left": 0.1}}},
         "kitti",
-        "viewpoints.kind amr tilts",
+        "lidar_mount is carried by the camera, which viewpoints.kind amr tilts",
     ),
     ({"sensors": {"lidar": None}}, "kitti", "sensors.lidar is null"),
     ({"sensors": {"lidar_mount": {"pitch_deg": -5.0}}}, "kitti", "sensors.lidar_mount tilts the LiDAR by 5.00 deg"),
@@ -35,6 +33,9 @@ TAKEN: list[tuple[dict[str, Any], str]] = [
     ({"scene": {"viewpoints": {"kind": "level"}}}, "kitti"),
     ({"scene": {"viewpoints": {"kind": "amr", "level": True}}}, "kitti"),
     ({"scene": {"viewpoints": {"kind": "forklift_mast"}}}, "bop"),
+    ({"scene": {"viewpoints": {"kind": "forklift_mast"}}}, "kitti"),
+    ({"scene": {"viewpoints": {"kind": "amr"}}, "sensors": {"lidar_mount": {"carrier": "upright"}}}, "kitti"),
+    ({"scene": {"viewpoints": {"kind": "amr", "level": True}}, "sensors": {"lidar_mount": {"left": 0.1}}}, "kitti"),
     ({"sensors": {"lidar": None}}, "bop"),
     ({"sensors": {"lidar_mount": {"pitch_deg": -5.0}}}, "bop"),
     ({"sensors": {"lidar_mount": {"pitch_deg": 1.0, "yaw_deg": 90.0}}}, "kitti"),

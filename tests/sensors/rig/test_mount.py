@@ -46,3 +46,20 @@ def test_what_sits_on_the_vehicle_does_not_tilt_or_lift_with_the_camera() -> Non
 def test_a_camera_that_nothing_carries_has_no_vehicle() -> None:
     with pytest.raises(ConfigError, match="mounted on the vehicle, but no vehicle carries this camera"):
         Mount(carrier="vehicle").T_camera_sensor(Viewpoint(np.eye(4)))
+
+
+@pytest.mark.parametrize(("pitch_deg", "roll_deg"), [(0.0, 0.0), (-25.0, 3.0), (-89.0, 0.0)])
+def test_an_upright_sensor_stays_so_however_the_camera_tilts(pitch_deg: float, roll_deg: float) -> None:
+    T_world_camera = level_camera(np.array([1.0, 2.0, 3.0]), 0.5, np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
+    mount = Mount("upright", forward=-0.27, left=0.1, up=0.08)
+    T = T_world_camera @ mount.T_camera_sensor(Viewpoint(T_world_camera))
+    ahead, left, up = np.array([np.cos(0.5), np.sin(0.5), 0]), np.array([-np.sin(0.5), np.cos(0.5), 0]), np.eye(3)[2]
+    np.testing.assert_allclose(T[:3, :3], np.stack([ahead, left, up], axis=1), atol=1e-9)
+    np.testing.assert_allclose(T[:3, 3], [1, 2, 3] - 0.27 * ahead + 0.1 * left + 0.08 * up, atol=1e-9)
+
+
+def test_upright_on_a_level_camera_is_to_the_last_bit_what_the_camera_carries() -> None:
+    view = Viewpoint(level_camera(np.array([1.0, 2.0, 3.0]), 0.5))
+    fixed, upright = (Mount(carrier, -0.27, 0.0, 0.08) for carrier in ("camera", "upright"))
+    assert upright.T_camera_sensor(view).tobytes() == fixed.T_camera_sensor(view).tobytes()
+    assert upright.T_camera_sensor().tobytes() == fixed.T_camera_sensor().tobytes()

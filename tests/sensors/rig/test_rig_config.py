@@ -48,7 +48,7 @@ def test_what_is_written_is_read_back() -> None:
         ({"camera_height": 0.05}, "camera_height must be 0.1-20 m, found 0.05"),
         (
             {"lidar_mount": {"carrier": "roof"}},
-            "lidar_mount: carrier must be one of 'camera', 'vehicle', found",
+            "lidar_mount: carrier must be one of 'camera', 'upright', 'vehicle', found",
         ),
     ],
 )

@@ -10,8 +10,8 @@ from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 
-_NOT_IN_RECIPE = ("plugins", "readings")
-"""Contents that are known later than the recipe."""
+_NOT_IN_RECIPE = ("plugins", "readings", "levelled", "reach_deg")
+"""Contents that are known later than the recipe, or with the catalog."""
 
 
 def contents(subject: Subject) -> Findings:

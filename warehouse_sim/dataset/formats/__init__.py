@@ -101,7 +101,11 @@ class FormatReader(Protocol):
 
 
 class Format(Protocol):
-    """A dataset format; its files go into the dataset's folder of its name."""
+    """A dataset format; its files go into the dataset's folder of its name.
+
+    One class attribute may say more of it. With ``needs_level_camera = True`` observations of a camera that can tilt
+    have a second one in ``Observation.level``, that of a level virtual camera.
+    """
 
     @property
     def name(self) -> str:
@@ -129,6 +133,11 @@ class Format(Protocol):
 
     def recognises(self, root: Path) -> bool:
         """Return whether a folder without a manifest holds files of this format."""
+
+
+def needs_level_camera(item: Format) -> bool:
+    """Return whether a format knows level cameras only; no if silent."""
+    return bool(getattr(item, "needs_level_camera", False))
 
 
 def dataset_format(name: str) -> Format:

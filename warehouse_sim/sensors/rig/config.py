@@ -39,7 +39,7 @@ class RigConfig:
     lidar: LidarConfig | None = field(default_factory=LidarConfig)
     """Beams and noise of the main LiDAR; null = none."""
     lidar_position: Annotated[tuple[float, float, float], Range(-20, 20, "m")] = (-0.27, 0.0, 0.08)
-    """Where the LiDAR sits as seen from the camera: forward, left, up (m), -20 to 20; KITTI's is behind and above."""
+    """Where the LiDAR stands upright as seen from the camera: forward, left, up (m), -20 to 20; KITTI's is behind."""
     lidar_mount: Mount | None = None
     """Instead of ``lidar_position``: place and direction of the main LiDAR on the camera or on the vehicle."""
     lidars: dict[str, MountedLidar] = field(default_factory=dict)
@@ -103,7 +103,7 @@ class RigConfig:
         found = {CAMERA: _mounted("rgbd", (self.rgbd,), Mount(), "rgbd")}
         if self.lidar is not None:
             forward, left, up = self.lidar_position
-            mount = self.lidar_mount or Mount(forward=forward, left=left, up=up)
+            mount = self.lidar_mount or Mount("upright", forward, left, up)
             found[LIDAR] = _mounted("lidar", (self.lidar,), mount, "lidar")
         for name, item in self.lidars.items():
             found[name] = _mounted("lidar", (item.lidar,), item.mount, f"lidar {name}")

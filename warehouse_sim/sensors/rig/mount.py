@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.level_view import is_level, levelled
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import Viewpoint
@@ -19,8 +20,8 @@ CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 class Mount:
     """A place and a direction on the rig; turned by yaw, then pitch, then roll about the axes that turn along."""
 
-    carrier: Literal["camera", "vehicle"] = "camera"
-    """Seen from the camera, with which it tilts and lifts, or from the vehicle's origin on the floor."""
+    carrier: Literal["camera", "upright", "vehicle"] = "camera"
+    """Seen from the camera, with which it tilts and lifts; from there, but upright; or from the vehicle's origin."""
     forward: Annotated[float, Range(-20, 20, "m")] = 0.0
     """Along the optical axis, or along the vehicle (m), -20 to 20."""
     left: Annotated[float, Range(-20, 20, "m")] = 0.0
@@ -44,13 +45,17 @@ class Mount:
         """Return the pose of the sensor (x forward, y left, z up) in the camera frame (x right, y down, z forward).
 
         Args:
-            viewpoint: Where camera and vehicle are; not needed for what sits on the camera.
+            viewpoint: Where camera and vehicle are; not needed for what sits on the camera, nor on a level one upright.
 
         Raises:
             ConfigError: The sensor sits on a vehicle, but nothing carries the camera.
         """
-        if self.carrier == "camera":
+        tilts = self.carrier == "upright" and viewpoint is not None and not is_level(viewpoint.T_world_camera)
+        if self.carrier == "camera" or (self.carrier == "upright" and not tilts):
             return make_transform(CAMERA_FROM_BODY) @ self.T_body_sensor()
+        if viewpoint is not None and tilts:
+            T_camera_level = invert(viewpoint.T_world_camera) @ levelled(viewpoint.T_world_camera)
+            return T_camera_level @ make_transform(CAMERA_FROM_BODY) @ self.T_body_sensor()
         if viewpoint is None or viewpoint.T_world_vehicle is None:
             raise ConfigError(
                 "sensors: a sensor is mounted on the vehicle, but no vehicle carries this camera; "

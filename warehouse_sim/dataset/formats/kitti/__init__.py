@@ -17,6 +17,7 @@ class KittiFormat:
     """
 
     name = NAME
+    needs_level_camera = True
 
     @property
     def checks(self) -> Sequence[NamedCheck]:
@@ -26,13 +27,13 @@ class KittiFormat:
         return CHECKS
 
     def refuse(self, manifest: Manifest) -> None:
-        """Refuse what leans, long class names, too many frames, no LiDAR, and depth beyond 16 bits."""
+        """Refuse views far below the horizon, a leaning LiDAR or none, long class names, too many frames, far depth."""
         from warehouse_sim.dataset.formats.kitti import limits
 
         limits.require_numbers(manifest)
         limits.require_words(manifest.targets)
-        limits.require_level_viewpoints(manifest.contents)
-        limits.require_level_lidar(manifest.contents)
+        limits.require_views_near_horizon(manifest.contents)
+        limits.require_level_lidar(manifest)
         require_depth_fits(manifest.contents, limits.STEPS_PER_METRE, NAME)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:

@@ -6,7 +6,9 @@ import numpy as np
 
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.recipe_contents import lidar_tilts
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.level_view import STEEPEST
 from warehouse_sim.schema import Observation
 
 STEPS_PER_METRE = 256.0
@@ -44,26 +46,28 @@ def require_words(targets: tuple[str, ...]) -> None:
             )
 
 
-def require_level_viewpoints(contents: Contents) -> None:
-    """Refuse a recipe whose cameras can be tilted.
+def require_views_near_horizon(contents: Contents) -> None:
+    """Refuse a recipe whose images can reach farther from the horizon than the level virtual camera sees.
 
     Raises:
-        DatasetError: A kind of camera other than ``level`` is asked for, and not to be level.
+        DatasetError: A camera can be tilted so far that the border of its image is beyond.
     """
-    if contents.tilted_viewpoints:
+    if contents.reach_deg > math.degrees(STEEPEST):
         raise DatasetError(
-            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} tilts the camera, but a KITTI label "
-            "stands upright in the camera's frame; set viewpoints.level: true in the recipe, or leave kitti out of "
-            "--formats"
+            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} shows what lies {contents.reach_deg:.0f} "
+            "deg from the horizon, but the level camera that KITTI is written through sees "
+            f"{math.degrees(STEEPEST):.0f} deg; narrow viewpoints.pitch_deg (of free: elevation_deg) or the camera, or "
+            "leave kitti out of --formats"
         )
 
 
-def require_level_lidar(contents: Contents) -> None:
+def require_level_lidar(manifest: Manifest) -> None:
     """Refuse a rig without a main LiDAR, or with one that does not stand upright on a level camera or vehicle.
 
     Raises:
-        DatasetError: There is none, or its mount leans by more than KITTI's readers bear.
+        DatasetError: There is none, its mount leans by more than KITTI's readers bear, or it tilts with the camera.
     """
+    contents = manifest.contents
     if contents.lidar is None:
         raise DatasetError(
             "KITTI: sensors.lidar is null, but every KITTI frame has a sweep; give the recipe a LiDAR, or leave kitti "
@@ -77,6 +81,12 @@ def require_level_lidar(contents: Contents) -> None:
             f"KITTI: sensors.lidar_mount tilts the LiDAR by {math.degrees(tilt):.2f} deg (pitch_deg {pitch:g}, "
             f"roll_deg {roll:g}), but KITTI's readers take its z axis for vertical; keep it within "
             f"{math.degrees(_LARGEST_LIDAR_TILT):g} deg, mount it under sensors.lidars, or leave kitti out of --formats"
+        )
+    if contents.tilted_viewpoints and lidar_tilts(manifest.recipe):
+        raise DatasetError(
+            "KITTI: sensors.lidar_mount is carried by the camera, which viewpoints.kind "
+            f"{', '.join(contents.tilted_viewpoints)} tilts, but KITTI's readers take the LiDAR's z axis for vertical; "
+            "set its carrier to upright or vehicle, or leave kitti out of --formats"
         )
 
 
@@ -92,7 +102,7 @@ def require_level(observation: Observation, where: str) -> None:
     if tilt > _LARGEST_CAMERA_TILT:
         raise DatasetError(
             f"{where}: the camera is tilted by {math.degrees(tilt):.2f} deg, KITTI needs a level camera; "
-            "set viewpoints.level: true in the recipe, or leave kitti out of --formats"
+            "hand the writer its level view, set viewpoints.level: true, or leave kitti out of --formats"
         )
     tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
     if tilt > _LARGEST_LIDAR_TILT:

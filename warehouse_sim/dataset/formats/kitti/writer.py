@@ -8,7 +8,7 @@ import numpy as np
 
 from warehouse_sim.dataset.formats.kitti.calib import calib_text, lidars_text, plane_text
 from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
-from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, frames_of, kitti_kinds, kitti_layout
+from warehouse_sim.dataset.formats.kitti.layout import NAME, KittiLayout, frames_of, kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
@@ -41,6 +41,12 @@ _STEREO_README = """\
 - image_3: the right camera. disp_occ: true disparity of image_2, also where image_3 does not see it. disp_noc: where it
   does. disp_sgbm, if there: what semi-global matching finds in the noisy pair. 16 bit, pixels * 256, 0 = none, or 256
   and more.
+"""
+_LEVEL_README = """\
+- The rig's camera is tilted. A box here knows one angle, so that every frame is that of a level virtual camera at the
+  same place with the same heading: image_2, depth_2, labels, calib and planes are its own. Its images are rendered, not
+  resampled, hold all that the tilted camera shows, and have sizes and principal points of their own. ../scenes/ and
+  ../bop/ hold the true camera. velodyne is the true sweep, and Tr_velo_to_cam leads into the level camera.
 """
 _LENS_README = """\
 - Images are not rectified: P2 is that of the pinhole, and calib goes on after its seven lines with K_02 and D_02, k1 k2
@@ -104,7 +110,7 @@ class KittiWriter:
             tilt=math.degrees(LARGEST_TILT),
             cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
             additions=(_STEREO_README if stereo else "")
-            + (_LENS_README if contents.distortion else "")
+            + (_LEVEL_README if NAME in contents.levelled else _LENS_README if contents.distortion else "")
             + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if contents.clean else "")
             + (_LIDARS_README.format(names=names) if names else ""),
         )
@@ -122,6 +128,7 @@ class KittiSceneWriter:
         Raises:
             DatasetError: Camera or LiDAR is tilted, the LiDAR is missing, or a depth does not fit.
         """
+        files = files.levelled
         observation = files.observation
         where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
         if observation.lidar is None:

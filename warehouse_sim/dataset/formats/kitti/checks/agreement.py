@@ -1,4 +1,4 @@
-"""Check that the KITTI and the BOP files agree."""
+"""Check that the KITTI and the BOP files agree; where they are of two cameras, ``level_agreement`` says how."""
 
 import math
 
@@ -8,7 +8,8 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
-from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER
+from warehouse_sim.dataset.formats.kitti.checks import level_agreement
+from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, is_levelled
 from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted, read_labels
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
@@ -32,6 +33,9 @@ def labels(subject: Subject) -> Findings:
         frame = _frame(subject, image)
         rows = read_labels(subject, image.split, frame)
         where = f"frame {frame:06d}"
+        if is_levelled(subject):
+            count += level_agreement.labels(findings, subject, image, rows, where)
+            continue
         targets = {target.instance_id: target for target in image.targets}
         leaning = {row.instance_id for row in rows if row.label.is_dont_care}
         listed = sorted(targets, key=lambda number: number in leaning)
@@ -46,9 +50,13 @@ def labels(subject: Subject) -> Findings:
 
 
 def cameras(subject: Subject) -> Findings:
-    """Both formats hold the same intrinsics and the same lens."""
+    """Both formats hold the same intrinsics and the same lens, or KITTI the level view of BOP's camera."""
     findings, count = Findings(), 0
     for image in subject.of_format(OTHER).images():
+        count += 1
+        if is_levelled(subject):
+            level_agreement.camera(findings, subject, image)
+            continue
         path = kitti_layout(subject.root).file(image.split, "calib", _frame(subject, image))
         size_wh = image.camera.width, image.camera.height
         camera = calib_camera(parse_calib(read_text(path), str(path)), size_wh)
@@ -56,13 +64,12 @@ def cameras(subject: Subject) -> Findings:
         lenses = [item.distortion or Distortion() for item in (camera, image.camera)]
         same_lens = np.allclose(lenses[0].coefficients, lenses[1].coefficients, rtol=1e-9, atol=1e-12)
         findings.require(same_k and same_lens, f"{path}: is another camera than BOP's")
-        count += 1
     findings.examined = f"{count} pairs of cameras"
     return findings
 
 
 def images(subject: Subject) -> Findings:
-    """Colour images are equal byte for byte, depth images within their steps."""
+    """Colour images are equal byte for byte, depth images within their steps; of a level view, most depths are."""
     findings = Findings()
     for part in subject.each(list(subject.of_format(OTHER).images()), lambda image: _same_images(subject, image)):
         findings.add(part)
@@ -72,6 +79,9 @@ def images(subject: Subject) -> Findings:
 
 def _same_images(subject: Subject, image: ImageRecord) -> Findings:
     findings, frame = Findings(count=2), _frame(subject, image)
+    if is_levelled(subject):
+        level_agreement.depth(findings, subject, image)
+        return findings
     rgb_path = kitti_layout(subject.root).file(image.split, "image_2", frame)
     bop_path = bop_layout(subject.root).scene(image.split, image.scene_id).rgb(image.image_id)
     findings.require(read_bytes(rgb_path) == read_bytes(bop_path), f"{rgb_path}: differs from {bop_path}")

@@ -9,7 +9,7 @@ from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
-from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, frames
+from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled
 from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib
 from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
@@ -60,7 +60,7 @@ def calib(subject: Subject) -> Findings:
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
             findings.require(bool(rigid), f"{path}: {key} is not a rotation")
         plane_path = kitti_layout(subject.root).file(split, "planes", frame)
-        T_camera_world = invert(subject.T_world_camera(scene, observation))
+        T_camera_world = invert(T_world_image(subject, scene, observation))
         expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
         findings.require(
             bool(np.abs(_plane(plane_path) - expected).max() < _SAME_PLACE), f"{plane_path}: is not the floor's plane"
@@ -96,7 +96,7 @@ def _channels(subject: Subject, split: Split, frame: int) -> Findings:
         findings.require(png_size_wh(clean_path) == size_wh, f"{clean_path}: is not as large as image_2")
     if "image_3" in kinds:
         _right_image(findings, subject, split, frame, size_wh)
-    if OTHER not in subject.manifest.formats:
+    if OTHER not in subject.manifest.formats or is_levelled(subject):
         findings.require(bool(decode_rgb(rgb_path).any()), f"{rgb_path}: holds nothing but zeros")
     return findings
 
@@ -122,7 +122,7 @@ def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Su
 
 def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
     """Return whether each camera has the lens of the recipe, and no other lines than for that."""
-    wanted = subject.manifest.contents.distortion
+    wanted = None if is_levelled(subject) else subject.manifest.contents.distortion
     eyes = ("02",) if subject.manifest.contents.baseline is None else ("02", "03")
     if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in "KD"}:
         return False

@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
-from warehouse_sim.dataset.formats.kitti.checks.frames import frames
+from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import parse_label
@@ -39,7 +39,7 @@ def labels(subject: Subject) -> Findings:
     for split, scene, observation, frame in frames(subject):
         path = kitti_layout(subject.root).file(split, "label_2", frame)
         size_wh = png_size_wh(kitti_layout(subject.root).file(split, "image_2", frame))
-        T_camera_world = invert(subject.T_world_camera(scene, observation))
+        T_camera_world = invert(T_world_image(subject, scene, observation))
         for number, row in enumerate(read_labels(subject, split, frame), start=1):
             where = f"{path}:{number}"
             _box_in_image(findings, row.label, size_wh, where)

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int, Int32
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_bytes, read_text
-from warehouse_sim.dataset.formats.kitti.checks.frames import frames
+from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels, tilt
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw
 from warehouse_sim.dataset.formats.kitti.checks.sweep_grid import SweepGrid
@@ -140,7 +140,7 @@ def _read_sweep(subject: Subject, law: LidarLaw, frame: tuple[Split, int, int, i
         "Tr_velo_to_cam"
     ]
     T_camera_lidar = make_transform(matrix[:, :3], matrix[:, 3])
-    T_world_lidar = subject.T_world_camera(scene, index) @ T_camera_lidar
+    T_world_lidar = T_world_image(subject, scene, index) @ T_camera_lidar
     observation = subject.record(scene).observations[index]
     return _Sweep(path, cloud, ids, ring.astype(int), time.astype(float), T_world_lidar, observation, law)
 
@@ -157,7 +157,7 @@ def _box(
         return item.T_world_object, np.asarray(subject.objects[item.obj_id].size) / 2.0
     height, breadth, length = row.label.size_hwl
     half = np.array([length, breadth, height]) / 2.0
-    T_world_camera = subject.T_world_camera(scene, observation)
+    T_world_camera = T_world_image(subject, scene, observation)
     # The label stands upright, the object may lean a little.
     lean = np.tan(min(tilt(invert(T_world_camera) @ item.T_world_object), 0.1)) * np.linalg.norm(half)
     return T_world_camera @ row.label.T_camera_object(), half + lean
