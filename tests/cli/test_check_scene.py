@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import yaml
@@ -32,3 +33,19 @@ def test_what_does_not_fit_is_a_breach_too(capsys, tmp_path: Path) -> None:
     path.write_text(yaml.safe_dump(plain))
     assert main(["check-scene", str(path)]) == 1
     assert "attempt 4: rejected: scene 0 of seed 0" in capsys.readouterr().out
+
+
+def test_contacts_that_break_the_crush_rule_are_named_in_text_and_json(capsys, tmp_path: Path) -> None:
+    plain = yaml.safe_load((data_folder("scenes") / "smoke.yaml").read_text())
+    fragile = {"cartons": ["carton_600x400x350"], "height": 1.1, "empty_share": 0.0}
+    for rule, code in ((True, 0), (False, 0)):
+        plain["scene"]["loads"] |= fragile | {"stacking": {"crush_rule": rule}}
+        path = tmp_path / "fragile.yaml"
+        path.write_text(yaml.safe_dump(plain))
+        assert main(["check-scene", str(path), "--json", str(tmp_path / "state.json")]) == code
+        found = json.loads((tmp_path / "state.json").read_text())["crush"]["faults"]
+        assert bool(found) is not rule
+        assert "crush rule" in capsys.readouterr().out
+    assert {fault["kind"] for fault in found} == {"overload"}
+    assert "carries" in found[0]["text"]
+    assert found[0]["value"] > found[0]["limit"] == 0.0

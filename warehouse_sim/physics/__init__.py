@@ -8,9 +8,12 @@ from typing import Any
 
 _HOMES = {
     "ContactState": "check",
+    "CrushFault": "crush",
+    "CrushState": "crush",
     "SettleConfig": "settle",
     "SettleReport": "report",
     "contact_state": "check",
+    "crush_state": "crush",
     "settle_scene": "settle",
     "to_mjspec": "build",
 }

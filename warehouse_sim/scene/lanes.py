@@ -14,7 +14,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
-from warehouse_sim.scene.packing.contents import one_article
+from warehouse_sim.scene.packing.contents import one_article, that_carry
 from warehouse_sim.scene.packing.pallet_choice import all_pallets, draw_pallet, on_these
 from warehouse_sim.scene.placing import jitter_scale
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
@@ -29,6 +29,9 @@ _REACH = 4.0
 """Stacks further than this (m) from a place do not obstruct it."""
 _LEAST_HEADROOM = 0.6
 """A stack grows only while this much height is left for the next load (m)."""
+
+_HIGH_STACK = 3
+"""Stacks of so many loads are wrapped under the crush rule."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,9 @@ def fill_lanes(
     for number, lane in enumerate(lanes):
         count = round(config.fill.draw(rng) * len(lane.T_world_places))
         empty = rng.random() < config.empties_share
-        kind = _of_one_article(lane, loads, rng) if rng.random() < config.one_kind_share else loads
+        kind = (
+            _of_one_article(lane, loads, rng, config.stack.high > 1) if rng.random() < config.one_kind_share else loads
+        )
         draw = _empty_stack if empty else _draw_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
             near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
@@ -99,10 +104,14 @@ def fill_lanes(
 
 def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw loads on equal pallets; each stands on a full and level top layer, and no goods bear more than they can."""
-    wanted = max(1, config.stack.draw_count(rng))
-    top = on_these(loads, [_choose_pallet(lane, loads, rng)])
+    wanted, rule = max(1, config.stack.draw_count(rng)), loads.stacking.crush_rule
+    pallet = _choose_pallet(lane, loads, rng)
+    top = on_these(loads, [pallet])
     level = replace(top.stacking, top_layer_share=Distribution.constant(1.0))
     full = replace(top, empty_share=0.0, mixed_share=0.0, stacking=level)
+    if rule:
+        full = that_carry(full, _deck(pallet))
+        full = replace(full, height=Distribution.uniform((full.height.low + full.height.high) / 2, full.height.high))
     stack: Stack = []
     height, spare = 0.0, np.inf
     for number in range(wanted):
@@ -116,11 +125,16 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
         T_stack_load = _on_top(height, config, rng, stacked=bool(stack))
         if stack and not (load.mass <= spare and _stands_on(stack[-1], load, T_stack_load)):
             break
-        spare = min(load.bearing, spare - load.mass if stack else STACKING_LOAD)
+        if rule and stack and load.holds("drum") and not stack[-1][0].holds("drum"):
+            break
+        bearing = load.bearing_under_boards if rule else load.bearing
+        spare = min(bearing, spare - load.mass if stack else STACKING_LOAD)
         stack.append((load, T_stack_load))
         height += load.height
         if lane.clear_height - height < _LEAST_HEADROOM:
             break
+    if rule and sum(load.has_goods for load, _ in stack) >= _HIGH_STACK:
+        return [(load.wrapped(), T_stack_load) for load, T_stack_load in stack]
     return stack
 
 
@@ -149,10 +163,20 @@ def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) 
         raise PlacementError(f"{problem}, or widen the lanes") from problem
 
 
-def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
-    """Return ``loads`` with one article, in one pattern, on one type of pallet, as a lane holds it."""
+def _deck(pallet: ObjectModel) -> tuple[float, float]:
+    length, width, _ = pallet.size.tolist()
+    return length, width
+
+
+def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator, stacked: bool) -> UnitLoadConfig:
+    """Return ``loads`` with one article, in one pattern, on one type of pallet, as a lane holds it.
+
+    Where loads are ``stacked``, the crush rule takes articles that carry a load.
+    """
     pallet = _choose_pallet(lane, loads, rng)
     alike = [model for model in all_pallets(loads) if model.obj_id == pallet.obj_id]
+    if loads.stacking.crush_rule and stacked:
+        loads = that_carry(loads, _deck(pallet))
     return on_these(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
 
 

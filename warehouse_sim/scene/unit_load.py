@@ -8,12 +8,13 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SLIP_SHEETS
+from warehouse_sim.catalog.loads.strength import is_goods
 from warehouse_sim.catalog.pallets.wear import worn
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, supported_share
+from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_share
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.pallet_choice import draw_pallet
@@ -31,6 +32,8 @@ _SAFE_WORKING_LOADS = {1: 1500.0, 2: 1250.0, 3: 1500.0, 4: 750.0, 5: 500.0, 6: 1
 EPAL 6 and 7 and of the GMA pallet (about 2,800 lb) are common and unverified."""
 _COMMON_SAFE_LOAD = 1000.0
 """What is taken for any other pallet (kg)."""
+_AS_HEAVY = 1.03
+"""Loads whose masses differ by less than this factor, as those of one article on worn pallets, are equally heavy."""
 _SECURING_MASS = 5.0
 """More than sheet, posts and film weigh together (kg)."""
 
@@ -74,6 +77,28 @@ class UnitLoad:
     def bearing(self) -> float:
         """What may stand on it on a pallet of the same size (kg): no piece of goods bears more than its strength."""
         return bearing(self.pieces, self.pallet.size.tolist())
+
+    @property
+    def bearing_under_boards(self) -> float:
+        """What may stand on it under the crush rule (kg), on a pallet like its own: nothing heavier than itself."""
+        return min(bearing_under_boards(self.pieces, self.pallet), _AS_HEAVY * self.mass)
+
+    @property
+    def has_goods(self) -> bool:
+        """Whether it carries anything."""
+        return any(is_goods(model) for model, _ in self.pieces[1:])
+
+    def holds(self, class_name: str) -> bool:
+        """Return whether a piece of this class is in it."""
+        return any(model.class_name == class_name for model, _ in self.pieces)
+
+    def wrapped(self) -> "UnitLoad":
+        """Return the load with film around its goods, itself where it has film or nothing to wrap."""
+        if self.holds("wrap") or not self.has_goods:
+            return self
+        wrappable = [piece for piece in self.pieces[1:] if piece[0].class_name != "slip_sheet"]
+        film = film_around(wrappable, self.pallet.size.tolist(), float(self.pallet.size[2]))
+        return UnitLoad((*self.pieces, film))
 
     def supports(self, pallet: ObjectModel, T_load_pallet: Transform) -> bool:
         """Return whether its uppermost pieces are level and broad enough for a pallet to stand on them."""

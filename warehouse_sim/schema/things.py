@@ -106,6 +106,8 @@ class ObjectModel:
     """Materials of its parts that the catalog does not hold: what comes from elsewhere brings its own."""
     make: str = ""
     """Whose make it is ("EPAL", "POOL"), where that is branded on it."""
+    bears: float | None = None
+    """What may stand on it (kg); None leaves it to what its class bears."""
 
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from tests.scene.packing.pallets import DECKS, least_distance, reach
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import DRUMS, SACKS, SKUS, TOTES
+from warehouse_sim.catalog.loads.strength import is_fragile
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.scene import Distribution
@@ -96,3 +98,36 @@ def test_modular_cartons_of_a_picked_order_stand_side_by_side_in_spite_of_gaps()
     for seed in range(5):
         goods = draw_goods(replace(ROOM, height=0.45), config, np.random.default_rng(seed))
         assert len(goods) == 4
+
+
+def test_under_the_crush_rule_fragile_cartons_are_on_top_and_heavier_ones_below() -> None:
+    config = replace(CONFIG, mixed_share=1.0, max_cartons=40, height=Distribution.constant(1.2))
+    rested = 0
+    for seed in range(12):
+        pieces = draw_goods(ROOM, config, np.random.default_rng(seed))
+        for upper, T_upper in pieces:
+            for lower, T_lower in pieces:
+                off = np.abs(T_upper[:2, 3] - T_lower[:2, 3])
+                gap = (T_upper[2, 3] - upper.size[2] / 2) - (T_lower[2, 3] + lower.size[2] / 2)
+                if abs(gap) < 0.002 and np.all(off < (np.min(upper.size[:2]) + np.min(lower.size[:2])) / 2 - 0.02):
+                    rested += 1
+                    assert not is_fragile(lower)
+                    assert upper.mass <= lower.mass
+    assert rested > 20
+
+
+def test_a_load_of_fragile_cartons_is_one_layer_and_is_drawn_only_where_nothing_else_is_listed() -> None:
+    fragile = tuple(name for name in SKUS if is_fragile(catalog_object(name)))
+    assert len(fragile) == 5
+    config = replace(CONFIG, height=Distribution.constant(1.2), cartons=fragile)
+    assert len({round(T[2, 3], 2) for _, T in draw_goods(ROOM, config, np.random.default_rng(0))}) == 1
+    both = replace(config, cartons=(*fragile, "carton_400x300x200"))
+    assert {draw_goods(ROOM, both, np.random.default_rng(seed))[0][0].name for seed in range(9)} == {
+        "carton_400x300x200"
+    }
+
+
+def test_without_the_crush_rule_fragile_cartons_are_stacked_as_they_were() -> None:
+    off = replace(CONFIG.stacking, crush_rule=False)
+    config = replace(CONFIG, height=Distribution.constant(1.2), cartons=("carton_600x400x350",), stacking=off)
+    assert len({round(T[2, 3], 2) for _, T in draw_goods(ROOM, config, np.random.default_rng(0))}) == 3

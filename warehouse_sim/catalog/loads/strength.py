@@ -8,10 +8,18 @@ left of it in a warehouse are the Fibre Box Association's multipliers (Fibre Box
 Drums bear what the stacking test of ADR 6.1.5.6 puts on them: their like, up to 3 m. Sacks lie at most ten high (IS
 4082:1996, so that cement does not lump). Makers give 250-600 kg for euro containers; the number here is common and
 unverified.
+
+Carriers bear what their makers put on a stack: a Gitterbox 4,400 kg (UIC 435-3; 4,400-6,500 kg after the maker), an IBC
+of 1,000 l three of its like (4,056 kg on the lowest, for liquids of 1.2 kg/l), an octabin of heavy board one more like
+it. Nothing stands on a big bag (free stacks of them need walls on two sides), or on a roll container.
+
+What bears the mark "fragile" of ISO 780 on its sides, or is a user's own article that does not say what it bears, has
+nothing on top where the crush rule holds.
 """
 
 import math
 
+from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.schema import ObjectModel
 
 _EDGE_CRUSH = 5604.0
@@ -27,6 +35,15 @@ _TOTE = 300.0
 """What a euro container bears (kg)."""
 _SACKS_HIGH, _DRUMS_HIGH = 10, 3.0
 """Sacks on each other, the lowest included, and the height of a stack of drums (m)."""
+_CARRIERS = {"gitterbox": 4400.0, "ibc": 3 * 1264.0, "octabin": 700.0, "big_bag": 0.0, "roll_container": 0.0}
+"""What stands on carriers, by class (kg)."""
+RIGID = ("gitterbox", "ibc")
+"""Classes of carriers that stack on each other without film or straps: feet and corners of steel engage."""
+GOODS = ("carton", "tote", "drum", "sack", *_CARRIERS)
+"""Classes of goods."""
+_FIRST_OWN = 1000
+"""Numbers of geometries from here on are not the package's own."""
+_FRAGILE = frozenset(sku.obj_id for sku in SKUS.values() if sku.artwork and "fragile" in sku.artwork.marks)
 
 
 def stacking_strength(model: ObjectModel, *, across: bool = False) -> float:
@@ -46,4 +63,30 @@ def stacking_strength(model: ObjectModel, *, across: bool = False) -> float:
         return (_SACKS_HIGH - 1) * model.mass
     if model.class_name == "drum":
         return (_DRUMS_HIGH / float(model.size[2]) - 1.0) * model.mass
-    return math.inf
+    return _CARRIERS.get(model.class_name, math.inf)
+
+
+def is_fragile(model: ObjectModel) -> bool:
+    """Return whether a piece is marked as fragile, so that nothing may stand on it."""
+    return model.class_name == "carton" and model.obj_id in _FRAGILE
+
+
+def is_goods(model: ObjectModel) -> bool:
+    """Return whether a piece is goods and no pallet, sheet, post or film; a user's own article is goods."""
+    own = model.obj_id >= _FIRST_OWN and model.mass > 0.0 and model.class_name != "pallet"
+    return own or model.class_name in GOODS
+
+
+def bears(model: ObjectModel, *, across: bool = False) -> float:
+    """Return what may stand on a piece under the crush rule (kg), infinite for what is no goods.
+
+    That is what the model says of itself, nothing if it is fragile, else the stacking strength of its class.
+
+    Args:
+        model: The piece.
+        across: Whether what stands on it is not in line with it, edge on edge.
+    """
+    if model.bears is not None:
+        return model.bears
+    unknown = is_goods(model) and model.class_name not in GOODS
+    return 0.0 if unknown or is_fragile(model) else stacking_strength(model, across=across)

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.catalog.loads.strength import stacking_strength
+from warehouse_sim.catalog.loads.strength import bears, is_goods, stacking_strength
 from warehouse_sim.geometry.convex import area, convex_hull
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene.packing.layer import Layer
 from warehouse_sim.schema import ObjectModel
 
 Pieces = Sequence[tuple[ObjectModel, Transform]]
@@ -19,16 +20,22 @@ Pieces = Sequence[tuple[ObjectModel, Transform]]
 
 LEAST_SUPPORT = 0.87
 """Least share of a pallet's base that must rest on what it stands on."""
+LEAST_LAYER = 0.9
+"""Least share of a layer that must rest on the layer below it under the crush rule, which asks for 0.85: pieces stand a
+little off their cells."""
+_USED_ACROSS, _USED_BY_LOADS = 0.9, 0.75
+"""Shares of the strength that are used under the crush rule where pieces lie across joints, and by loads on top:
+weights go down unevenly where what presses is off centre, and a load stands some centimetres off the one below."""
 _TOUCH = 0.002
 """A base and a top that differ by less than this (m) are in contact."""
 _IN_LINE = 0.9
 """Two pieces are in line where their contact is at least this share of the larger base."""
 
 
-def without_overload(pieces: Pieces) -> list[tuple[ObjectModel, Transform]]:
+def without_overload(pieces: Pieces, *, crush_rule: bool = False) -> list[tuple[ObjectModel, Transform]]:
     """Return pieces without the uppermost ones that those below would not bear, level by level."""
     left = list(pieces)
-    while left and np.any(_burdens(left)[:, 0] > _strengths(left)):
+    while left and np.any(_burdens(left)[:, 0] > _allowed(left, crush_rule)):
         bottoms = np.array([_bottom(piece) for piece in left])
         left = [piece for piece, bottom in zip(left, bottoms, strict=True) if bottom < bottoms.max() - _TOUCH]
     return left
@@ -37,9 +44,35 @@ def without_overload(pieces: Pieces) -> list[tuple[ObjectModel, Transform]]:
 def bearing(pieces: Pieces, deck: Sequence[float]) -> float:
     """Return what may stand on pieces (kg), on a pallet of edges ``deck`` (m) of which ``LEAST_SUPPORT`` rests."""
     solid = [piece for piece in pieces if piece[0].collision]
-    burden, share = _burdens(solid, LEAST_SUPPORT * deck[0] * deck[1]).T
-    loaded = share > 0.0
-    return float(np.min((_strengths(solid) - burden)[loaded] / share[loaded], initial=np.inf))
+    low, high = _extents(solid)
+    bases = np.prod(high[:, :2] - low[:, :2], axis=1)
+    on_top = np.where(_uppermost(high), bases / (LEAST_SUPPORT * deck[0] * deck[1]), 0.0)
+    return _spare(solid, on_top, _strengths(solid))
+
+
+def bearing_under_boards(pieces: Pieces, pallet: ObjectModel) -> float:
+    """Return what may stand on pieces (kg) under the crush rule, on a ``pallet`` whose base boards press on them."""
+    solid = [piece for piece in pieces if piece[0].collision]
+    low, high = _extents(solid)
+    top = _uppermost(high)
+    boxes = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in pallet.collision])
+    feet = boxes[boxes[:, 0, 2] < boxes[:, 0, 2].min() + _TOUCH]
+    edges = np.minimum(high[:, None, :2], feet[None, :, 1, :2]) - np.maximum(low[:, None, :2], feet[None, :, 0, :2])
+    pressed = np.where(top, np.prod(np.maximum(edges, 0.0), axis=2).sum(axis=1), 0.0)
+    if not pressed.any():
+        return 0.0
+    strengths = np.array([bears(model) for model, _ in solid])
+    goods = np.array([is_goods(model) for model, _ in solid])
+    if np.any((strengths <= 0.0) & top & goods):
+        return 0.0
+    return _spare(solid, pressed / pressed.sum(), _USED_BY_LOADS * _allowed(solid, crush_rule=True))
+
+
+def layer_share(lower: Layer, upper: Layer, size: Float[np.ndarray, " k"]) -> float:
+    """Return the share of a layer of equal pieces that rests on the layer below it, 0-1."""
+    (low, high), (below_low, below_high) = upper.rectangles(size), lower.rectangles(size)
+    edges = np.minimum(high[:, None], below_high[None]) - np.maximum(low[:, None], below_low[None])
+    return float(np.prod(np.maximum(edges, 0.0), axis=2).sum() / np.prod(high - low, axis=1).sum())
 
 
 def supported_share(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transform) -> float:
@@ -53,18 +86,24 @@ def supported_share(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transf
     return float(np.sum(fill * np.prod(np.maximum(edges, 0.0), axis=1)) / (deck[0] * deck[1]))
 
 
-def _burdens(pieces: Pieces, deck_area: float = np.inf) -> Float[np.ndarray, "n 2"]:
-    """Return what stands on each piece (kg), and what each gets of a kilogram spread over ``deck_area`` (m^2) of tops.
+def _spare(pieces: Pieces, on_top: Float[np.ndarray, " n"], strengths: Float[np.ndarray, " n"]) -> float:
+    """Return what may stand on pieces (kg) of which each gets the share ``on_top`` of it directly."""
+    burden, share = _burdens(pieces, on_top).T
+    loaded = share > 0.0
+    return float(np.min((strengths - burden)[loaded] / share[loaded], initial=np.inf))
+
+
+def _burdens(pieces: Pieces, on_top: Float[np.ndarray, " n"] | None = None) -> Float[np.ndarray, "n 2"]:
+    """Return what stands on each piece (kg), and what each gets of a kilogram of which ``on_top`` goes to each.
 
     With S[i, j] the share of piece i that rests on piece j, burdens b solve b = S'(m + b) + t.
     """
-    low, high = _extents(pieces)
     contact = _contacts(pieces)
     resting = contact.sum(axis=1, keepdims=True)
     shares = np.divide(contact, resting, out=np.zeros_like(contact), where=resting > 0.0)
     masses = np.array([model.mass for model, _ in pieces])
-    on_top = np.where(_uppermost(high), np.prod(high[:, :2] - low[:, :2], axis=1) / deck_area, 0.0)
-    return np.linalg.solve(np.eye(len(pieces)) - shares.T, np.column_stack([shares.T @ masses, on_top]))
+    direct = np.zeros(len(pieces)) if on_top is None else on_top
+    return np.linalg.solve(np.eye(len(pieces)) - shares.T, np.column_stack([shares.T @ masses, direct]))
 
 
 def _contacts(pieces: Pieces) -> Float[np.ndarray, "n n"]:
@@ -75,15 +114,29 @@ def _contacts(pieces: Pieces) -> Float[np.ndarray, "n n"]:
     return np.where(touch, np.prod(np.maximum(edges, 0.0), axis=2), 0.0)
 
 
+def _allowed(pieces: Pieces, crush_rule: bool) -> Float[np.ndarray, " n"]:
+    """Return what each piece may carry (kg)."""
+    if not crush_rule:
+        return _strengths(pieces)
+    across = _across(pieces)
+    strengths = [bears(model, across=bool(x)) for (model, _), x in zip(pieces, across, strict=True)]
+    return np.array(strengths) * np.where(across, _USED_ACROSS, 1.0)
+
+
 def _strengths(pieces: Pieces) -> Float[np.ndarray, " n"]:
     """Return what each piece bears (kg) under what stands on it."""
+    across = _across(pieces)
+    return np.array([stacking_strength(model, across=bool(x)) for (model, _), x in zip(pieces, across, strict=True)])
+
+
+def _across(pieces: Pieces) -> Bool[np.ndarray, " n"]:
+    """Return on which pieces goods stand that are not in line with them."""
     low, high = _extents(pieces)
     bases = np.prod(high[:, :2] - low[:, :2], axis=1)
     contact = _contacts(pieces)
     goods = np.isfinite([stacking_strength(model) for model, _ in pieces])
     off = (contact > 0.0) & (contact < _IN_LINE * np.maximum(bases[:, None], bases[None])) & goods[:, None]
-    across = off.any(axis=0)
-    return np.array([stacking_strength(model, across=bool(x)) for (model, _), x in zip(pieces, across, strict=True)])
+    return np.asarray(off.any(axis=0))
 
 
 def _extents(pieces: Pieces) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:

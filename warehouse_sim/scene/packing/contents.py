@@ -6,16 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.strength import bears
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.packing.bearing import without_overload
+from warehouse_sim.scene.packing.bearing import LEAST_LAYER, layer_share, without_overload
 from warehouse_sim.scene.packing.layer import how_many
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
-from warehouse_sim.scene.packing.mixed import pack_mixed
+from warehouse_sim.scene.packing.mixed import Rests, pack_mixed
 from warehouse_sim.scene.packing.patterns import Cycle, Pattern, pattern_layers, possible_patterns
 from warehouse_sim.scene.packing.stacking import Tier, stack_tiers
 from warehouse_sim.schema import ObjectModel
 
+_CARRYING_SHARE, _CARRYING_LAYERS = 0.93, 4
+"""A load that carries another fills this share of its pallet, and each piece bears so many of its like."""
 Goods = list[tuple[ObjectModel, Transform]]
 """Models and their poses over the surface that carries them, whose middle is the origin."""
 
@@ -38,10 +41,10 @@ def draw_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> 
     Raises:
         PlacementError: Nothing that the recipe lists fits ``room``, or pieces cannot be jittered as asked.
     """
-    names = _kind(config, rng)
+    names, rule = _kind(config, rng), config.stacking.crush_rule
     if names is config.cartons and config.mixed_share > 0.0 and rng.random() < config.mixed_share:
-        return without_overload(_mixed(room, config, rng))
-    return without_overload(_equal(names, room, config, rng))
+        return without_overload(_mixed(room, config, rng), crush_rule=rule)
+    return without_overload(_equal(names, room, config, rng), crush_rule=rule)
 
 
 def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
@@ -51,7 +54,7 @@ def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) ->
         PlacementError: Nothing of the kind that is drawn fits ``room``.
     """
     names = _kind(config, rng)
-    model = catalog_object(str(rng.choice(_that_fit(names, room))))
+    model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
     listed = _listed_patterns(model, room, config)
     kind, one = model.class_name, (model.name,)
     return replace(
@@ -66,6 +69,26 @@ def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) ->
         sacks=one if kind == "sack" else config.sacks,
         patterns=(listed[int(rng.integers(len(listed)))],),
     )
+
+
+def that_carry(config: UnitLoadConfig, deck: tuple[float, float]) -> UnitLoadConfig:
+    """Return ``config`` with the articles of which a layer on a ``deck`` (m) carries another load; all where none does.
+
+    Drums carry none: their tops leave too much of a pallet without support.
+    """
+    cartons, totes, sacks = (_carrying(names, deck) or names for names in (config.cartons, config.totes, config.sacks))
+    return replace(config, cartons=cartons, totes=totes, sacks=sacks)
+
+
+def _carrying(names: Sequence[str], deck: tuple[float, float]) -> tuple[str, ...]:
+    chosen = []
+    for name in names:
+        model = catalog_object(name)
+        layer = pattern_layers("column", model.size, deck, 0.0)
+        share = len(layer[0]) * model.size[0] * model.size[1] / (deck[0] * deck[1]) if layer else 0.0
+        if share >= _CARRYING_SHARE and bears(model) >= _CARRYING_LAYERS * model.mass:
+            chosen.append(name)
+    return tuple(chosen)
 
 
 def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
@@ -83,7 +106,7 @@ def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
 
 def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
     """Draw layers of one kind of piece."""
-    model = catalog_object(str(rng.choice(_that_fit(names, room))))
+    model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
     cycle = _cycle(model, room, config, rng)
     wanted = min(config.height.draw(rng), room.height)
     per_layer = max(map(len, cycle))
@@ -92,6 +115,18 @@ def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.r
     is_round = model.class_name == "drum"
     tiers = [Tier(model.size, cycle[level % len(cycle)], is_round) for level in range(layers)]
     return [(model, T) for poses in stack_tiers(tiers, config.stacking, rng) for T in poses]
+
+
+def _that_stack(names: Sequence[str], room: Room, config: UnitLoadConfig) -> list[str]:
+    """Return those of ``names`` that fit ``room`` and, under the crush rule, bear their like; all that fit if none do.
+
+    Raises:
+        PlacementError: None fits.
+    """
+    fitting = _that_fit(names, room)
+    if not config.stacking.crush_rule:
+        return fitting
+    return [name for name in fitting if bears(model := catalog_object(name)) >= model.mass] or fitting
 
 
 def _that_fit(names: Sequence[str], room: Room) -> list[str]:
@@ -125,8 +160,19 @@ def _cycle(model: ObjectModel, room: Room, config: UnitLoadConfig, rng: np.rando
 
 def _listed_patterns(model: ObjectModel, room: Room, config: UnitLoadConfig) -> list[Pattern]:
     """Return those patterns of the recipe that the piece's size allows; columns when it allows none."""
-    possible = possible_patterns(model.size, room.area, config.stacking.gap_mm / 1000)
+    gap = config.stacking.gap_mm / 1000
+    possible = possible_patterns(model.size, room.area, gap)
+    if config.stacking.crush_rule:
+        possible = tuple(
+            pattern for pattern in possible if _layers_bear(pattern_layers(pattern, model.size, room.area, gap), model)
+        )
     return [pattern for pattern in config.patterns if pattern in possible] or ["column"]
+
+
+def _layers_bear(cycle: Cycle, model: ObjectModel) -> bool:
+    """Return whether each layer rests on most of the one below it."""
+    pairs = zip(cycle, (*cycle[1:], cycle[0]), strict=True)
+    return all(layer_share(lower, upper, model.size) >= LEAST_LAYER for lower, upper in pairs)
 
 
 def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
@@ -136,7 +182,8 @@ def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Good
     height = min(config.height.draw(rng), room.height)
     count = int(rng.integers(max(1, config.max_cartons // 2), config.max_cartons + 1))
     order = [catalog_object(str(name)) for name in rng.choice(names, count)]
-    order.sort(key=lambda model: (-float(model.size[0] * model.size[1]), -model.mass))
+    rule = config.stacking.crush_rule
+    order.sort(key=_heaviest_first if rule else _broadest_first)
     masses = np.cumsum([model.mass for model in order])
     order = [model for model, total in zip(order, masses, strict=True) if total <= room.payload]
     sizes = [model.size for model in order]
@@ -144,5 +191,21 @@ def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Good
     broadest = max(float(min(size[:2])) for size in sizes)
     area = tuple(edge + max(1, how_many(edge, broadest)) * config.stacking.gap_mm / 1000 for edge in room.area)
     tallest = max(float(size[2]) for size in sizes)
-    placed = pack_mixed(sizes, (area[0], area[1]), max(height, tallest + 0.001), config.stacking, rng)
+    rests = _rests(order) if rule else None
+    placed = pack_mixed(sizes, (area[0], area[1]), max(height, tallest + 0.001), config.stacking, rng, rests)
     return [(order[number], T) for number, T in placed]
+
+
+def _broadest_first(model: ObjectModel) -> tuple[float, ...]:
+    return -float(model.size[0] * model.size[1]), -model.mass
+
+
+def _heaviest_first(model: ObjectModel) -> tuple[float, ...]:
+    """Order by mass, and of what weighs the same, what bears most and is broadest first."""
+    return -model.mass, -bears(model), -float(model.size[0] * model.size[1])
+
+
+def _rests(order: Sequence[ObjectModel]) -> Rests:
+    """Return the crush rule for pieces in one load: none rests on a lighter one, or on one that would not bear it."""
+    masses, strengths = np.array([model.mass for model in order]), np.array([bears(model) for model in order])
+    return Rests((masses[:, None] <= masses[None]) & (masses[:, None] <= strengths[None]), LEAST_LAYER)

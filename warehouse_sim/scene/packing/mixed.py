@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.packing.layer import carried
@@ -30,9 +30,31 @@ class _Cells:
     """Upper corners of the cells (m)."""
     top: Float[np.ndarray, " n"]
     """Heights of the pieces' tops (m)."""
+    number: Int[np.ndarray, " n"]
+    """Numbers of the pieces."""
 
-    def grown(self, low: np.ndarray, high: np.ndarray, top: float) -> "_Cells":
-        return _Cells(np.vstack([self.low, low]), np.vstack([self.high, high]), np.append(self.top, top))
+    def grown(self, low: np.ndarray, high: np.ndarray, top: float, number: int) -> "_Cells":
+        return _Cells(
+            np.vstack([self.low, low]),
+            np.vstack([self.high, high]),
+            np.append(self.top, top),
+            np.append(self.number, number),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Rests:
+    """What may rest on what, and on how much of its base."""
+
+    allowed: Bool[np.ndarray, "n n"]
+    """Whether each piece (row) may rest on each other (column)."""
+    least: float = _LEAST_CARRIED
+    """Least share of a piece's base that must rest on what is below."""
+
+    @classmethod
+    def anywhere(cls, count: int) -> "Rests":
+        """Return leave for ``count`` pieces to rest on each other in any order."""
+        return cls(np.ones((count, count), bool))
 
 
 def pack_mixed(
@@ -41,6 +63,7 @@ def pack_mixed(
     height: float,
     config: StackingConfig,
     rng: np.random.Generator,
+    rests: Rests | None = None,
 ) -> list[tuple[int, Transform]]:
     """Stack as many of ``sizes`` as fit over a surface at z = 0.
 
@@ -50,27 +73,36 @@ def pack_mixed(
         height: Greatest height of the load (m).
         config: How carefully pieces are stacked; its layer settings do not apply.
         rng: Stream to draw from.
+        rests: What may rest on what; by default anything on anything.
 
     Returns:
         Number of the piece in ``sizes`` and pose of its centre; pieces that found no place are missing.
     """
     gap = config.gap_mm / 1000
-    cells = _Cells(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
+    cells = _Cells(np.empty((0, 2)), np.empty((0, 2)), np.empty(0), np.empty(0, int))
+    leave = Rests.anywhere(len(sizes)) if rests is None else rests
     placed = []
     for number, size in enumerate(sizes):
-        found = _lowest_place(cells, size, area, height, gap)
+        bars = ~leave.allowed[number, cells.number]
+        found = _lowest_place(cells, size, area, height, gap, bars, leave.least)
         if found is None:
             continue
         low, bottom, turned = found
         base = (size[1::-1] if turned else size[:2]) + gap
-        cells = cells.grown(low, low + base, bottom + size[2])
+        cells = cells.grown(low, low + base, bottom + size[2], number)
         centre = np.append(low + base / 2, bottom + size[2] / 2)
         placed.append((number, _inside_its_cell(centre, size, turned, base, config, rng)))
     return placed
 
 
 def _lowest_place(
-    cells: _Cells, size: Float[np.ndarray, " 3"], area: tuple[float, float], height: float, gap: float
+    cells: _Cells,
+    size: Float[np.ndarray, " 3"],
+    area: tuple[float, float],
+    height: float,
+    gap: float,
+    bars: Bool[np.ndarray, " n"],
+    least: float,
 ) -> tuple[Float[np.ndarray, " 2"], float, bool] | None:
     """Return lower corner (m), height (m) and quarter turn of the lowest place; of equals the one nearest a corner."""
     start, end = -np.array(area) / 2, np.array(area) / 2
@@ -82,8 +114,8 @@ def _lowest_place(
         low = low[np.all(low + base <= end + 1e-9, axis=1)]
         if not len(low):
             continue
-        bottom, share = _rest(cells, low, low + base)
-        good = (share >= _LEAST_CARRIED) & (bottom + size[2] <= height)
+        bottom, share = _rest(cells, low, low + base, bars)
+        good = (share >= least) & (bottom + size[2] <= height)
         if not good.any():
             continue
         rank = np.column_stack([np.round(bottom, 4), (low - start).sum(axis=1)])
@@ -93,14 +125,20 @@ def _lowest_place(
     return None if best is None else best[1:]
 
 
-def _rest(cells: _Cells, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height (m) at which each rectangle comes to rest and the share of it that is carried there."""
+def _rest(
+    cells: _Cells, low: np.ndarray, high: np.ndarray, bars: Bool[np.ndarray, " n"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the height (m) at which each rectangle comes to rest and the share of it that is carried there.
+
+    Nothing is carried where a piece is touched that ``bars``.
+    """
     over = np.all((low[:, None] < cells.high - 1e-9) & (high[:, None] > cells.low + 1e-9), axis=2)
     top = np.where(over, cells.top, 0.0).max(axis=1, initial=0.0)
     share = np.ones(len(low))
     for level in np.unique(top[top > 0.0]):
         rows, below = np.flatnonzero(top == level), np.abs(cells.top - level) < _LEVEL
         share[rows] = carried(low[rows], high[rows], cells.low[below], cells.high[below])
+        share[rows[(over[rows] & below & bars).any(axis=1)]] = 0.0
     return top + AIR, share
 
 

@@ -39,6 +39,9 @@ class StackingConfig:
     """Whether the cells taken in the top layer are any, or row by row from one side, as pickers leave them."""
     half_turn_share: Share = 0.0
     """Share of the pieces that are turned by 180 degrees, so that labels and marks face all ways, 0-1."""
+    crush_rule: bool = True
+    """Whether fragile goods carry nothing, heavy goods and loads stand low, what stands on a layer rests on 85 % of it,
+    and stacks of three loads and more are wrapped or strapped; no piece bears more than its strength in any case."""
 
 
 @dataclass(frozen=True, eq=False)
