@@ -16,7 +16,7 @@ BAD = [
     ("layout: {sides: left}", "layout", "sides must be one of 'one', 'both'"),
     ("layout: {beam_levels: [2.0, 2.1]}", "layout", "beam_levels must rise"),
     ("layout: {beam_levels: [], ground_level: false}", "layout", "no slot is left"),
-    ("layout: {aisle_width: -3}", "layout", "aisle_width must be 3-15 m, found -3.0"),
+    ("layout: {aisle_width: -3}", "layout", "aisle_width must be 1.5-15 m, found -3.0"),
     ("loads: {empty_share: 1.5}", "loads", "empty_share must be 0-1, found 1.5"),
     ("loads: {cartons: [carton_1x1x1]}", "loads", "cartons: unknown catalog object 'carton_1x1x1'"),
     ("loads: {cartons: [epal1]}", "loads", "cartons must list catalog objects of class carton"),

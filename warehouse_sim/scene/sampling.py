@@ -4,6 +4,7 @@ import numpy as np
 
 from warehouse_sim.catalog import materials_of
 from warehouse_sim.errors import PlacementError
+from warehouse_sim.scene.backdrop import fill_backdrop
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
@@ -42,6 +43,9 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         area = site.aisle
         add_luminaires(draft, recipe.lights, site)
         fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
+        fill_backdrop(
+            draft, site.backdrop, recipe.shelving, recipe.loads, "carton" in recipe.targets, stream("backdrop")
+        )
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))

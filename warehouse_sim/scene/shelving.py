@@ -1,12 +1,14 @@
 """Unit loads in the slots of a rack, short side out, each a little off and a little turned."""
 
+from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Annotated
 
 import numpy as np
 
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
@@ -15,8 +17,9 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
+from warehouse_sim.scene.packing.contents import one_article
 from warehouse_sim.scene.placing import jitter_scale
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
 
 _CLEARANCE = 0.01
 """Least distance between two loads or a load and the rack (m)."""
@@ -41,6 +44,10 @@ class ShelvingConfig:
     yaw_deg: Annotated[Distribution, Range(-20, 20, "deg")] = field(default=Distribution.normal(0.0, 2.5, -6.0, 6.0))
     """Turn of a pallet about the vertical against its slot (deg), -20 to 20."""
 
+    heavier_below: bool = False
+    """Whether the loads drawn for slots above each other are sorted: the heavier ones stand below, as they should."""
+    one_kind_share: Share = 0.0
+    """Share of the lanes of drive-in racks that hold one article on one type of pallet, 0-1."""
     hanging_film: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
     """Loads on beams with torn film that hangs down before what is below, a whole number 0-20."""
 
@@ -56,13 +63,63 @@ def fill_rack(
     if not slots:
         return
     count = max(1, round((1.0 - config.empty_slot_share) * len(slots)))
-    taken = [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])]
+    taken = _from_the_far_end(slots, [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])])
     structure = draft.solids().boxes
+    first = sorted_loads(taken, loads, rng) if config.heavier_below else {}
     # Loads of other bays and levels are behind an upright or a beam, so each bay is filled for itself.
     for bay, members in groupby(taken, key=lambda slot: slot.bay):
         bay_slots = list(members)
-        for load, T_world_load in _fill_bay(bay, bay_slots, structure, config, loads, rng):
+        kind = loads
+        if bay_slots[0].in_line and rng.random() < config.one_kind_share:
+            kind = one_kind(min(slot.headroom for slot in bay_slots), bay_slots[0].footprint, loads, rng)
+        drawn = [first[slot] for slot in bay_slots] if first else None
+        for load, T_world_load in _fill_bay(bay, bay_slots, structure, config, kind, rng, drawn):
             load.add_to(draft, T_world_load)
+
+
+def _from_the_far_end(slots: Sequence[Slot], taken: Sequence[Slot]) -> list[Slot]:
+    """Return as many slots of each bay as are ``taken``; of a lane those at its far end, as trucks fill it."""
+    chosen: list[Slot] = []
+    for bay, members in groupby(taken, key=lambda slot: slot.bay):
+        bay_slots = list(members)
+        if bay_slots[0].in_line:
+            bay_slots = [slot for slot in slots if slot.bay == bay][-len(bay_slots) :]
+        chosen += bay_slots
+    return chosen
+
+
+def sorted_loads(slots: Sequence[Slot], loads: UnitLoadConfig, rng: np.random.Generator) -> dict[Slot, UnitLoad]:
+    """Draw a load for each slot; among slots above each other the heaviest that fits stands lowest."""
+    found: dict[Slot, UnitLoad] = {}
+    columns: dict[tuple[float, float], list[Slot]] = defaultdict(list)
+    for slot in slots:
+        columns[round(float(slot.T_world_slot[0, 3]), 3), round(float(slot.T_world_slot[1, 3]), 3)].append(slot)
+    for column in columns.values():
+        drawn = [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in column]
+        upwards = sorted(column, key=lambda slot: float(slot.T_world_slot[2, 3]))
+        by_mass = sorted(drawn, key=lambda load: -load.mass)
+        fits = all(
+            load.height <= slot.headroom and load.mass <= slot.most_mass
+            for slot, load in zip(upwards, by_mass, strict=True)
+        )
+        found |= zip(upwards if fits else column, by_mass if fits else drawn, strict=True)
+    return found
+
+
+def one_kind(
+    headroom: float, footprint: tuple[float, float] | None, loads: UnitLoadConfig, rng: np.random.Generator
+) -> UnitLoadConfig:
+    """Return ``loads`` with one article on one type of pallet for slots of ``headroom`` (m) and ``footprint`` (m)."""
+    names = [
+        name
+        for name in loads.pallets
+        if footprint is None or np.all(catalog_object(name).size[:2] <= np.array(footprint) + 1e-6)
+    ]
+    if not names:
+        raise PlacementError(f"none of the recipe's pallets fits a lane's {footprint} m; list a smaller one")
+    name = str(rng.choice(names))
+    room = room_on(catalog_object(name), headroom, loads.overhang_mm.low)
+    return replace(one_article(room, loads, rng), pallets=(name,))
 
 
 def _fill_bay(
@@ -72,12 +129,14 @@ def _fill_bay(
     config: ShelvingConfig,
     loads: UnitLoadConfig,
     rng: np.random.Generator,
+    first: list[UnitLoad] | None = None,
 ) -> list[tuple[UnitLoad, Transform]]:
-    """Draw neighbouring loads and their poses; loads that fit in no try are drawn again."""
+    """Draw neighbouring loads, ``first`` those given, and their poses; loads that fit in no try are drawn again."""
     to_slots = [structure.distances_to(slot.T_world_slot[:3, 3]) for slot in slots]
     near = structure.subset(np.min(to_slots, axis=0) < _REACH)
     for _ in range(_LOAD_TRIES):
-        drawn = [build_unit_load(slot.headroom, loads, rng, slot.footprint) for slot in slots]
+        drawn = first or [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in slots]
+        first = None
         for _ in range(_BAY_TRIES):
             poses = _place_all(slots, drawn, near, config, rng)
             if poses is not None:

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
@@ -114,3 +115,63 @@ def test_guards_stand_before_each_upright_and_at_both_ends() -> None:
     assert names.count("rack_end_guard") == 2 * 2
     lowest = [i.T_world_object[2, 3] - draft.models[i.model].size[2] / 2 for i in draft.instances if "guard" in i.model]
     np.testing.assert_allclose(lowest, 0.0, atol=1e-9)
+
+
+def test_equal_levels_hang_at_the_holes_and_end_under_the_trusses() -> None:
+    layout = RackAisleConfig(levels=7, level_pitch=1.42)
+    np.testing.assert_allclose(np.array(layout.tops[:3]), [1.4, 2.85, 4.25])
+    for roof, clear in ((True, 7.2), (False, 9.0)):
+        draft = SceneDraft()
+        site = build_site(draft, layout, HallConfig(roof=roof), np.random.default_rng(0))
+        racks = [item for item in draft.instances if item.model.startswith("rack_")]
+        tops = [item.T_world_object[2, 3] + draft.models[item.model].size[2] / 2 for item in racks]
+        loads = [slot.T_world_slot[2, 3] + slot.headroom for slot in site.slots]
+        assert clear - 1.6 < max(loads) <= clear
+        assert max(tops) <= clear
+
+
+@pytest.mark.parametrize(("rows", "depth"), [(0, 1.1), (1, 2.5), (2, 2.5 + 3.0 + 1.1), (3, 2 * 2.5 + 3.0)])
+def test_racks_behind_stand_back_to_back_with_a_flue_and_aisles_between(rows: int, depth: float) -> None:
+    layout = RackAisleConfig(bays=2, rows_behind=rows, aisle_width=3.0, sides="both", truck="reach")
+    assert layout.depth == pytest.approx(depth)
+    draft = SceneDraft()
+    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    frames = [item for item in draft.instances if item.model.startswith("rack_frame")]
+    y = sorted({round(float(item.T_world_object[1, 3]) - 0.55, 3) for item in frames if item.T_world_object[1, 3] > 0})
+    np.testing.assert_allclose(y, [0.0, 1.4, 5.5, 6.9][: rows + 1])
+    assert len(site.backdrop) == rows * len(site.slots)
+    for slot in site.backdrop:
+        # x of a slot points into its rack: odd rows face away from the aisle.
+        assert abs(slot.T_world_slot[1, 0]) == pytest.approx(1.0)
+    assert [item.model for item in draft.instances].count("row_spacer") == 2 * 3 * 2 * ((rows + 1) // 2)
+
+
+def test_a_truck_wants_an_aisle_of_its_width() -> None:
+    with pytest.raises(ConfigError, match=r"aisle_width must be 1.6-1.9 m for truck very_narrow, found 9.5"):
+        RackAisleConfig(truck="very_narrow")
+
+
+def test_more_racks_than_the_hall_holds_are_refused() -> None:
+    layout = RackAisleConfig(rows_behind=8, aisle_width=6.0)
+    with pytest.raises(PlacementError, match=r"lower layout\.rows_behind"):
+        build_site(SceneDraft(), layout, HallConfig(), np.random.default_rng(0))
+
+
+def test_a_level_carries_what_the_load_notice_says_and_the_floor_more() -> None:
+    _, slots = build(bays=1, bay_load=2400.0)
+    assert [slot.most_mass for slot in slots] == 3 * [np.inf] + 6 * [pytest.approx(800.0)]
+
+
+def test_signs_hang_free_of_each_other_on_what_carries_them() -> None:
+    draft, slots = build(bays=2, beams="step", signs=True, guards=True, beam_levels=(1.5, 3.0), support_bars=True)
+    names = [item.model for item in draft.instances]
+    assert (names.count("load_notice"), names.count("frame_label")) == (2, 3)
+    assert names.count("beam_label") == len([slot for slot in slots if slot.T_world_slot[2, 3] > 0])
+    assert names.count("pallet_support_bar") == 2 * names.count("beam_label")
+    solids = draft.solids()
+    kind = {item.instance_id: item.model for item in draft.instances}
+    pairs = solids.boxes.pairs(solids.boxes, 0.0)
+    pairs = pairs[solids.owner[pairs[:, 0]] < solids.owner[pairs[:, 1]]]
+    deep = solids.boxes.separation(solids.boxes, pairs).distance < -1e-6
+    touched = {frozenset((kind[solids.owner[a]], kind[solids.owner[b]])) for a, b in pairs[deep]}
+    assert not {name for pair in touched for name in pair} & {"load_notice", "frame_label", "beam_label"}

@@ -29,7 +29,16 @@ RACKS = {
     **{name: f"{_ROOM}.beams:{builder.__name__}" for name, builder in BEAM_BUILDERS.items()},
     **{
         name: f"{_ROOM}.accessories:{name}"
-        for name in ("mesh_deck", "pallet_support_bar", "upright_guard", "rack_end_guard", "load_notice")
+        for name in (
+            "mesh_deck",
+            "pallet_support_bar",
+            "upright_guard",
+            "rack_end_guard",
+            "load_notice",
+            "beam_label",
+            "frame_label",
+            "row_spacer",
+        )
     },
 }
 """Catalog name -> where its builder is."""

@@ -119,6 +119,52 @@ def load_notice(name: str = "load_notice") -> ObjectModel:
     )
 
 
+def beam_label(name: str = "beam_label") -> ObjectModel:
+    """Build a location's label, 105 x 74 mm (A7), face at -y: white foil with the bars of a code and a line of text."""
+    width, height, ink = 0.105, 0.074, 0.0004
+    plate = box_part((width, 0.001 - ink, height), (0.0, ink / 2, 0.0), "sign_white")
+    face = -0.0005 + ink / 2
+    # 23 modules: bars and gaps of one or two modules each, as in Code 128.
+    bars, x = [], -0.046
+    for bar, gap in ((2, 1), (1, 2), (2, 2), (1, 1), (1, 2), (2, 1), (1, 1), (2, 1)):
+        wide = 0.004 * bar
+        bars.append(box_part((wide, ink, 0.034), (x + wide / 2, face, -0.014), "print_dark"))
+        x += wide + 0.004 * gap
+    text = [box_part((0.013, ink, 0.016), (at, face, 0.02), "print_dark") for at in np.linspace(-0.036, 0.036, 5)]
+    return _plate(name, 503, (width, 0.001, height), [plate, *bars, *text], 0.01)
+
+
+def frame_label(name: str = "frame_label") -> ObjectModel:
+    """Build the number of a bay on its upright, 95 x 148 mm (narrow A6), face at -y: yellow with two dark figures."""
+    width, height, ink = 0.095, 0.148, 0.0005
+    plate = box_part((width, 0.002 - ink, height), (0.0, ink / 2, 0.0), "guard_yellow")
+    face = -0.001 + ink / 2
+    marks = [((0.016, ink, 0.08), (-0.024, face, 0.02)), ((0.034, ink, 0.016), (0.02, face, 0.052))]
+    marks += [((0.034, ink, 0.016), (0.02, face, -0.012)), ((0.016, ink, 0.048), (0.011, face, 0.02))]
+    marks += [((0.07, ink, 0.02), (0.0, face, -0.052))]
+    return _plate(name, 504, (width, 0.002, height), [plate, *(box_part(*mark, "guard_black") for mark in marks)], 0.05)
+
+
+def row_spacer(name: str = "row_spacer") -> ObjectModel:
+    """Build the tie between the frames of racks back to back: a channel of 60 x 40 mm, 300 mm along y, with plates."""
+    length = 0.3
+    body = box_part((0.04, length - 0.012, 0.06), (0.0, 0.0, 0.0), "rack_blue")
+    ends = [box_part((0.08, 0.006, 0.1), (0.0, side * (length - 0.006) / 2, 0.0), "galvanised") for side in (-1.0, 1.0)]
+    return _rack_piece(name, 505, (0.08, length, 0.1), [body, *ends], SymmetryGroup.turns("z", 2))
+
+
+def _plate(name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], mass: float) -> ObjectModel:
+    return ObjectModel(
+        name=name,
+        class_name="sign",
+        obj_id=obj_id,
+        size=np.array(size),
+        parts=fused(parts),
+        collision=(solid_box(size),),
+        mass=mass,
+    )
+
+
 def _rack_piece(
     name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], symmetry: SymmetryGroup
 ) -> ObjectModel:

@@ -17,9 +17,21 @@ FRAME_DEPTH = 1.1
 
 _LACING_PITCH = 0.6
 _PLATE = (0.15, UPRIGHT_DEPTH + 0.04, 0.006)
-_FRAME_HEIGHTS_MM = (2000, 2500, 3500, 4500, 5500, 6500, 8000)
+_OBJ_IDS = {
+    2000: 101,
+    2500: 102,
+    3500: 103,
+    4500: 104,
+    5500: 105,
+    6500: 106,
+    8000: 107,
+    9500: 500,
+    11000: 501,
+    13000: 502,
+}
+"""Height (mm) -> obj_id."""
 
-FRAME_HEIGHTS = {f"rack_frame_{mm}": mm / 1000 for mm in _FRAME_HEIGHTS_MM}
+FRAME_HEIGHTS = {f"rack_frame_{mm}": mm / 1000 for mm in _OBJ_IDS}
 """Catalog name -> height (m), lowest first."""
 
 
@@ -41,7 +53,7 @@ def rack_frame(name: str) -> ObjectModel:
     return ObjectModel(
         name=name,
         class_name="rack",
-        obj_id=101 + _FRAME_HEIGHTS_MM.index(round(1000 * height)),
+        obj_id=_OBJ_IDS[round(1000 * height)],
         size=np.array([_PLATE[0], FRAME_DEPTH + _PLATE[1] - UPRIGHT_DEPTH, height]),
         parts=(front, back, *fused([*plates, *_anchors(height, offset), *lacing])),
         collision=(*uprights, *collision_boxes(plates + lacing)),

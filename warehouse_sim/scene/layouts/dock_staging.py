@@ -52,6 +52,7 @@ class DockStagingConfig(Layout):
     """Height that a stack may take (m), 1-5."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.lanes_per_door * self.lane_width > MODULE_LENGTH:
             raise ValueError(
                 f"{self.lanes_per_door} lanes of {self.lane_width} m do not fit the {MODULE_LENGTH} m of a door; "

@@ -1,6 +1,6 @@
 """Two kinds of storage face to face across one aisle."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,6 +26,7 @@ class MixedConfig(Layout):
     """Layout of the side opposite, any kind but mixed."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if isinstance(self.front, MixedConfig) or isinstance(self.back, MixedConfig):
             raise ValueError("front and back must be single layouts, not mixed again")
         if self.back.door_modules:
@@ -55,6 +56,10 @@ class MixedConfig(Layout):
     def opposite(self) -> Layout:
         """The back."""
         return self.back
+
+    def under(self, clear_height: float) -> "MixedConfig":
+        """Return both sides as they fit the hall."""
+        return replace(self, front=self.front.under(clear_height), back=self.back.under(clear_height))
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the front."""

@@ -1,4 +1,4 @@
-"""One selective rack: frames, beams, decks and guards, and the places for pallets that they make.
+"""One selective rack: frames, beams, decks and bars, and the places for pallets that they make.
 
 Frame of a rack: x along the aisle, y into the rack, z up; its front is the plane y = 0, its middle x = 0.
 """
@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import HEIGHT as PALLET_HEIGHT
 from warehouse_sim.catalog.racks import (
     BEAM_DEPTH,
@@ -25,6 +24,7 @@ from warehouse_sim.catalog.racks import (
 from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, frame_pose
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.rack_fittings import add_beam_labels, add_frame_signs, add_guards
 from warehouse_sim.scene.layouts.site import Slot
 
 LOAD_CLEARANCE = 0.1
@@ -33,8 +33,8 @@ _HEADROOM_ABOVE_TOP = 1.3
 """Height that a load on the top level may take, pallet included (m)."""
 _FRAME_OVER_TOP_BEAM = 0.5
 """End frames rise at least this far above the top beam (m)."""
-_GUARD_GAP = 0.05
-"""Free space between a guard and the rack (m)."""
+_BAR = 0.28
+"""Distance of a support bar from the middle of its pallet (m)."""
 _REACH = 0.5
 """How far to both sides of its middle a pallet may lie on a beam (m)."""
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -58,12 +58,28 @@ class Rack:
     """"box" or "step"."""
     mesh_decks: bool
     guards: bool
+    support_bars: bool = False
+    """Whether two bars lie under each place; with step beams and without decks."""
+    signs: bool = False
+    """Whether load notices hang at the ends and labels on beams and uprights."""
+    bay_load: float = np.inf
+    """What a level of a bay may carry (kg)."""
     limits: RackTolerances = field(default_factory=RackTolerances)
 
     @property
     def pitch(self) -> float:
         """Distance between the axes of neighbouring frames (m)."""
         return self.bay_width + UPRIGHT_WIDTH
+
+    @property
+    def frames(self) -> list[float]:
+        """Places of the frames' axes along x (m)."""
+        return [(index - self.bays / 2) * self.pitch for index in range(self.bays + 1)]
+
+    @property
+    def frame_height(self) -> float:
+        """Height of the frames (m)."""
+        return _frame_above(max(self.levels, default=1.0))[1]
 
 
 def build_rack(
@@ -78,7 +94,7 @@ def build_rack(
         first_bay: Number of its first bay.
         rng: Where deviations from the drawing come from; None builds exactly what is drawn.
     """
-    _add_frames(draft, rack, T_world_rack, rng)
+    T_world_feet = _add_frames(draft, rack, T_world_rack, rng)
     levels = ([0.0] if rack.ground_level else []) + list(rack.levels)
     slots: list[Slot] = []
     for bay in range(rack.bays):
@@ -90,19 +106,38 @@ def build_rack(
             if free >= PALLET_HEIGHT:
                 slots += _slots(T_world_rack, rack, x, level, free, tops, first_bay + bay * len(levels) + number)
     if rack.guards:
-        _add_guards(draft, rack, T_world_rack)
+        add_guards(draft, rack.bays, rack.pitch, T_world_rack)
+    if rack.signs:
+        add_frame_signs(draft, rack.levels, T_world_feet)
     return slots
 
 
-def _add_frames(draft: SceneDraft, rack: Rack, T_world_rack: Transform, rng: np.random.Generator | None) -> None:
-    top = max(rack.levels, default=1.0)
-    name, height = next(
-        (name, height) for name, height in FRAME_HEIGHTS.items() if height >= top + _FRAME_OVER_TOP_BEAM
+def height_over_all(top: float) -> float:
+    """Return how high (m) a rack whose highest beam's top is at ``top`` (m) reaches with its frames and loads."""
+    return max(_frame_above(top)[1], top + _HEADROOM_ABOVE_TOP)
+
+
+def _frame_above(top: float) -> tuple[str, float]:
+    """Return name and height (m) of the lowest frame that carries a beam at ``top`` (m)."""
+    return next(
+        ((name, height) for name, height in FRAME_HEIGHTS.items() if height >= top + _FRAME_OVER_TOP_BEAM),
+        list(FRAME_HEIGHTS.items())[-1],
     )
-    for index in range(rack.bays + 1):
-        at = np.array([(index - rack.bays / 2) * rack.pitch, FRAME_DEPTH / 2, height / 2])
+
+
+def _add_frames(
+    draft: SceneDraft, rack: Rack, T_world_rack: Transform, rng: np.random.Generator | None
+) -> list[Transform]:
+    """Add the frames; return T_world_foot of each."""
+    name, height = _frame_above(max(rack.levels, default=1.0))
+    T_frame_foot = make_transform(translation=np.array([0.0, 0.0, -height / 2]))
+    feet = []
+    for x in rack.frames:
+        at = np.array([x, FRAME_DEPTH / 2, height / 2])
         T_nominal_frame = np.eye(4) if rng is None else frame_pose(height, rack.limits, rng)
-        draft.add(name, T_world_rack @ make_transform(translation=at) @ T_nominal_frame)
+        frame = draft.add(name, T_world_rack @ make_transform(translation=at) @ T_nominal_frame)
+        feet.append(frame.T_world_object @ T_frame_foot)
+    return feet
 
 
 def _add_level(
@@ -128,6 +163,14 @@ def _add_level(
             at = np.array([x + (index - (count - 1) / 2) * rack.bay_width / count, FRAME_DEPTH / 2, top])
             at[2] -= STEP_HEIGHT / 2
             draft.add("mesh_deck", T_world_rack @ make_transform(translation=at))
+    if rack.support_bars and step:
+        for place in rack.places:
+            for side in (-_BAR, _BAR):
+                at = np.array([x + place + side, FRAME_DEPTH / 2, top - STEP_HEIGHT / 2])
+                draft.add("pallet_support_bar", T_world_rack @ make_transform(translation=at))
+    if rack.signs:
+        T_world_front = T_world_rack @ tops[0] @ make_transform(translation=np.array([0.0, -BEAM_DEPTH / 2, 0.0]))
+        add_beam_labels(draft, rack.places, T_world_front)
     return tops
 
 
@@ -140,6 +183,7 @@ def _slots(
             @ make_transform(_QUARTER_TURN, np.array([x + dx, FRAME_DEPTH / 2, _support_height(z, tops, x + dx)])),
             headroom,
             bay,
+            most_mass=np.inf if z == 0.0 else rack.bay_load / len(rack.places),
         )
         for dx in rack.places
     ]
@@ -155,17 +199,3 @@ def _support_height(nominal: float, tops: list[Transform], x: float) -> float:
         along = T_rack_top[0, 0] * (x - T_rack_top[0, 3])
         heights.append(float(transform_points(T_rack_top, ends + np.array([along, 0.0, 0.0]))[:, 2].max()))
     return max(heights)
-
-
-def _add_guards(draft: SceneDraft, rack: Rack, T_world_rack: Transform) -> None:
-    """Add a barrier across each end of the rack and a guard before each front upright."""
-    barrier, guard = catalog_object("rack_end_guard"), catalog_object("upright_guard")
-    half = rack.bays * rack.pitch / 2
-    for side in (-1.0, 1.0):
-        x = side * (half + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
-        T_rack_barrier = make_transform(None if side > 0 else _HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
-        T_rack_barrier[2, 3] = barrier.size[2] / 2
-        draft.add("rack_end_guard", T_world_rack @ T_rack_barrier)
-    for index in range(rack.bays + 1):
-        at = np.array([(index - rack.bays / 2) * rack.pitch, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2])
-        draft.add("upright_guard", T_world_rack @ make_transform(translation=at))

@@ -7,12 +7,13 @@ positive y; the aisle is the strip from y = -width to 0. The floor is z = 0.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 
+from warehouse_sim.catalog.building import FLOOR_SIZE, TRUSS_SIZE, WALL_SIZE
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.errors import ConfigError, PlacementError, shown
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -21,6 +22,19 @@ from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_h
 _COLUMN_GAP = 0.65
 """Free space behind a side with columns (m)."""
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+
+
+Truck = Literal["any", "counterbalance", "reach", "very_narrow", "pallet_jack"]
+"""What works in an aisle."""
+AISLES: dict[Truck, tuple[float, float]] = {
+    "any": (1.5, 15.0),
+    "counterbalance": (3.5, 4.2),
+    "reach": (2.7, 3.0),
+    "very_narrow": (1.6, 1.9),
+    "pallet_jack": (2.0, 2.4),
+}
+"""Least and greatest width (m) of the aisle that each truck works in with EPAL 1 pallets, after the working aisle
+widths of makers' data sheets (VDI 2198): counterbalanced truck, reach truck, man-up turret truck, hand pallet truck."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +49,10 @@ class Slot:
     """Number of the bay and level; slots of one bay are neighbours."""
     footprint: tuple[float, float] | None = None
     """Greatest edges of a pallet along x and y (m); None leaves it to the recipe."""
+    most_mass: float = np.inf
+    """Greatest mass of pallet and goods (kg): a pallet's share of what the load notice allows its level."""
+    in_line: bool = False
+    """Whether the bay is a lane: slots in order from the aisle, reached through each other, filled from the far end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +73,8 @@ class Side:
 
     slots: Sequence[Slot] = ()
     lanes: Sequence[Lane] = ()
+    backdrop: Sequence[Slot] = ()
+    """Slots of racks behind the one along the aisle, which nothing in the aisle reaches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +87,8 @@ class Site:
     lanes: tuple[Lane, ...]
     hall: Area
     """The floor between the inner faces of the hall's walls."""
+    backdrop: tuple[Slot, ...] = ()
+    """Slots that are seen and not reached; what stands there is fixed."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +103,20 @@ class Layout(ABC):
     kinds: ClassVar[dict[str, "type[Layout]"]] = {}
     """Value of ``layout.kind`` in a recipe -> its settings: every layout that is defined."""
 
-    aisle_width: Annotated[float, Range(3, 15, "m")] = 9.5
-    """Free floor in front (m), 3-15; an observation needs its distance and about 1 m more."""
+    aisle_width: Annotated[float, Range(1.5, 15, "m")] = 9.5
+    """Free floor in front (m), 1.5-15; an observation needs its distance and about 1 m more, unless it looks along."""
+    truck: Truck = "any"
+    """What works in the aisle; a truck by name wants an aisle of its width (``AISLES``), any takes every width."""
 
     def __init_subclass__(cls) -> None:
         cls.kinds[cls.kind] = cls
+
+    def __post_init__(self) -> None:
+        low, high = AISLES[self.truck]
+        if not low <= self.aisle_width <= high:
+            raise ValueError(
+                f"aisle_width must be {low}-{high} m for truck {self.truck}, found {self.aisle_width}; change either"
+            )
 
     @property
     @abstractmethod
@@ -111,6 +142,10 @@ class Layout(ABC):
     def opposite(self) -> "Layout | None":
         """What stands on the other side of the aisle; None for a wall at the hall's end."""
         return None
+
+    def under(self, clear_height: float) -> "Layout":
+        """Return the layout as it fits a hall of ``clear_height`` (m) over the floor; most fit as they are."""
+        return self
 
     @abstractmethod
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
@@ -165,9 +200,11 @@ def aisle_area(layout: Layout) -> Area:
 
 def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.random.Generator) -> Site:
     """Add the hall and both sides of the aisle to ``draft``."""
+    layout = layout.under(_clear_height(hall))
     other = layout.opposite
     y_front = layout.depth + _wall_gap(layout, hall)
     y_back = -layout.aisle_width - other.depth - _wall_gap(other, hall) if other else None
+    _require_floor(y_front, y_back, aisle_area(layout))
     walls = build_hall(draft, hall, y_front, y_back, layout.door_modules)
     sides = [layout.build_side(draft, np.eye(4), 0, rng)]
     if other is not None:
@@ -176,7 +213,28 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     slots = tuple(slot for side in sides for slot in side.slots)
     lanes = tuple(lane for side in sides for lane in side.lanes)
     add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
-    return Site(aisle_area(layout), slots, lanes, walls)
+    backdrop = tuple(slot for side in sides for slot in side.backdrop)
+    return Site(aisle_area(layout), slots, lanes, walls, backdrop)
+
+
+def _clear_height(hall: HallConfig) -> float:
+    """Return the free height (m) under what carries the roof."""
+    return WALL_SIZE[2] - (TRUSS_SIZE[2] if hall.roof else 0.0)
+
+
+def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:
+    """Refuse what is larger than the slab.
+
+    Raises:
+        PlacementError: It is.
+    """
+    half = FLOOR_SIZE[1] / 2 - WALL_SIZE[1]
+    needed = max(y_front, -(aisle.y_min if y_back is None else y_back))
+    if needed > half or aisle.x_max > FLOOR_SIZE[0] / 2 - WALL_SIZE[1]:
+        raise PlacementError(
+            f"the layout reaches {needed:.1f} m across and {aisle.x_max:.1f} m along from the middle, the hall "
+            f"{half:.1f} m; lower layout.rows_behind, layout.bays or layout.aisle_width"
+        )
 
 
 def _wall_gap(layout: Layout, hall: HallConfig) -> float:

@@ -11,6 +11,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.backdrop import is_backdrop
 from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
@@ -52,7 +53,7 @@ class FreeSpace:
             PlacementError: There is no target.
         """
         instances = list(instances)
-        chosen = tuple(item for item in instances if models[item.model].class_name in targets)
+        chosen = tuple(item for item in instances if models[item.model].class_name in targets and not is_backdrop(item))
         if not chosen:
             raise PlacementError(f"no object of the scene is of a target class ({', '.join(targets)})")
         return cls(Solids.of(instances, models), area, models, chosen)

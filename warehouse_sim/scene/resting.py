@@ -1,0 +1,127 @@
+"""Loads that rest by construction: level pieces lowered onto level tops, each with its weight over what carries it.
+
+What is proved here needs no simulation: a piece that touches what is under it, whose centre of mass lies inside the
+hull of the places where it does, stays (a rigid body on rigid supports; friction is not needed as nothing is inclined).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.schema import ObjectModel
+
+_LEVEL = 1e-7
+"""Boxes whose axis is off the vertical by less (rad) are level."""
+_TOUCH = 0.0002
+"""Tops within this of the highest (m) carry, too: the air that a simulation's soft contact closes."""
+_MOST_DROP, _MOST_SINK = 0.01, 0.001
+"""A piece is lowered by at most the first and raised by at most the second (m)."""
+_MARGIN = 0.01
+"""The centre of mass lies at least this far inside the hull of the contact (m)."""
+_GRID = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 2), axis=-1).reshape(-1, 2)
+_WAYS = np.stack([np.cos(np.arange(16) * np.pi / 8), np.sin(np.arange(16) * np.pi / 8)])
+
+
+def drop_to_rest(boxes: BoxStack, below: BoxStack) -> float | None:
+    """Return how far (m) a piece sinks until it rests on what is ``below``; None where that is not proved.
+
+    Args:
+        boxes: The collision boxes of the piece; its mass is spread over them evenly.
+        below: Boxes that do not move.
+    """
+    if not is_level(boxes).all():
+        return None
+    bottoms = boxes.centre[:, 2] - boxes.half[:, 2]
+    low = float(bottoms.min())
+    tops = below.centre[:, 2] + below.half[:, 2]
+    lows, highs = boxes.extents()
+    under_low, under_high = below.extents()
+    near = (under_low[:, :2] <= highs[:, :2].max(axis=0)).all(axis=1)
+    near &= (under_high[:, :2] >= lows[:, :2].min(axis=0)).all(axis=1)
+    near &= (under_high[:, 2] >= low - _MOST_DROP) & (under_low[:, 2] < low)
+    carrying = below.subset(near)
+    if not near.any() or not is_level(carrying).all():
+        return None
+    points = _sole(boxes, bottoms <= low + _TOUCH)
+    heights = _heights(points, carrying, tops[near], low + _MOST_SINK)
+    top = float(heights.max())
+    if not -_MOST_SINK <= low - top <= _MOST_DROP:
+        return None
+    volume = np.prod(boxes.half, axis=1)
+    middle = volume @ boxes.centre[:, :2] / volume.sum()
+    reach = ((points[heights >= top - _TOUCH] - middle) @ _WAYS).max(axis=0)
+    return low - top if bool((reach >= _MARGIN).all()) else None
+
+
+def lowered_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[tuple[ObjectModel, Transform]]:
+    """Return a unit load with its pallet on z = 0 and each piece on what carries it; pieces without proof stay."""
+    return [(model, T) for (model, _), T in zip(pieces, _lowered(pieces)[0], strict=True)]
+
+
+def proved_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[Transform] | None:
+    """Return the poses of a load's pieces, lowered onto each other and not onto z = 0; None where one lacks proof."""
+    poses, proved = _lowered(pieces, on_floor=False)
+    return poses if proved else None
+
+
+def is_level(boxes: BoxStack) -> np.ndarray:
+    """Return of each box whether its own z axis is vertical."""
+    return np.abs(boxes.rotation[:, 2, :2]).max(axis=1, initial=0.0) < _LEVEL
+
+
+def _lowered(pieces: Sequence[tuple[ObjectModel, Transform]], on_floor: bool = True) -> tuple[list[Transform], bool]:
+    """Lower the pieces of a load, the lowest first; the first piece is the pallet."""
+    stacks = [
+        BoxStack.of([box.placed(T) for box in model.collision]) if model.collision else None for model, T in pieces
+    ]
+    poses, proved = [T for _, T in pieces], True
+    done: list[BoxStack] = []
+    solid = [
+        (float((stack.centre[:, 2] - stack.half[:, 2]).min()), n) for n, stack in enumerate(stacks) if stack is not None
+    ]
+    for bottom, number in sorted(solid):
+        stack = stacks[number]
+        assert stack is not None
+        drop: float | None = bottom if on_floor else 0.0
+        if number:
+            drop = drop_to_rest(stack, _joined(done))
+            proved &= drop is not None
+        drop = drop or 0.0
+        poses[number] = _lower(poses[number], drop)
+        done.append(BoxStack(stack.centre - [0.0, 0.0, drop], stack.rotation, stack.half))
+    return poses, proved
+
+
+def _lower(T: Transform, drop: float) -> Transform:
+    lowered = T.copy()
+    lowered[2, 3] -= drop
+    return lowered
+
+
+def _joined(stacks: Sequence[BoxStack]) -> BoxStack:
+    return BoxStack(
+        np.concatenate([stack.centre for stack in stacks]),
+        np.concatenate([stack.rotation for stack in stacks]),
+        np.concatenate([stack.half for stack in stacks]),
+    )
+
+
+def _sole(boxes: BoxStack, lowest: np.ndarray) -> Float[np.ndarray, "n 2"]:
+    """Return a grid of points (m) on the lowest faces, edges and corners among them."""
+    chosen = boxes.subset(lowest)
+    offsets = _GRID[None] * chosen.half[:, None, :2]
+    turned = np.einsum("bij,bpj->bpi", chosen.rotation[:, :2, :2], offsets)
+    return (chosen.centre[:, None, :2] + turned).reshape(-1, 2)
+
+
+def _heights(
+    points: Float[np.ndarray, "n 2"], boxes: BoxStack, tops: Float[np.ndarray, " m"], limit: float
+) -> Float[np.ndarray, " n"]:
+    """Return the highest top (m) under each point that is not over ``limit``; minus infinity where there is none."""
+    away = points[:, None] - boxes.centre[None, :, :2]
+    own = np.einsum("mji,nmj->nmi", boxes.rotation[:, :2, :2], away)
+    over = (np.abs(own) <= boxes.half[None, :, :2]).all(axis=2) & (tops <= limit)
+    return np.where(over, tops, -np.inf).max(axis=1)
