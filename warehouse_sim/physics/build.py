@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
+from warehouse_sim.geometry.pose import invert, quat_wxyz_from_matrix
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 FRICTION = (0.5, 0.005, 0.0001)
@@ -27,7 +27,10 @@ _ARENA_BYTES = 1 << 28
 
 
 def to_mjspec(
-    scene: SceneSpec, instances: Iterable[ObjectInstance] | None = None, solids: Sequence[OrientedBox] = ()
+    scene: SceneSpec,
+    instances: Iterable[ObjectInstance] | None = None,
+    solids: Sequence[OrientedBox] = (),
+    blocks: Iterable[Sequence[ObjectInstance]] = (),
 ) -> mujoco.MjSpec:
     """Build the MuJoCo specification of ``instances`` of ``scene``, of all by default.
 
@@ -37,6 +40,7 @@ def to_mjspec(
         scene: Where the models come from.
         instances: What to build, at its own poses.
         solids: More fixed boxes, in the world: what the instances may touch.
+        blocks: Objects that move as one body, named after the first of them, whose pose is the body's.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"scene_{scene.scene_index:06d}"
@@ -50,6 +54,8 @@ def to_mjspec(
         _add_box(spec.worldbody, box)
     for instance in scene.instances if instances is None else instances:
         _add_instance(spec, instance, scene.model_of(instance))
+    for block in blocks:
+        _add_block(spec, block, scene)
     return spec
 
 
@@ -65,6 +71,23 @@ def _add_instance(spec: mujoco.MjSpec, instance: ObjectInstance, model: ObjectMo
     volumes = [float(np.prod(box.size)) for box in model.collision]
     for index, (box, volume) in enumerate(zip(model.collision, volumes, strict=True)):
         _add_box(body, box, name=f"{name}:{index}", mass=model.mass * volume / sum(volumes))
+
+
+def _add_block(spec: mujoco.MjSpec, members: Sequence[ObjectInstance], scene: SceneSpec) -> None:
+    first = members[0]
+    body = spec.worldbody.add_body(
+        name=str(first.instance_id),
+        pos=first.T_world_object[:3, 3],
+        quat=quat_wxyz_from_matrix(first.T_world_object[:3, :3]),
+    )
+    body.add_freejoint()
+    T_first_world = invert(first.T_world_object)
+    for item in members:
+        model = scene.model_of(item)
+        volumes = [float(np.prod(box.size)) for box in model.collision]
+        for index, (box, volume) in enumerate(zip(model.collision, volumes, strict=True)):
+            placed = box.placed(T_first_world @ item.T_world_object)
+            _add_box(body, placed, name=f"{item.instance_id}:{index}", mass=model.mass * volume / sum(volumes))
 
 
 def _add_box(body: mujoco.MjsBody, box: OrientedBox, **settings: str | float) -> None:

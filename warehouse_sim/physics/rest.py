@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import Transform, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, matrix_from_quat_wxyz
 from warehouse_sim.physics.build import to_mjspec
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, SceneSpec
@@ -65,6 +65,7 @@ def bring_to_rest(
     solids: Sequence[OrientedBox],
     limits: RestLimits,
     blow: Blow | None = None,
+    blocks: Sequence[Sequence[ObjectInstance]] = (),
 ) -> Rest:
     """Simulate ``members`` of ``scene`` among fixed ``solids`` until they rest or time is up.
 
@@ -74,8 +75,9 @@ def bring_to_rest(
         solids: Fixed boxes in the world that they may touch.
         limits: What counts as rest.
         blow: Applied at the start.
+        blocks: More objects, of which those of each block move as one body.
     """
-    model = to_mjspec(scene, members, solids).compile()
+    model = to_mjspec(scene, members, solids, blocks).compile()
     data = mujoco.MjData(model)
     if blow is not None:
         blow(model, data)
@@ -84,11 +86,16 @@ def bring_to_rest(
         mujoco.mj_step(model, data, nstep=_CHECK_EVERY)
         speed, turn = _speeds(data)
         quiet = quiet + 1 if speed < limits.speed and turn < limits.turn else 0
-    poses = {}
-    for item in members:
-        qpos = data.joint(model.body(str(item.instance_id)).jntadr[0]).qpos
-        poses[item.instance_id] = make_transform(matrix_from_quat_wxyz(qpos[3:]), qpos[:3].copy())
+    poses = {item.instance_id: _pose(model, data, item) for item in members}
+    for block in blocks:
+        way = _pose(model, data, block[0]) @ invert(block[0].T_world_object)
+        poses |= {item.instance_id: way @ item.T_world_object for item in block}
     return Rest(poses, float(data.time), *_speeds(data))
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, item: ObjectInstance) -> Transform:
+    qpos = data.joint(model.body(str(item.instance_id)).jntadr[0]).qpos
+    return make_transform(matrix_from_quat_wxyz(qpos[3:]), qpos[:3].copy())
 
 
 def _speeds(data: mujoco.MjData) -> tuple[float, float]:

@@ -25,12 +25,13 @@ _GRID = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 2), axis=-1).reshape
 _WAYS = np.stack([np.cos(np.arange(16) * np.pi / 8), np.sin(np.arange(16) * np.pi / 8)])
 
 
-def drop_to_rest(boxes: BoxStack, below: BoxStack) -> float | None:
+def drop_to_rest(boxes: BoxStack, below: BoxStack, middle: Float[np.ndarray, " 2"] | None = None) -> float | None:
     """Return how far (m) a piece sinks until it rests on what is ``below``; None where that is not proved.
 
     Args:
-        boxes: The collision boxes of the piece; its mass is spread over them evenly.
+        boxes: The collision boxes of the piece.
         below: Boxes that do not move.
+        middle: x and y of its centre of mass (m), with what stands on it; that of evenly filled boxes by default.
     """
     if not is_level(boxes).all():
         return None
@@ -50,8 +51,9 @@ def drop_to_rest(boxes: BoxStack, below: BoxStack) -> float | None:
     top = float(heights.max())
     if not -_MOST_SINK <= low - top <= _MOST_DROP:
         return None
-    volume = np.prod(boxes.half, axis=1)
-    middle = volume @ boxes.centre[:, :2] / volume.sum()
+    if middle is None:
+        volume = np.prod(boxes.half, axis=1)
+        middle = volume @ boxes.centre[:, :2] / volume.sum()
     reach = ((points[heights >= top - _TOUCH] - middle) @ _WAYS).max(axis=0)
     return low - top if bool((reach >= _MARGIN).all()) else None
 
@@ -87,7 +89,7 @@ def _lowered(pieces: Sequence[tuple[ObjectModel, Transform]], on_floor: bool = T
         assert stack is not None
         drop: float | None = bottom if on_floor else 0.0
         if number:
-            drop = drop_to_rest(stack, _joined(done))
+            drop = drop_to_rest(stack, joined(done))
             proved &= drop is not None
         drop = drop or 0.0
         poses[number] = _lower(poses[number], drop)
@@ -101,7 +103,8 @@ def _lower(T: Transform, drop: float) -> Transform:
     return lowered
 
 
-def _joined(stacks: Sequence[BoxStack]) -> BoxStack:
+def joined(stacks: Sequence[BoxStack]) -> BoxStack:
+    """Return all boxes of ``stacks``, at least one, as one."""
     return BoxStack(
         np.concatenate([stack.centre for stack in stacks]),
         np.concatenate([stack.rotation for stack in stacks]),
