@@ -1,12 +1,15 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.dataset.toy import RENDERER, make_scene
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema import Material
 
 
 def test_record_names_everything_in_the_scene(toy_root: Path) -> None:
@@ -40,3 +43,23 @@ def test_missing_entries_are_named(toy_copy: Path, key: str) -> None:
     path.write_text(json.dumps(data))
     with pytest.raises(DatasetError, match=rf"000001\.json: the entry '{key}' is missing"):
         read_scene_record(toy_copy, 1)
+
+
+def test_paint_is_stored_with_what_it_looks_like(tmp_path: Path) -> None:
+    scene, red = make_scene(1), Material("red 1", (0.5, 0.1, 0.1), remission=0.45)
+    first = replace(scene.instances[0], paint={"wood": "red 1"})
+    painted = replace(
+        scene, instances=(first, *scene.instances[1:]), materials={**scene.materials, "red 1": red}, viewpoints=()
+    )
+    path = DatasetLayout(tmp_path).scene_record(1)
+    path.parent.mkdir()
+    write_scene_record(path, painted, "train", [], {"renderer": RENDERER, "settle": {}})
+    record = read_scene_record(tmp_path, 1)
+    assert [dict(item.paint) for item in record.objects if item.paint] == [{"wood": "red 1"}]
+    stored = json.loads(path.read_text())["paints"]
+    assert list(stored) == ["red 1"]
+    assert (stored["red 1"]["base_color"], stored["red 1"]["remission"]) == ([0.5, 0.1, 0.1], 0.45)
+
+
+def test_a_scene_without_paint_has_no_word_of_it(toy_root: Path) -> None:
+    assert "paint" not in (toy_root / "scenes" / "000001.json").read_text()

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
@@ -36,3 +38,16 @@ def test_rays_go_through_film() -> None:
     hits = RayCaster(scene).cast(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))
     assert hits.instance_ids.tolist() == [1]
     np.testing.assert_allclose(hits.distance, [7.5], rtol=1e-6)
+
+
+def test_rays_meet_the_paint_of_the_object_and_share_its_triangles() -> None:
+    models = [box_model("near", (1, 1, 1)), box_model("far", (1, 4, 4), "steel")]
+    scene = make_scene(models, [("near", at(4, 0, 0)), ("near", at(4, 3, 0)), ("far", at(4, -5, 0))])
+    painted = replace(scene.instances[1], paint={"kraft": "concrete", "wood": "steel"})
+    caster = RayCaster(replace(scene, instances=(scene.instances[0], painted, scene.instances[2])))
+    origins = np.array([[0.0, 0, 0], [0, 3, 0], [0, -5, 0], [0, 20, 0]])
+    hits = caster.cast(origins, np.tile([1.0, 0.0, 0.0], (4, 1)))
+    names = [caster.materials[number] if number >= 0 else None for number in hits.materials]
+    assert names == ["kraft", "concrete", "steel", None]
+    np.testing.assert_allclose(hits.remission, [0.3, 0.35, 0.6, 0.0], rtol=1e-6)
+    assert hits.pieces[0] == hits.pieces[1]

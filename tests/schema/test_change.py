@@ -70,3 +70,11 @@ def test_the_order_of_materials_counts() -> None:
 def test_one_object_less_is_another_set() -> None:
     before = scene()
     assert SceneChange.between(before, replace(before, instances=before.instances[:-1])).objects
+
+
+def test_another_paint_is_another_object() -> None:
+    before = scene()
+    painted = replace(before.instances[1], paint={"wood": "paint"})
+    after = replace(before, instances=(before.instances[0], painted, *before.instances[2:]))
+    assert SceneChange.between(before, after) == replace(NOTHING, objects=True)
+    assert SceneChange.between(after, after).nothing

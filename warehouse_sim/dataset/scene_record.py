@@ -35,6 +35,8 @@ class RecordedObject:
     obj_id: int
     group: int
     T_world_object: Transform
+    paint: Mapping[str, str] = field(default_factory=dict)
+    """Material of the model -> the one that it has here instead; their appearance is in the record's ``paints``."""
 
     @property
     def is_worn(self) -> bool:
@@ -96,6 +98,7 @@ def write_scene_record(
             "obj_id": scene.model_of(item).obj_id,
             "group": item.group,
             "T_world_object": item.T_world_object,
+            **({"paint": dict(item.paint)} if item.paint else {}),
         }
         for item in sorted(scene.instances, key=lambda item: item.instance_id)
     ]
@@ -107,6 +110,7 @@ def write_scene_record(
         "targets": scene.targets,
         **extra,
         **_light_row(scene),
+        **_paint_row(scene),
         "twins": [{"variant": name, **_light_row(twin), **_surface_row(twin, scene)} for name, twin in twins],
         "observations": list(observations),
         "objects": objects,
@@ -121,6 +125,12 @@ def _light_row(scene: SceneSpec) -> dict[str, Any]:
         "exposure": scene.exposure,
         "lights": [vars(light) for light in scene.lights],
     }
+
+
+def _paint_row(scene: SceneSpec) -> dict[str, Any]:
+    """Return the materials that objects are painted with in place of their models'; nothing where none is."""
+    used = {name for item in scene.instances for name in item.paint.values()}
+    return {"paints": {name: vars(scene.materials[name]) for name in sorted(used)}} if used else {}
 
 
 def _surface_row(twin: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
@@ -168,4 +178,9 @@ def _read_object(data: Any, where: str) -> RecordedObject:
         obj_id=take(data, "obj_id", int, where, WHOLE),
         group=take(data, "group", int, where),
         T_world_object=read_transform(take(data, "T_world_object", list, where), where),
+        paint=_read_paint(take_if_given(data, "paint", dict, where) or {}, f"{where}: paint"),
     )
+
+
+def _read_paint(data: dict[str, Any], where: str) -> dict[str, str]:
+    return {str(name): take(data, name, str, where) for name in data}

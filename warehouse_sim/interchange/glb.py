@@ -35,7 +35,9 @@ def write_glb(scene: SceneSpec, path: Path) -> Path:
     for instance in scene.instances:
         model = scene.model_of(instance)
         for index, part in enumerate(model.parts):
-            name = f"{instance.model}/{index}"
+            material = instance.material_of(part)
+            painted = "" if material == part.material else f" in {material}"
+            name = f"{instance.model}/{index}{painted}"
             node = f"{instance.instance_id:06d}_{model.class_name}/{index}"
             T = _T_GLTF_WORLD @ instance.T_world_object
             if name in graph.geometry:
@@ -48,7 +50,7 @@ def write_glb(scene: SceneSpec, path: Path) -> Path:
                 np.arange(3 * len(placed.faces)).reshape(-1, 3),
                 process=False,
             )
-            mesh.visual = visual.TextureVisuals(material=materials[part.material])
+            mesh.visual = visual.TextureVisuals(material=materials[material])
             graph.add_geometry(mesh, node_name=node, geom_name=name, transform=T)
     make_folder(path.parent)
     write_bytes(path, graph.export(file_type="glb"))

@@ -35,11 +35,12 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
     used = {instance.model for instance in scene.instances}
     for name in sorted(used):
         _add_model(stage, scene.models[name], materials)
+    classes = _add_looks(stage, scene, materials)
     for instance in scene.instances:
         xform = geom.Xform.Define(stage, f"/World/object_{instance.instance_id:06d}")
         xform.AddTransformOp().Set(_matrix(instance.T_world_object))
         prim, model = xform.GetPrim(), scene.model_of(instance)
-        prim.GetReferences().AddInternalReference(f"/Models/{_identifier(model.name)}")
+        prim.GetReferences().AddInternalReference(classes[instance.look])
         prim.SetInstanceable(True)
         for key, value in (
             ("instance_id", instance.instance_id),
@@ -72,6 +73,28 @@ def _add_model(stage: Any, model: ObjectModel, materials: dict[str, Any]) -> Non
         mesh.CreateFaceVertexIndicesAttr(placed.faces.ravel().astype(np.int32))
         mesh.CreateSubdivisionSchemeAttr(geom.Tokens.none)
         shade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(materials[part.material])
+
+
+def _add_looks(stage: Any, scene: SceneSpec, materials: dict[str, Any]) -> dict[object, str]:
+    """Add a class for each paint of each model, which refers to the bare one; return the class of each look."""
+    geom, shade = (
+        require("pxr.UsdGeom", "interchange", "to write USD"),
+        require("pxr.UsdShade", "interchange", "to write USD"),
+    )
+    classes: dict[object, str] = {}
+    for instance in scene.instances:
+        if instance.look in classes:
+            continue
+        bare = f"/Models/{_identifier(instance.model)}"
+        classes[instance.look] = path = f"{bare}_paint_{len(classes):04d}" if instance.paint else bare
+        if path == bare:
+            continue
+        geom.Xform.Define(stage, path).GetPrim().GetReferences().AddInternalReference(bare)
+        for index, part in enumerate(scene.model_of(instance).parts):
+            if part.material in instance.paint:
+                over = stage.OverridePrim(f"{path}/part_{index:03d}")
+                shade.MaterialBindingAPI.Apply(over).Bind(materials[instance.material_of(part)])
+    return classes
 
 
 def _add_material(stage: Any, material: Material) -> Any:

@@ -260,7 +260,7 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
     """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
     groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
     for instance in scene.instances:
-        for part in scene.model_of(instance).parts:
+        for part in scene.painted_model_of(instance).parts:
             if scene.materials[part.material].opacity >= 1.0:
                 groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
     vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0

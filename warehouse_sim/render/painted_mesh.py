@@ -13,7 +13,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.resources import texture_folder
-from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
+from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
 NO_CHANGE = 128
 """Value of an albedo texture where it leaves the material's colour as it is."""
@@ -43,7 +43,8 @@ def require_drawable(scene: SceneSpec) -> None:
     """Check what every backend needs of a scene.
 
     Raises:
-        RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
+        RenderError: The scene is empty, two objects share an id, one names a model or material that is not there, or
+            film is painted solid.
     """
     seen: set[int] = set()
     for instance in scene.instances:
@@ -54,10 +55,24 @@ def require_drawable(scene: SceneSpec) -> None:
         if instance.model not in scene.models:
             raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
         for part in scene.model_of(instance).parts:
-            if part.material not in scene.materials:
-                raise RenderError(f"{where} has the material {part.material!r}; add it to SceneSpec.materials")
+            require_material(scene, instance, part)
     if not any(scene.model_of(instance).parts for instance in scene.instances):
         raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")
+
+
+def require_material(scene: SceneSpec, instance: ObjectInstance, part: Part) -> None:
+    """Check that a part has a material, and that paint does not make film of what is solid, or the other way round.
+
+    Raises:
+        RenderError: It is not so.
+    """
+    where = f"scene {scene.scene_index}: object {instance.instance_id}"
+    painted = instance.material_of(part)
+    for name in (part.material, painted):
+        if name not in scene.materials:
+            raise RenderError(f"{where} has the material {name!r}; add it to SceneSpec.materials")
+    if (scene.materials[part.material].opacity < 1.0) != (scene.materials[painted].opacity < 1.0):
+        raise RenderError(f"{where}: paint puts {painted!r} in place of {part.material!r}; film must stay film")
 
 
 def albedo_factor(name: str) -> UInt8[np.ndarray, "h w"]:

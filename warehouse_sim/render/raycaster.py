@@ -58,7 +58,11 @@ class RayCaster:
         self._first_piece = np.full(len(placed) + 1, -1, np.intp)
         starts = np.cumsum([0, *(len(solid[name]) for name in group_of)])
         self._first_piece[:-1] = [starts[group_of[instance.model]] for instance in placed]
-        paints = [part.material for name in group_of for part in solid[name]]
+        # The materials of one look after another: objects of one model share triangles, and each has its paint.
+        looks = {item.look: [item.material_of(part) for part in solid[item.model]] for item in placed}
+        first = dict(zip(looks, np.cumsum([0, *map(len, looks.values())]).tolist(), strict=False))
+        self._first_paint = np.array([*(first[item.look] for item in placed), -1], np.intp)
+        paints = [paint for look in looks.values() for paint in look]
         self._remission = np.array([*(scene.materials[paint].remission for paint in paints), 0.0], np.float32)
         self.materials = tuple(dict.fromkeys(paints))
         """Names of the materials that rays can meet."""
@@ -77,14 +81,15 @@ class RayCaster:
         """
         hits = self._meshes.cast(origins, directions, coherent=coherent)
         place = hits.place.astype(np.intp)  # -1 = the last row
-        piece = self._first_piece[place]
+        piece, paint = self._first_piece[place], self._first_paint[place]
         piece += hits.piece
+        paint += hits.piece
         return RayHits(
             distance=hits.distance,
             instance_ids=self._owner[place],
             normals=self._world_normals(place, hits.normal),
-            remission=self._remission[piece],
-            materials=self._material[piece],
+            remission=self._remission[paint],
+            materials=self._material[paint],
             pieces=piece.astype(np.int32),
         )
 

@@ -12,7 +12,7 @@ class SceneChange:
     """What a renderer or a sensor must make anew when one scene follows another."""
 
     objects: bool
-    """Which geometries stand where, under which instance id."""
+    """Which geometries stand where, under which instance id and in which paint."""
     surfaces: bool
     """How their materials look, but for what they emit; also where names or their order differ."""
     emission: bool
@@ -71,4 +71,4 @@ def _same_placement(a: ObjectInstance, b: ObjectInstance) -> bool:
     if a is b:
         return True
     same_object = (a.instance_id, a.model, a.dynamic, a.group) == (b.instance_id, b.model, b.dynamic, b.group)
-    return same_object and np.array_equal(a.T_world_object, b.T_world_object)
+    return same_object and a.paint == b.paint and np.array_equal(a.T_world_object, b.T_world_object)

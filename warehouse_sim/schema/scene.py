@@ -1,13 +1,14 @@
 """What a scene is: instances of models, lights, and the viewpoints that it is observed from."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema.things import Material, ObjectModel
+from warehouse_sim.schema.things import Material, ObjectModel, Part
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,20 @@ class ObjectInstance:
     """Whether physics may move it."""
     group: int = 0
     """Objects of one unit load share a number > 0 (a pallet and what stands on it); 0 is no load."""
+    paint: Mapping[str, str] = field(default_factory=dict)
+    """Material of the model -> material of the scene that this object has instead; film stays film, solid stays solid.
+
+    What looks at an object's surface asks ``material_of`` and never the part alone.
+    """
+
+    def material_of(self, part: Part) -> str:
+        """Return the name of the scene's material that ``part`` of this object's model is painted with."""
+        return self.paint.get(part.material, part.material)
+
+    @property
+    def look(self) -> tuple[str, tuple[tuple[str, str], ...]]:
+        """Model and paint as one value: objects of one look are alike but for where they stand."""
+        return self.model, tuple(sorted(self.paint.items()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +124,13 @@ class SceneSpec:
     def model_of(self, instance: ObjectInstance) -> ObjectModel:
         """Return the geometry of ``instance``."""
         return self.models[instance.model]
+
+    def painted_model_of(self, instance: ObjectInstance) -> ObjectModel:
+        """Return the geometry of ``instance`` with its own materials."""
+        model = self.model_of(instance)
+        if not instance.paint:
+            return model
+        return replace(model, parts=tuple(replace(part, material=instance.material_of(part)) for part in model.parts))
 
     def target_instances(self) -> list[ObjectInstance]:
         """Return the instances whose class is a target, in order of instance id."""

@@ -25,6 +25,7 @@ CHECKS: dict[str, Callable[[Subject], None]] = {
     "normals": products.check_normals,
     "silhouettes": products.check_silhouettes,
     "film": products.check_film,
+    "paint": products.check_paint,
     "textures": products.check_textures,
     "shadows": products.check_shadows,
     "global illumination": products.check_global_illumination,

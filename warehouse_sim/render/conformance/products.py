@@ -79,6 +79,30 @@ def check_film(subject: Subject) -> None:
     subject.expect((change[wrapped.instance_ids == 1] > 12).mean() < 0.05, "film shades the floor")
 
 
+def check_paint(subject: Subject) -> None:
+    """Expect an object's own paint in the image, and nothing else changed; film is no paint for board."""
+    models = [_FLOOR, box_model("carton", (0.6, 0.6, 0.6))]
+    placed = [("floor", at(0, 0, -0.05)), ("carton", at(0, 0, 0.3)), ("carton", at(0, 0.9, 0.3))]
+    blue, film = Material("blue", (0.02, 0.05, 0.6)), Material("film", (0.5,) * 3, opacity=0.5)
+    light = spot((-2.0, 1.0, 3.5), 2500.0)
+    bare = make_scene(models, placed, [light], materials={**MATERIALS, "blue": blue, "film": film}, ambient=60.0)
+
+    def painted(number: int, paint: dict[str, str]) -> SceneSpec:
+        instances = [replace(item, paint=paint) if item.instance_id == number else item for item in bare.instances]
+        return replace(bare, instances=tuple(instances))
+
+    before = subject.render(bare, _CAMERA, _AT_CARTON)
+    for number, other in ((2, 3), (3, 2)):
+        after = subject.render(painted(number, {"kraft": "blue"}), _CAMERA, _AT_CARTON)
+        subject.expect(np.array_equal(before.instance_ids, after.instance_ids), "paint changes ids")
+        subject.expect(np.array_equal(before.depth, after.depth), "paint changes depth")
+        own, beside = (after.rgb[after.instance_ids == key].reshape(-1, 3).mean(axis=0) for key in (number, other))
+        subject.expect(own[2] > 1.5 * own[0], f"an object painted blue has the colour {own}")
+        subject.expect(beside[0] > 1.2 * beside[2], f"an object beside one that is painted has the colour {beside}")
+    for paint, message in (({"kraft": "film"}, "film must stay film"), ({"kraft": "ghost"}, "the material 'ghost'")):
+        subject.expect_refusal(lambda paint=paint: subject.renderer.load(painted(2, paint)), message)  # type: ignore[misc]
+
+
 def check_textures(subject: Subject) -> None:
     """Expect textures to structure what is plain without them, where they are declared."""
     spread = {}

@@ -31,7 +31,7 @@ class VisualModel:
 
 
 def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
-    """Compile ``scene``: one mesh for each model and material, one geom for each instance and material.
+    """Compile ``scene``: one mesh for each model, paint and material, one geom for each instance and material.
 
     Args:
         scene: What to draw.
@@ -50,11 +50,11 @@ def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
         add_light(spec, light, float(value), shadow_px > 0 and light.casts_shadow and light.kind == "spot")
     owner: list[int] = []
     group: list[int] = []
-    known: dict[str, dict[str, str]] = {}
+    known: dict[object, dict[str, str]] = {}
     for instance in scene.instances:
-        if instance.model not in known:
-            known[instance.model] = _add_meshes(spec, scene, instance.model, level.white)
-        for material, mesh in known[instance.model].items():
+        if instance.look not in known:
+            known[instance.look] = _add_meshes(spec, scene, instance, level.white, len(known))
+        for material, mesh in known[instance.look].items():
             film = scene.materials[material].opacity < 1.0
             _add_geom(spec, instance, mesh, material, FILM if film else SOLID)
             owner.append(instance.instance_id)
@@ -62,13 +62,15 @@ def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
     return VisualModel(spec.compile(), np.array(owner, np.int32), np.array(group, np.int32))
 
 
-def _add_meshes(spec: mujoco.MjSpec, scene: SceneSpec, name: str, white: float) -> dict[str, str]:
-    """Add the meshes of a model and the materials they name; return the mesh of each material."""
-    meshes = {}
-    for number, (material, painted) in enumerate(painted_meshes(scene.models[name], scene.materials).items()):
+def _add_meshes(
+    spec: mujoco.MjSpec, scene: SceneSpec, instance: ObjectInstance, white: float, look: int
+) -> dict[str, str]:
+    """Add the meshes of an object and the materials they name, as look number ``look``; return each material's mesh."""
+    meshes, model = {}, scene.painted_model_of(instance)
+    for number, (material, painted) in enumerate(painted_meshes(model, scene.materials).items()):
         if spec.material(material) is None:
             add_material(spec, material, scene.materials[material], white, scene.exposure)
-        meshes[material] = f"{name}:{number}"
+        meshes[material] = f"{model.name}:{look}:{number}"
         _add_mesh(spec, meshes[material], lit_at_vertices(painted))
     return meshes
 

@@ -32,6 +32,7 @@ class _Placed:
     number: int
     """Of the part in its model."""
     part: Part
+    material: str
     T_world_object: Transform
 
 
@@ -44,14 +45,14 @@ def scene_triangles(scene: SceneSpec) -> list[MaterialTriangles]:
     require_drawable(scene)
     groups: dict[str, dict[TriangleMesh, list[_Placed]]] = {}
     for placed in _placed_parts(scene):
-        groups.setdefault(placed.part.material, {}).setdefault(placed.part.mesh, []).append(placed)
+        groups.setdefault(placed.material, {}).setdefault(placed.part.mesh, []).append(placed)
     return [_join(scene.materials[name], by_mesh) for name, by_mesh in groups.items()]
 
 
 def _placed_parts(scene: SceneSpec) -> Iterator[_Placed]:
     for instance in scene.instances:
         for number, part in enumerate(scene.model_of(instance).parts):
-            yield _Placed(instance.instance_id, number, part, instance.T_world_object)
+            yield _Placed(instance.instance_id, number, part, instance.material_of(part), instance.T_world_object)
 
 
 def _join(material: Material, by_mesh: dict[TriangleMesh, list[_Placed]]) -> MaterialTriangles:

@@ -33,8 +33,8 @@ class SceneGraph:
         """Node that draws each instance id; an object that is all film has none."""
         self._painted: list[Any] = []
         self._plain: list[Any] = []
-        for name, instances in _by_model(scene).items():
-            meshes = painted_meshes(scene.models[name], scene.materials)
+        for instances in _by_look(scene):
+            meshes = painted_meshes(scene.painted_model_of(instances[0]), scene.materials)
             poses = np.stack([item.T_world_object for item in instances])
             # Film would cast the shadow of a board, for a renderer that cannot leave single meshes out of its shadows.
             solid = {key: mesh for key, mesh in meshes.items() if scene.materials[key].opacity >= 1.0}
@@ -67,11 +67,11 @@ class SceneGraph:
             self.node_of[item.instance_id] = self.graph.add(mesh, pose=item.T_world_object)
 
 
-def _by_model(scene: SceneSpec) -> dict[str, list[ObjectInstance]]:
-    groups: dict[str, list[ObjectInstance]] = {}
+def _by_look(scene: SceneSpec) -> list[list[ObjectInstance]]:
+    groups: dict[Any, list[ObjectInstance]] = {}
     for instance in scene.instances:
-        groups.setdefault(instance.model, []).append(instance)
-    return {name: group for name, group in groups.items() if scene.models[name].parts}
+        groups.setdefault(instance.look, []).append(instance)
+    return [group for group in groups.values() if scene.model_of(group[0]).parts]
 
 
 def _primitive(mesh: PaintedMesh, material: Any, poses: np.ndarray) -> Any:

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float32, Float64, Int
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.render.painted_mesh import require_material
 from warehouse_sim.render.raster.shadow_skin import shadow_casters
 from warehouse_sim.schema import ObjectInstance, Part, SceneSpec
 
@@ -86,7 +87,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
     Raises:
         RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
     """
-    groups = _parts_by_mesh(scene, material_row)
+    groups = _parts_by_mesh(scene)
     entries = [entry for group in groups.values() for entry in group]
     ends = np.cumsum([0] + [len(group) for group in groups.values()])
     scale = np.stack([part.scale for _, _, part in entries])
@@ -96,7 +97,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
     template = np.zeros(len(entries), INSTANCE)
     template["scale"] = scale
     template["identity"][:, 0] = ids
-    template["identity"][:, 1] = [material_row[part.material] for _, _, part in entries]
+    template["identity"][:, 1] = [material_row[instance.material_of(part)] for instance, _, part in entries]
     template["identity"][:, 2] = _edge_order(high - low)
     template["identity"][:, 3] = np.arange(len(entries))
     template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
@@ -124,9 +125,7 @@ def placed_records(table: PartTable, T_world_camera: Transform) -> np.ndarray:
     return records
 
 
-def _parts_by_mesh(
-    scene: SceneSpec, material_row: dict[str, int]
-) -> dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]]:
+def _parts_by_mesh(scene: SceneSpec) -> dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]]:
     """Return, for each mesh, what draws it: the object, the number of the part in its model, the part."""
     groups: dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]] = {}
     seen: set[int] = set()
@@ -138,8 +137,7 @@ def _parts_by_mesh(
         if instance.model not in scene.models:
             raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
         for number, part in enumerate(scene.model_of(instance).parts):
-            if part.material not in material_row:
-                raise RenderError(f"{where} has the material {part.material!r}; add it to SceneSpec.materials")
+            require_material(scene, instance, part)
             groups.setdefault(part.mesh, []).append((instance, number, part))
     if not groups:
         raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")

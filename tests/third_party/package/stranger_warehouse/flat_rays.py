@@ -60,7 +60,7 @@ class FlatRays:
         vertices, faces, owner, color, first = [], [], [], [], 0
         for instance in scene.instances:
             for part in scene.models[instance.model].parts:
-                material = scene.materials[part.material]
+                material = scene.materials[instance.material_of(part)]
                 if material.opacity < 1.0:
                     continue
                 placed = part.placed()
