@@ -10,6 +10,7 @@ from warehouse_sim.catalog import catalog_object, shipped_classes
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.appearance import AppearanceConfig
 from warehouse_sim.scene.lanes import LanesConfig
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -44,6 +45,8 @@ class SceneRecipe:
     """People, trucks and what lies about on the floor of the aisle."""
     lights: LightingConfig = field(default_factory=LightingConfig)
     """Luminaires, daylight and exposure."""
+    appearance: AppearanceConfig = field(default_factory=AppearanceConfig)
+    """Paint, age, dirt and gloss of every kind of surface; the catalog's where nothing is said."""
     viewpoints: ViewpointsConfig = field(default_factory=ViewpointsConfig)
     """Where cameras look from, single or on drives."""
     observations_per_scene: Annotated[int, Range(1, 1000)] = 8

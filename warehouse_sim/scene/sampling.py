@@ -4,6 +4,7 @@ import numpy as np
 
 from warehouse_sim.catalog import materials_of
 from warehouse_sim.errors import PlacementError
+from warehouse_sim.scene.appearance import paint_scene
 from warehouse_sim.scene.backdrop import fill_backdrop
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
@@ -68,4 +69,5 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         attempt=attempt,
         aisle=(area.x_min, area.x_max, area.y_min, area.y_max),
     )
+    scene = paint_scene(scene, recipe.appearance, stream)
     return light_without_shadows(scene, recipe.lights, stream("lighting"))

@@ -6,6 +6,11 @@ import pytest
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
 from warehouse_sim.catalog.textures.tile import normals
+from warehouse_sim.catalog.textures.worn import WIDE
+
+
+def edge(name: str) -> int:
+    return WIDE if name.endswith("_worn") else SIZE
 
 
 def unit_normals(name: str) -> np.ndarray:
@@ -15,7 +20,7 @@ def unit_normals(name: str) -> np.ndarray:
 @pytest.mark.parametrize("name", TEXTURES)
 def test_factors_are_neutral_on_average_and_vary(name: str) -> None:
     for factors in (paint(name).albedo, paint(name).roughness):
-        assert factors.shape == (SIZE, SIZE)
+        assert factors.shape == (edge(name), edge(name))
         assert factors.dtype == np.uint8
         assert factors.mean() == pytest.approx(NEUTRAL, abs=1.0)
         assert 1.5 < factors.std() < 30.0
@@ -24,7 +29,7 @@ def test_factors_are_neutral_on_average_and_vary(name: str) -> None:
 @pytest.mark.parametrize("name", TEXTURES)
 def test_normals_are_unit_vectors_that_lean_nowhere_on_average(name: str) -> None:
     vectors = unit_normals(name)
-    assert vectors.shape == (SIZE, SIZE, 3)
+    assert vectors.shape == (edge(name), edge(name), 3)
     np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), 1.0, atol=0.01)
     assert np.abs(vectors[..., :2].mean(axis=(0, 1))).max() < 0.005
     assert vectors[..., 2].min() > 0.4
@@ -34,7 +39,7 @@ def test_normals_are_unit_vectors_that_lean_nowhere_on_average(name: str) -> Non
 def test_a_texture_tiles_without_a_seam() -> None:
     for name, axis in itertools.product(TEXTURES, [0, 1]):
         for pixels in paint(name).images().values():
-            values = pixels.astype(float).reshape(SIZE, SIZE, -1)
+            values = pixels.astype(float).reshape(edge(name), edge(name), -1)
             steps = np.abs(np.roll(values, -1, axis=axis) - values).mean(axis=(1 - axis, 2))
             assert steps[-1] <= steps[:-1].max(), (name, axis)
 
@@ -42,7 +47,7 @@ def test_a_texture_tiles_without_a_seam() -> None:
 def test_no_repeat_shows_from_afar() -> None:
     """Where a tile is a few pixels wide, it is nearly even: a floor or a wall shows no chequers."""
     for name in TEXTURES:
-        coarse = paint(name).albedo.astype(float).reshape(4, SIZE // 4, 4, SIZE // 4).mean(axis=(1, 3))
+        coarse = paint(name).albedo.astype(float).reshape(4, edge(name) // 4, 4, edge(name) // 4).mean(axis=(1, 3))
         assert np.abs(coarse / NEUTRAL - 1.0).max() < 0.1, name
 
 
@@ -74,4 +79,18 @@ def test_flutes_of_board_run_along_v() -> None:
 def test_wood_is_stretched_and_every_texture_is_used_or_offered() -> None:
     assert stretch("wood") == 3
     assert stretch("concrete") == 1
+    assert stretch("wood_worn") == stretch("wood")
     assert {item.texture for item in materials().values() if item.texture} <= set(TEXTURES)
+
+
+@pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_worn")])
+def test_a_worn_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) -> None:
+    """It is twice as wide at the same grain: as much fine detail a texel, more that is coarse, no quarter twice."""
+    fresh, worn = (paint(item).albedo.astype(float) for item in (name.removesuffix("_worn"), name))
+    assert worn.shape == (1024, 1024)
+    fine = [np.diff(image, axis=1).std() for image in (fresh, worn)]
+    assert fine[1] > 0.8 * fine[0]
+    coarse = [image.reshape(len(image) // 16, 16, -1, 16).mean(axis=(1, 3)).std() for image in (fresh, worn)]
+    assert coarse[1] > 1.15 * coarse[0]
+    quarters = worn.reshape(2, 512, 2, 512).swapaxes(1, 2).reshape(4, -1)
+    assert (np.corrcoef(quarters) - np.eye(4)).max() < 0.97

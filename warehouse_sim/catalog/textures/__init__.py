@@ -15,10 +15,21 @@ from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
 from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, TextureSet, Tile, quantised
 from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.wood import wood
+from warehouse_sim.catalog.textures.worn import (
+    concrete_worn,
+    epoxy_worn,
+    kraft_worn,
+    plastic_worn,
+    steel_worn,
+    wood_worn,
+)
 
 TEXTURES: dict[str, Callable[[np.random.Generator], Tile]] = {
     painter.__name__: painter
-    for painter in (wood, kraft, concrete, steel, plastic, epoxy, film, rubber, brushed, galvanised)
+    for painter in (
+        *(wood, kraft, concrete, steel, plastic, epoxy, film, rubber, brushed, galvanised),
+        *(concrete_worn, epoxy_worn, steel_worn, wood_worn, kraft_worn, plastic_worn),
+    )
 }
 """Name, as in ``Material.texture`` -> the function that paints it. A new one goes to the end: the place is the seed."""
 
@@ -31,7 +42,7 @@ def paint(name: str) -> TextureSet:
 
 def stretch(name: str) -> int:
     """Return how many times as long along u as along v a tile of the texture called ``name`` is laid out."""
-    return {"wood": WOOD_STRETCH}.get(name, 1)
+    return WOOD_STRETCH if name in ("wood", "wood_worn") else 1
 
 
 __all__ = ["NEUTRAL", "SIZE", "TEXTURES", "TextureSet", "Tile", "paint", "stretch"]

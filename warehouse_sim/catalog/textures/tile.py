@@ -8,7 +8,7 @@ from jaxtyping import UInt8
 from warehouse_sim.catalog.noise import Texels
 
 SIZE = 512
-"""Edge of a texture in texels."""
+"""Edge of a fresh texture in texels."""
 NEUTRAL = 128
 """Grey level that leaves albedo or roughness as it is."""
 
@@ -31,11 +31,11 @@ class Tile:
 class TextureSet:
     """The images of one texture; rows are v, columns are u, and all tile without seams."""
 
-    albedo: UInt8[np.ndarray, "512 512"]
+    albedo: UInt8[np.ndarray, "n n"]
     """Grey factors of which ``NEUTRAL`` means no change."""
-    normal: UInt8[np.ndarray, "512 512 3"]
+    normal: UInt8[np.ndarray, "n n 3"]
     """RGB of the unit normal in tangent space, OpenGL's way: x to the right, y up the image, z outwards; 128 = 0."""
-    roughness: UInt8[np.ndarray, "512 512"]
+    roughness: UInt8[np.ndarray, "n n"]
     """Grey factors of which ``NEUTRAL`` means no change."""
 
     def images(self) -> dict[str, np.ndarray]:
@@ -48,7 +48,7 @@ def quantised(tile: Tile) -> TextureSet:
     return TextureSet(_levels(tile.albedo), normals(tile.height, tile.stretch), _levels(tile.roughness))
 
 
-def normals(height: Texels, stretch: int = 1) -> UInt8[np.ndarray, "512 512 3"]:
+def normals(height: Texels, stretch: int = 1) -> UInt8[np.ndarray, "n n 3"]:
     """Return the normals of a relief by central differences around the edges."""
     to_right = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) / (2.0 * stretch)
     to_top = (np.roll(height, 1, 0) - np.roll(height, -1, 0)) / 2.0
@@ -57,7 +57,7 @@ def normals(height: Texels, stretch: int = 1) -> UInt8[np.ndarray, "512 512 3"]:
     return (np.round(unit * 127.0) + 128.0).astype(np.uint8)
 
 
-def _levels(factors: Texels) -> UInt8[np.ndarray, "512 512"]:
+def _levels(factors: Texels) -> UInt8[np.ndarray, "n n"]:
     """Return factors as grey levels whose mean is ``NEUTRAL`` to within half a level."""
     # The mean is taken of whole numbers: sums of floats may differ in the last bit between processors.
     levels = np.round(factors * (NEUTRAL * 64)).astype(np.int64)

@@ -1,0 +1,127 @@
+"""How a material of the catalog looks in another colour, older or dirtier, and what a LiDAR sees of it then."""
+
+import colorsys
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warehouse_sim.catalog.textures import TEXTURES
+from warehouse_sim.color import LUMINANCE, linear_from_srgb
+from warehouse_sim.scene.appearance.paint import PaintConfig
+from warehouse_sim.scene.appearance.palettes import Finish
+from warehouse_sim.schema import Material
+
+_DUST = np.array([0.23, 0.21, 0.18])
+"""Albedo of what settles in halls: concrete dust, board fibres and abraded rubber; an estimate."""
+_HIDDEN = 0.45
+"""Share of a surface that the thickest dirt hides."""
+_STAINED_FROM = 0.35
+"""Dirt from which a surface has stains that are seen one by one."""
+_BRIGHTEST, _DARKEST = 0.9, 0.004
+STAINED = {name: f"{name}_worn" for name in ("concrete", "epoxy", "steel", "wood", "kraft", "plastic")}
+"""Texture -> the same after years of use."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """One draw of how a kind of surface looks."""
+
+    finish: Finish | None
+    """Colour that it is painted in; None keeps the material's."""
+    value: float
+    hue_deg: float
+    roughness: float
+    dirt: float
+    texture: str | None
+    """Texture of another material that it has; None keeps its own."""
+
+    @classmethod
+    def of(cls, config: PaintConfig, palette: tuple[Finish, ...], rng: np.random.Generator) -> "Look":
+        """Draw a look; whatever comes of it, as many numbers are drawn."""
+        painted, wild, swapped = rng.random(3)
+        common, free = _common(palette, rng), _any_colour(rng)
+        texture = sorted(TEXTURES)[int(rng.integers(len(TEXTURES)))]
+        finish = None if painted >= config.share else free if wild < config.any_hue else common
+        return cls(
+            finish=finish,
+            value=config.value.draw(rng),
+            hue_deg=config.hue_deg.draw(rng),
+            roughness=config.roughness.draw(rng),
+            dirt=config.dirt.draw(rng),
+            texture=texture if swapped < config.swap else None,
+        )
+
+
+def coated(material: Material, look: Look, name: str, galvanised: Material) -> Material:
+    """Return ``material`` in another look, under another name.
+
+    Args:
+        material: Of the catalog.
+        look: How it shall look.
+        name: Of the new material.
+        galvanised: What bare steel looks like.
+    """
+    finish = look.finish
+    if finish is not None and finish.bare:
+        material, finish = galvanised, None
+    fresh = np.array(material.base_color) if finish is None else linear_of(finish.code)
+    color = np.clip(_turned(fresh, look.hue_deg) * look.value, _DARKEST, _BRIGHTEST)
+    color = color + _HIDDEN * look.dirt * (_DUST - color)
+    rough = float(np.clip(material.roughness * look.roughness, 0.05, 1.0))
+    texture = look.texture or material.texture
+    if look.dirt >= _STAINED_FROM:
+        texture = STAINED.get(texture or "", texture)
+    red, green, blue = (round(float(channel), 4) for channel in color)
+    return replace(
+        material,
+        name=name,
+        base_color=(red, green, blue),
+        roughness=round(rough + 0.4 * look.dirt * (1.0 - rough), 4),
+        texture=texture,
+        texture_size=material.texture_size * (2.0 if texture is not None and texture.endswith("_worn") else 1.0),
+        opacity=finish.opacity if finish is not None and finish.opacity is not None else material.opacity,
+        remission=round(_remission(material, color, finish is not None), 3),
+    )
+
+
+def linear_of(code: str) -> np.ndarray:
+    """Return the linear albedo of an sRGB colour "#RRGGBB"."""
+    return linear_from_srgb(np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0)
+
+
+def _remission(material: Material, color: np.ndarray, painted: bool) -> float:
+    """Return the remission at 905 nm of a surface that now has ``color``.
+
+    Greys follow 0.88 sqrt(luminance), as the catalog's do within 0.05. Coloured paints send back more than their
+    luminance says, since their pigments, unlike soot, are bright in near infrared: 0.38 + 0.28 R, which the catalog's
+    blue, green, red, orange and yellow keep to within 0.08. What is not painted anew keeps its own law.
+    """
+    luminance = float(LUMINANCE @ color)
+    if not painted:
+        was = float(LUMINANCE @ np.array(material.base_color))
+        return float(np.clip(material.remission * np.sqrt(luminance / max(was, 1e-4)), 0.02, 2.0))
+    grey = 0.88 * np.sqrt(luminance)
+    saturation = float(np.ptp(color) / max(color.max(), 1e-4))
+    pigment = max(0.38 + 0.28 * float(color[0]) - grey, 0.0)
+    return float(np.clip(grey + saturation * pigment, 0.02, 0.95))
+
+
+def _turned(color: np.ndarray, degrees: float) -> np.ndarray:
+    """Return a linear colour with its hue turned."""
+    if degrees == 0.0:
+        return color
+    hue, saturation, value = colorsys.rgb_to_hsv(*color)
+    return np.array(colorsys.hsv_to_rgb((hue + degrees / 360.0) % 1.0, saturation, value))
+
+
+def _common(palette: tuple[Finish, ...], rng: np.random.Generator) -> Finish | None:
+    if not palette:
+        return None
+    weights = np.array([finish.weight for finish in palette])
+    return palette[int(rng.choice(len(palette), p=weights / weights.sum()))]
+
+
+def _any_colour(rng: np.random.Generator) -> Finish:
+    hue, saturation, value = rng.random(), np.sqrt(rng.uniform(0.04, 1.0)), rng.uniform(0.25, 1.0)
+    channels = colorsys.hsv_to_rgb(hue, float(saturation), value)
+    return Finish("#" + "".join(f"{round(255 * channel):02X}" for channel in channels))
