@@ -17,8 +17,6 @@ _TABLE = (
 """Table 1 of the standard: bars and gaps of each symbol in turn, in modules; six digits a symbol."""
 _STOP = "2331112"
 _FNC1, _START_B, _START_C = 102, 104, 105
-QUIET = 10
-"""Least white margin on both sides, in modules."""
 
 
 def code128(text: str, gs1: bool = False) -> Bool[np.ndarray, " modules"]:

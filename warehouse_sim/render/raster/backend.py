@@ -20,6 +20,7 @@ from warehouse_sim.render.raster.lights import MAX_LIGHTS
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
 from warehouse_sim.render.raster.mesh_batch import MeshLibrary
 from warehouse_sim.render.raster.parts import placed_records
+from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
 from warehouse_sim.render.raster.shading_pass import ShadingPass
 from warehouse_sim.render.raster.shadows import ShadowAtlas
@@ -59,6 +60,7 @@ class RasterRenderer:
             self._shading = ShadingPass(self._context, self._block)
             self._film = FilmPass(self._context, self._block)
             self._textures = TextureLibrary(self._context)
+            self._pictures = PictureLibrary(self._context)
             self._meshes = MeshLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
             self._silhouettes = SilhouetteAtlas(self._context)
@@ -74,7 +76,9 @@ class RasterRenderer:
         """Upload ``scene`` and gather its indirect light, but for what did not change since the scene before."""
         with self._open_context() as context:
             before = self._scene
-            self._scene = LoadedScene(context, scene, self._shadows, self._textures, self._meshes, before)
+            self._scene = LoadedScene(
+                context, scene, self._shadows, self._textures, self._pictures, self._meshes, before
+            )
             if before is not None:
                 before.release(self._scene)
             self._meshes.keep(self._scene.table.meshes)
@@ -128,6 +132,7 @@ class RasterRenderer:
                 self._film,
                 self._block,
                 self._textures,
+                self._pictures,
                 self._meshes,
                 self._shadows,
                 self._silhouettes,

@@ -12,8 +12,9 @@ from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.mesh_levels import choose_levels
 from warehouse_sim.render.raster.parts import PartTable
-from warehouse_sim.render.raster.programs import source
+from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics, window_viewport
+from warehouse_sim.render.raster.ribs import Ribs, ribs_of
 
 
 class GeometryBuffer:
@@ -24,13 +25,17 @@ class GeometryBuffer:
         self.instance_ids = context.texture(size, 1, dtype="i4")
         self.surface = context.texture(size, 2, dtype="u4")
         self.reach = context.texture(size, 4)
+        self.paint = context.texture(size, 4)
         self.depth = float_depth_texture(context, size)
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth.compare_func = ""
-        for texture in (self.instance_ids, self.surface, self.reach):
+        for texture in (self.instance_ids, self.surface, self.reach, self.paint):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.target = context.framebuffer([self.instance_ids, self.surface, self.reach], self.depth)
-        self.target.viewport = window_viewport(size)
+        colours = [self.instance_ids, self.surface, self.reach]
+        self.target = context.framebuffer(colours, self.depth)
+        # Most parts leave the paint as it is: their material says that there is none to read.
+        self.painted = context.framebuffer([*colours, self.paint], self.depth)
+        self.target.viewport = self.painted.viewport = window_viewport(size)
 
     def begin(self) -> None:
         """Bind and clear: no instance, infinitely far."""
@@ -42,8 +47,13 @@ class GeometryBuffer:
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self.target, self.instance_ids, self.surface, self.reach, self.depth):
+        for item in (self.target, self.painted, self.instance_ids, self.surface, self.reach, self.paint, self.depth):
             item.release()
+
+
+_KINDS = {"plain": ("plain.glsl", "plain.glsl"), "ribs": ("ribs.vert.glsl", "ribs.frag.glsl")}
+_KINDS["picture"] = ("picture.vert.glsl", "picture.frag.glsl")
+_PICTURES_UNIT = 1
 
 
 class GeometryPass:
@@ -51,12 +61,15 @@ class GeometryPass:
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
-        self._program = context.program(
-            vertex_shader=source("place.glsl", "pack.glsl", "box_projection.glsl", "gbuffer.vert"),
-            fragment_shader=source("pack.glsl", "gbuffer.frag"),
-        )
-        self._program["near"] = NEAR
-        self._program["window"] = (WINDOW_PX, WINDOW_PX)
+        self._programs = {
+            kind: context.program(
+                vertex_shader=source("place.glsl", "pack.glsl", "box_projection.glsl", vertex, "gbuffer.vert"),
+                fragment_shader=source("pack.glsl", fragment, "gbuffer.frag"),
+            )
+            for kind, (vertex, fragment) in _KINDS.items()
+        }
+        for program in self._programs.values():
+            assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), materials=0, pictures=_PICTURES_UNIT)
 
     def draw(
         self,
@@ -75,27 +88,45 @@ class GeometryPass:
             table: The scene.
             records: The table placed in the camera frame.
             batches: One for each mesh of the table.
-            materials: Supplies the texture scale.
+            materials: Supplies the texture scale and the pictures.
         """
         target.begin()
-        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._context.depth_func = ">"  # reversed depth: nearer is larger
-        self._context.front_face = "cw"  # the window's first row is the image's top row, which mirrors the faces
-        self._context.cull_face = "back"
-        self._program["intrinsics"] = window_intrinsics(camera)
-        self._program["origin"] = image_origin(target.size)
-        materials.values.use(0)
-        self._program["materials"] = 0
+        self._prepare(camera, target.size, materials)
         centre, half_edges = table.centres(records), records["rotation"] * table.half_size[..., None]
         seen = ViewPyramid.of(camera).touches_boxes(centre, half_edges, NEAR) & ~table.film
         levels = choose_levels(table, [batch.errors for batch in batches], records, camera)
         # The far end orders better than the centre: a floor reaches under everything and should come last.
         far_end = centre[:, 2] + np.abs(half_edges[..., 2]).sum(axis=1)
-        for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
-            chosen = np.flatnonzero(seen[rows]) + rows.start
-            chosen = chosen[np.argsort(far_end[chosen], kind="stable")]
-            batch.draw_levels(self._program, records[chosen], levels[chosen])
+        for wanted, buffer in ((seen & ~table.painted, target.target), (seen & table.painted, target.painted)):
+            buffer.use()
+            for rows, mesh, batch in zip(table.rows_of_mesh, table.meshes, batches, strict=True):
+                chosen = np.flatnonzero(wanted[rows]) + rows.start
+                if len(chosen) == 0:
+                    continue
+                chosen = chosen[np.argsort(far_end[chosen], kind="stable")]
+                program = self._programs["plain"] if buffer is target.target else self._painting(ribs_of(mesh))
+                batch.draw_levels(program, records[chosen], levels[chosen])
 
     def release(self) -> None:
         """Free the device memory."""
-        self._program.release()
+        for program in self._programs.values():
+            program.release()
+
+    def _prepare(self, camera: PinholeCamera, size: tuple[int, int], materials: MaterialTable) -> None:
+        """Set what all draws share."""
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._context.depth_func = ">"  # reversed depth: nearer is larger
+        self._context.front_face = "cw"  # the window's first row is the image's top row, which mirrors the faces
+        self._context.cull_face = "back"
+        for program in self._programs.values():
+            assign(program, intrinsics=window_intrinsics(camera), origin=image_origin(size))
+        materials.values.use(0)
+        materials.pictures.array.use(_PICTURES_UNIT)
+
+    def _painting(self, ribs: Ribs | None) -> moderngl.Program:
+        """Return the program for painted parts; one without a picture paints nothing."""
+        if ribs is None:
+            return self._programs["picture"]
+        program = self._programs["ribs"]
+        assign(program, rib_edges=ribs.edges, rib_shape=(ribs.pitch, ribs.low, ribs.high, float(ribs.side)))
+        return program

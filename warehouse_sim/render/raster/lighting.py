@@ -22,6 +22,7 @@ UNITS = {
     "shadow_atlas": 4,
     "field": 5,
     "shadow_blockers": 14,
+    "paint_map": 15,
 } | {
     name: 6 + number
     for number, name in enumerate(

@@ -11,7 +11,8 @@ from warehouse_sim.render.raster.lights import MAX_LIGHTS, ShadedLight
 from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshLibrary
 from warehouse_sim.render.raster.object_index import ObjectIndex
-from warehouse_sim.render.raster.parts import build_part_table
+from warehouse_sim.render.raster.parts import build_part_table, ribbed_materials
+from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.schema import SceneChange, SceneSpec
@@ -25,6 +26,7 @@ class LoadedScene:
         spec: The scene.
         shadows: Is drawn for this scene, and serves it until another scene is drawn there.
         textures: Gains the textures that the scene names.
+        pictures: Holds the pictures that the scene names from now on.
         meshes: Gains the meshes of the scene.
         before: The scene that was loaded before.
 
@@ -39,17 +41,19 @@ class LoadedScene:
         spec: SceneSpec,
         shadows: ShadowAtlas,
         textures: TextureLibrary,
+        pictures: PictureLibrary,
         meshes: MeshLibrary,
         before: "LoadedScene | None" = None,
     ) -> None:
         self._spec, self._shadows = spec, shadows
         change = SceneChange.between(None if before is None else before._spec, spec)
-        if before is None or change.emission:
-            self.materials = MaterialTable(context, spec.materials, textures)
+        ribbed = ribbed_materials(spec)
+        if before is None or change.emission or change.objects:
+            self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed)
         else:
             self.materials = before.materials
         if before is None or change.objects or change.surfaces:
-            self.table = build_part_table(spec, self.materials.row)
+            self.table = build_part_table(spec, self.materials.row, ribbed)
             self.objects = ObjectIndex.of(self.table)
             self.batches = meshes.require(self.table.meshes)
             self._drawn: tuple[bytes, ...] | None = None

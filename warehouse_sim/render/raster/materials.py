@@ -1,39 +1,59 @@
 """The materials of a scene on the graphics device."""
 
+from collections.abc import Collection
+
 import moderngl
 import numpy as np
 
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
+from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.schema import Material
 
-_LIMIT = 256  # the geometry buffer stores a material in eight bits
+_LIMIT = 4096  # the geometry buffer stores a material in twelve bits
 
 
 class MaterialTable:
-    """One row a material in a float texture, and the texture sets that they name.
+    """One row a material in a float texture, and the texture sets and pictures that they name.
 
     Columns: base colour and roughness; metallic, emission, layer of the texture or -1, tiles a metre across the grain;
-    tiles a metre along the grain, opacity.
+    tiles a metre along the grain, opacity, layer of the picture, or -2 where ribs are painted instead, or -1.
+
+    Args:
+        context: Where to upload to.
+        materials: The scene's.
+        library: Gains the textures that they name.
+        pictures: Holds the pictures that they name from now on.
+        ribbed: Names of those that ribbed sheets are made of.
 
     Raises:
         RenderError: Too many materials, or a texture that is not shipped.
     """
 
-    def __init__(self, context: moderngl.Context, materials: dict[str, Material], library: TextureLibrary) -> None:
+    def __init__(
+        self,
+        context: moderngl.Context,
+        materials: dict[str, Material],
+        library: TextureLibrary,
+        pictures: PictureLibrary,
+        ribbed: Collection[str],
+    ) -> None:
         if len(materials) > _LIMIT:
             raise RenderError(f"a scene holds {len(materials)} materials; the raster backend draws at most {_LIMIT}")
         self.row = {name: number for number, name in enumerate(materials)}
-        self.library = library
+        self.library, self.pictures = library, pictures
         layers = library.require(item.texture for item in materials.values() if item.texture is not None)
+        shown = pictures.require(item.picture for item in materials.values() if item.picture is not None)
         values = np.zeros((max(len(materials), 1), 3, 4), np.float32)
         for row, item in enumerate(materials.values()):
             layer = layers[item.texture] if item.texture is not None else -1
             along = item.texture_size * (stretch(item.texture) if item.texture is not None else 1)
             values[row, 0] = [*item.base_color, item.roughness]
             values[row, 1] = [item.metallic, item.emission, layer, 1.0 / item.texture_size]
-            values[row, 2, :2] = [1.0 / along, item.opacity]
+            paint = -2 if item.name in ribbed else -1
+            picture = shown[item.picture] if item.picture is not None else paint
+            values[row, 2, :3] = [1.0 / along, item.opacity, picture]
         self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")
         self.values.filter = (moderngl.NEAREST, moderngl.NEAREST)
 

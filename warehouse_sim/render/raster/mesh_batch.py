@@ -12,7 +12,7 @@ from warehouse_sim.render.raster.mesh_levels import mesh_levels
 from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT
 
 _ATTRIBUTES = ("in_position", "in_normal", "in_to_edge")
-_INSTANCE_ATTRIBUTES = ("in_rotation", "in_translation", "in_scale", "in_texture_shift", "in_identity")
+_INSTANCE_ATTRIBUTES = ("in_rotation", "in_translation", "in_scale", "in_texture_shift", "in_identity", "in_picture")
 
 
 class MeshBatch:

@@ -10,6 +10,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.render.painted_mesh import require_material
+from warehouse_sim.render.raster.ribs import ribs_of
 from warehouse_sim.render.raster.shadow_skin import shadow_casters
 from warehouse_sim.schema import ObjectInstance, Part, SceneSpec
 
@@ -20,10 +21,11 @@ INSTANCE = np.dtype(
         ("translation", "f4", 3),
         ("scale", "f4", 3),
         ("texture_shift", "f4", 2),
-        ("identity", "i4", 4),  # instance id, material row, order of the part's edges, row of the part
+        ("identity", "i4", 4),  # instance id, material row, order of the part's edges, its thinnest axis
+        ("picture", "f4", 4),  # least place along the picture's axes (m), and pictures a metre along them
     ]
 )
-INSTANCE_FORMAT = "9f4 3f4 3f4 2f4 4i4/i"
+INSTANCE_FORMAT = "9f4 3f4 3f4 2f4 4i4 4f4/i"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,8 @@ class PartTable:
     """Rows that draw each of ``meshes``."""
     film: Bool[np.ndarray, " n"]
     """Rows whose material lets light through: they tint the image, and leave depth, ids and shadows alone."""
+    painted: Bool[np.ndarray, " n"]
+    """Rows that leave paint in the geometry buffer: those whose material has a picture or is a ribbed sheet's."""
     casts: Bool[np.ndarray, " n"]
     """Rows that cast shadows."""
     T_world_part: Float64[np.ndarray, "n 4 4"]
@@ -64,6 +68,7 @@ class PartTable:
             meshes=self.meshes,
             rows_of_mesh=tuple(slice(int(a), int(b)) for a, b in pairwise(ends)),
             film=self.film[rows],
+            painted=self.painted[rows],
             casts=self.casts[rows],
             T_world_part=self.T_world_part[rows],
             local_centre=self.local_centre[rows],
@@ -77,12 +82,23 @@ class PartTable:
         return (up * self.local_centre + np.abs(up) * self.half_size).sum(axis=1) + self.T_world_part[:, 2, 3]
 
 
-def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTable:
+def ribbed_materials(scene: SceneSpec) -> frozenset[str]:
+    """Return the names of the materials that ribbed sheets of ``scene`` are made of."""
+    sheets = {
+        name: [part for part in model.parts if ribs_of(part.mesh) is not None] for name, model in scene.models.items()
+    }
+    return frozenset(
+        item.material_of(part) for item in scene.instances if item.model in sheets for part in sheets[item.model]
+    )
+
+
+def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: frozenset[str] = frozenset()) -> PartTable:
     """Flatten ``scene``.
 
     Args:
         scene: What to draw.
         material_row: Number of each material of the scene.
+        ribbed: Names of those that ribbed sheets are made of.
 
     Raises:
         RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
@@ -99,8 +115,11 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
     template["identity"][:, 0] = ids
     template["identity"][:, 1] = [material_row[instance.material_of(part)] for instance, _, part in entries]
     template["identity"][:, 2] = _edge_order(high - low)
-    template["identity"][:, 3] = np.arange(len(entries))
+    template["identity"][:, 3] = np.argmin(high - low, axis=1)
     template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
+    template["picture"] = _picture_frame(low, high)
+    has_paint = {name: name in ribbed or item.picture is not None for name, item in scene.materials.items()}
+    painted = np.array([has_paint[instance.material_of(part)] for instance, _, part in entries])
     film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
     casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
@@ -108,6 +127,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int]) -> PartTabl
         meshes=tuple(groups),
         rows_of_mesh=tuple(slice(a, b) for a, b in pairwise(ends)),
         film=film,
+        painted=painted,
         casts=np.array([casts_of[instance.model][number] for instance, number, _ in entries]),
         T_world_part=T_world_object @ np.stack([part.T_object_part for _, _, part in entries]),
         local_centre=(low + high) / 2,
@@ -151,6 +171,15 @@ def _edge_order(extent: Float64[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
     """
     order = np.argsort(-np.round(extent, 2), axis=1, kind="stable")
     return order @ np.array([1, 4, 16])
+
+
+def _picture_frame(low: Float64[np.ndarray, "n 3"], high: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 4"]:
+    """Return where the picture of each part begins along its own two axes (m), and 1 over its edges there."""
+    facing = np.argmin(high - low, axis=1)
+    up = np.where(facing == 2, 1, 2)
+    axes = np.stack([3 - facing - up, up], axis=1)
+    start, end = (np.take_along_axis(side, axes, axis=1) for side in (low, high))
+    return np.concatenate([start, 1.0 / np.maximum(end - start, 1e-6)], axis=1)
 
 
 def _texture_shift(ids: Int[np.ndarray, " n"], numbers: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 2"]:

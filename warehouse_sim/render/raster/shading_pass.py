@@ -48,6 +48,7 @@ class ShadingPass:
     def _draw(self, shader: FullScreen, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
         geometry.depth.use(UNITS["depth_map"])
         geometry.surface.use(UNITS["surface_map"])
+        geometry.paint.use(UNITS["paint_map"])
         shader.draw(target)
 
     def _shader_for(self, lighting: Lighting) -> FullScreen:

@@ -17,7 +17,7 @@ vec3 displayed(vec3 linear) {
 }
 
 void main() {
-    Surface s = surface_at(point, normal, tangent, texture_coordinate, material, pixel);
+    Surface s = surface_at(point, normal, tangent, texture_coordinate, material, pixel, vec4(0.0));
     float opacity = texelFetch(materials, ivec2(2, material), 0).y;
     // Light crosses more of the film the more it slants, and where the texture has creases.
     float haze = 1.0 - pow(1.0 - opacity, s.factor / max(dot(s.g, s.v), 0.2));

@@ -3,6 +3,8 @@ flat in uvec2 surface;
 in vec2 texture_coordinate;
 in vec4 to_edge;              // linear on the face, 0 on an edge of it
 
+// What a kind of part adds: nothing; the albedo of a picture in paint; another normal in words,
+// and edges that are no borders.
 layout(location = 0) out int out_instance_id;
 layout(location = 1) out uvec2 out_surface;
 layout(location = 2) out vec4 out_reach;
@@ -20,6 +22,7 @@ vec4 reach() {
     bvec4 upright = greaterThan(abs(across), abs(down));
     vec4 steep = mix(down, across, upright), other = mix(across, down, upright);
     vec4 distance = max(on_screen, 0.0) / abs(steep);  // infinite where there is no edge
+    DROP_EDGES(across, down, distance)
     vec4 code = ceil(63.0 - 63.0 * distance) * 4.0 + min(floor(abs(other / steep) * 4.0), 3.0);
     code = mix(vec4(0.0), code, lessThan(distance, vec4(1.0)));
     vec4 before = mix(vec4(0.0), code, greaterThan(steep, vec4(0.0))), after = code - before;
@@ -29,6 +32,8 @@ vec4 reach() {
 
 void main() {
     out_instance_id = instance_id;
-    out_surface = uvec2(surface.x, surface.y | pack_tile(texture_coordinate));
+    uvec2 words = surface;
+    ADD_LOOK(words)
+    out_surface = uvec2(words.x, words.y | pack_tile(texture_coordinate));
     out_reach = reach();
 }

@@ -15,8 +15,9 @@ struct Surface {
     float factor;                 // of the texture on the base colour
 };
 
-// What material ``row`` makes of a point. tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m.
-Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel) {
+// What material ``row`` makes of a point. tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m;
+// paint: albedo on top of it, multiplied by its alpha, the share that it covers.
+Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel, vec4 paint) {
     vec4 look = texelFetch(materials, ivec2(0, row), 0);
     vec4 more = texelFetch(materials, ivec2(1, row), 0);
     Surface s;
@@ -38,6 +39,7 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
         s.n = normalize(g * sqrt(max(1.0 - dot(bend, bend), 0.0)) + tangent * bend.x + cross(g, tangent) * bend.y);
         s.nv = max(dot(s.n, s.v), 1e-3);
     }
+    s.base = s.base * (1.0 - paint.a) + paint.rgb;
     s.roughness = clamp(s.roughness, 0.05, 1.0);
     s.a = s.roughness * s.roughness;
     s.f0 = mix(vec3(0.04), s.base, more.x);

@@ -1,6 +1,6 @@
 // The two words that the geometry pass stores of a pixel's surface.
-// First: octahedral normal in 2 x 12 bits, material in 8. Second: place in the texture in 2 x 11 bits, direction of the
-// texture's u axis in 5, the lowest 5 bits of the part's number.
+// First: octahedral normal in 2 x 12 bits, direction of the texture's u axis in 6, the highest 2 bits of the material.
+// Second: place in the texture in 2 x 11 bits, the lowest 10 bits of the material.
 // Octahedral: Cigolle et al. 2014, "A survey of efficient representations for independent unit vectors".
 
 uint pack_normal(vec3 n) {
@@ -31,13 +31,13 @@ uint pack_tangent(vec3 t, vec3 n) {
     basis(n, a, b);
     vec2 d = vec2(dot(t, a), dot(t, b));
     d /= abs(d.x) + abs(d.y);
-    return uint(round((d.y >= 0.0 ? 1.0 - d.x : 3.0 + d.x) * 8.0)) & 31u;
+    return uint(round((d.y >= 0.0 ? 1.0 - d.x : 3.0 + d.x) * 16.0)) & 63u;
 }
 
 vec3 unpack_tangent(uint word, vec3 n) {
     vec3 a, b;
     basis(n, a, b);
-    float way = float((word >> 22) & 31u) / 8.0;
+    float way = float((word >> 24) & 63u) / 16.0;
     float x = abs(way - 2.0) - 1.0;
     vec2 d = normalize(vec2(x, (1.0 - abs(x)) * (way < 2.0 ? 1.0 : -1.0)));
     return a * d.x + b * d.y;
@@ -52,7 +52,17 @@ vec2 unpack_tile(uint word) {
     return (vec2(word & 2047u, (word >> 11) & 2047u) + 0.5) / 2048.0;
 }
 
-// A number in 8 bits that differs between neighbouring faces: of part, normal and material.
+// n: unit normal, t: direction of the texture's u axis, both in the camera frame; row: of the material.
+uvec2 pack_surface(vec3 n, vec3 t, uint row) {
+    uint normal = pack_normal(n);
+    return uvec2(normal | (pack_tangent(t, unpack_normal(normal)) << 24) | ((row >> 10) << 30), (row & 1023u) << 22);
+}
+
+int material_row(uvec2 words) {
+    return int(((words.x >> 30) << 10) | (words.y >> 22));
+}
+
+// A number in 8 bits that differs between neighbouring faces: of normal and material.
 uint face_hash(uvec2 words) {
-    return (((words.y >> 27) * 2654435761u) ^ (words.x * 2246822519u)) >> 24;
+    return (((words.y >> 22) * 2654435761u) ^ (words.x * 2246822519u)) >> 24;
 }

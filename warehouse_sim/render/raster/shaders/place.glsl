@@ -6,7 +6,7 @@ in mat3 in_rotation;
 in vec3 in_translation;
 in vec3 in_scale;
 in vec2 in_texture_shift;
-in ivec4 in_identity;         // instance id, material row, order of the edges, row of the part
+in ivec4 in_identity;         // instance id, material row, order of the edges, thinnest axis
 
 uniform vec4 intrinsics;   // fx, fy, cx, cy in target coordinates
 uniform vec2 window;       // size of the viewport in pixels

@@ -1,6 +1,7 @@
 uniform sampler2D near_light, around, visibility_a, visibility_b;  // see soft.frag
 uniform vec3 up;                  // world z in the camera frame
 uniform float sky, ground;        // luminance of the environment above and below the horizon (cd/m^2)
+uniform sampler2D paint_map;      // of pictures, see gbuffer.frag
 
 layout(location = 0) out vec4 out_color;  // alpha: hash of the face that the pixel shows
 
@@ -9,8 +10,11 @@ void main() {
     uvec2 words = texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).xy;
     bool nothing = stored <= 0.0;
     vec3 ray = pixel_ray(), p = ray * (nothing ? 1.0 : near / stored), n = unpack_normal(words.x);
-    vec3 tangent = unpack_tangent(words.y, n);
-    Surface s = surface_at(p, n, tangent, unpack_tile(words.y), int(words.x >> 24), 1.0 / intrinsics.x);
+    vec3 tangent = unpack_tangent(words.x, n);
+    int row = material_row(words);
+    vec4 paint = vec4(0.0);
+    if (texelFetch(materials, ivec2(2, row), 0).z != -1.0) paint = texelFetch(paint_map, ivec2(gl_FragCoord.xy), 0);
+    Surface s = surface_at(p, n, tangent, unpack_tile(words.y), row, 1.0 / intrinsics.x, paint * paint);
 
     vec2 half_way = floor(gl_FragCoord.xy) * 0.5, corner = floor(half_way) + 1.0, f = fract(half_way);
     vec4 weight = vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y);
