@@ -13,7 +13,7 @@ from warehouse_sim.dataset.contents import CameraContents, Contents, LidarConten
 from warehouse_sim.dataset.plain import LENGTHS, NUMBERS, PIXELS, PLACES, Span, take, take_if_given
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.ranges import ranges_of
-from warehouse_sim.schema import CAMERA, LIDAR, RIGHT
+from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
 
 _COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 _FOCAL = Span(1e-3, 1e6)
@@ -49,6 +49,7 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
     lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {})
     matched = right is not None and right.get("matching") is not None
     more = take_if_given(sensors, "more", dict, inner) or {}
+    imu = {} if take_if_given(sensors, "imu", dict, inner) is None else {IMU: "imu"}
     try:
         return Contents(
             name=take_if_given(recipe, "name", str, where) or "",
@@ -60,7 +61,7 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
             clean=bool(take_if_given(sensors, "clean", bool, inner)),
             lidar=lidar,
             lidars=lidars,
-            sensors={name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more},
+            sensors=imu | {name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more},
             depth_ranges=_depth_ranges(recipe, where),
             tilted_viewpoints=_tilted(scene, f"{where}: scene"),
             targets=_targets(scene, f"{where}: scene"),

@@ -18,7 +18,7 @@ from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render import open_renderer
-from warehouse_sim.schema import CAMERA, LIDAR, Observation
+from warehouse_sim.schema import CAMERA, IMU, LIDAR, Observation
 
 BOX_COLOR = (60, 230, 90)
 FOOTPRINT = [0, 2, 6, 4]
@@ -67,7 +67,7 @@ def contact_sheet(observation: Observation) -> Image:
         "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
         "LiDAR in the image": _lidar_in_image(observation),
     }
-    shown = (CAMERA, LIDAR)
+    shown = (CAMERA, LIDAR, IMU)  # six numbers are no picture
     panels |= reading_panels({k: v for k, v in observation.readings.items() if k not in shown}, rgb.shape[:2])
     if len(panels) % 2:
         panels[""] = np.full_like(rgb, 18)

@@ -8,6 +8,7 @@ from warehouse_sim.schema.labels import ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
 from warehouse_sim.schema.readings import (
     CAMERA,
+    IMU,
     LIDAR,
     RIGHT,
     ChannelReading,
@@ -24,6 +25,7 @@ from warehouse_sim.schema.things import LuminousFace, Material, ObjectModel, Par
 
 __all__ = [
     "CAMERA",
+    "IMU",
     "LIDAR",
     "RIGHT",
     "ChannelReading",

@@ -11,8 +11,8 @@ from warehouse_sim.geometry.pose import Transform
 
 Channels = Mapping[str, np.ndarray[Any, Any]]
 """Arrays of numbers by name."""
-CAMERA, LIDAR, RIGHT = "camera", "lidar", "right"
-"""Names in a rig of the camera that labels are made for, of the main LiDAR and of the second camera."""
+CAMERA, LIDAR, RIGHT, IMU = "camera", "lidar", "right", "imu"
+"""Names in a rig of the camera that labels are made for, of the main LiDAR, the second camera and the inertial unit."""
 
 
 class Reading(Protocol):

@@ -30,7 +30,7 @@ def test_what_is_written_is_read_back() -> None:
     data = {"camera": {"width": 64, "height": 48, "focal_px": 50}, "lidar": {"azimuth_range_deg": [-45, 45]}}
     rig = from_mapping(RigConfig, data, "here")
     assert from_mapping(RigConfig, to_mapping(rig), "again") == rig
-    assert set(to_mapping(rig)) == {"camera", "rgbd", "lidar", "lidar_position"}
+    assert set(to_mapping(rig)) == {"camera", "rgbd", "lidar", "lidar_position", "imu"}
 
 
 @pytest.mark.parametrize(

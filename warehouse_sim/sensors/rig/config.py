@@ -8,8 +8,9 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.schema import CAMERA, LIDAR, RIGHT
+from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
 from warehouse_sim.sensors import SENSORS
+from warehouse_sim.sensors.imu import ImuConfig
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
@@ -46,6 +47,8 @@ class RigConfig:
     """More LiDARs by name (small letters and digits)."""
     right: StereoConfig | None = None
     """The second camera; null = none."""
+    imu: ImuConfig | None = field(default_factory=ImuConfig)
+    """Bias and noise of the inertial unit in the camera; null = none."""
     more: dict[str, FurtherSensor] = field(default_factory=dict)
     """Any other sensors by name: ``{sensor: REGISTERED, mount: {...}}`` and settings of that sensor."""
     clean: bool = False
@@ -70,7 +73,12 @@ class RigConfig:
                 )
         if len(self.more) > _MOST_FURTHER:
             raise ValueError(f"more must be at most {_MOST_FURTHER} sensors, found {len(self.more)}")
-        built_in = (CAMERA, *([] if self.lidar is None else [LIDAR]), *([] if self.right is None else [RIGHT]))
+        built_in = (
+            CAMERA,
+            *([] if self.lidar is None else [LIDAR]),
+            *([] if self.right is None else [RIGHT]),
+            *([] if self.imu is None else [IMU]),
+        )
         names = [*built_in, *self.lidars, *self.more]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"every sensor of a rig needs a name of its own; {', '.join(twice)}: rename one")
@@ -110,6 +118,8 @@ class RigConfig:
         if self.right is not None:
             at_baseline = Mount(left=-self.right.baseline)
             found[RIGHT] = _mounted("stereo", (self.right, self.rgbd.color), at_baseline, "right")
+        if self.imu is not None:
+            found[IMU] = _mounted("imu", (self.imu,), Mount(), "imu")
         for name, other in self.more.items():
             found[name] = MountedSensor(other.sensor, other.settings, other.mount, f"sensor {name}")
         return found
