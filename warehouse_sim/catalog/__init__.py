@@ -4,6 +4,7 @@ from functools import cache
 from pathlib import Path
 
 from warehouse_sim.catalog.building import BUILDING, floor_slab, highbay_luminaire, wall
+from warehouse_sim.catalog.clutter import CLUTTER
 from warehouse_sim.catalog.loads import LOADS, carton
 from warehouse_sim.catalog.materials import materials, materials_of
 from warehouse_sim.catalog.pallets import PALLETS, epal1
@@ -13,7 +14,14 @@ from warehouse_sim.catalog.traffic import TRAFFIC
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
 
-SHIPPED = {**dict.fromkeys(PALLETS, "warehouse_sim.catalog.pallets:pallet"), **LOADS, **RACKS, **BUILDING, **TRAFFIC}
+SHIPPED = {
+    **dict.fromkeys(PALLETS, "warehouse_sim.catalog.pallets:pallet"),
+    **LOADS,
+    **RACKS,
+    **BUILDING,
+    **TRAFFIC,
+    **CLUTTER,
+}
 """Name -> builder of the package's own objects. What is drawn by class is drawn from these, whatever is installed."""
 CATALOG = Registry("catalog object")
 """Name -> builder: a function that takes the name and returns the ``ObjectModel``."""

@@ -11,6 +11,7 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.appearance import AppearanceConfig
+from warehouse_sim.scene.clutter import ClutterConfig
 from warehouse_sim.scene.lanes import LanesConfig
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -43,6 +44,8 @@ class SceneRecipe:
     """Loads on the floor of the aisle."""
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     """People, trucks and what lies about on the floor of the aisle."""
+    clutter: ClutterConfig = field(default_factory=ClutterConfig)
+    """Small things that stand about on the floor."""
     lights: LightingConfig = field(default_factory=LightingConfig)
     """Luminaires, daylight and exposure."""
     appearance: AppearanceConfig = field(default_factory=AppearanceConfig)

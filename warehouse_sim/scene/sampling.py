@@ -6,6 +6,7 @@ from warehouse_sim.catalog import materials_of
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.appearance import paint_scene
 from warehouse_sim.scene.backdrop import fill_backdrop
+from warehouse_sim.scene.clutter import add_clutter
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
@@ -50,6 +51,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
+        add_clutter(draft, recipe.clutter, area, stream("clutter"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
         viewpoints = choose_viewpoints(

@@ -54,6 +54,8 @@ class AppearanceConfig:
     """Euro containers of one kind in one load."""
     drums: PaintConfig | None = None
     """Drums of one kind in one load."""
+    clutter: PaintConfig | None = None
+    """Plastic and paint of each thing that stands about."""
     film: PaintConfig | None = None
     """Stretch film of each load."""
 

@@ -58,6 +58,7 @@ PRESETS: dict[PresetName, dict[str, PaintConfig]] = {
         "sacks": _varied(0.6, 0.4),
         "totes": _varied(0.7, 0.5),
         "drums": _varied(0.6, 0.4),
+        "clutter": _varied(0.8, 0.8),
         "film": _varied(0.6, hue_deg=0.0),
     },
     "wild": {name: _WILD for name in SURFACES if name != "film"},

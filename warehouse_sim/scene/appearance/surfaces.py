@@ -68,6 +68,10 @@ SURFACES: dict[str, Surface] = {
         ("steel_paint_blue", "steel_paint_black", *_PLASTIC), "load", palettes.DRUMS, frozenset({"drum"}), apart=True,
         looks=3,
     ),
+    "clutter": Surface(
+        ("steel_paint_blue", "steel_paint_black", *_PLASTIC), "object", palettes.TOTES, frozenset({"clutter"}),
+        apart=True, looks=2,
+    ),
     "film": Surface(("stretch_film",), "load", palettes.FILM, looks=3),
 }  # fmt: skip
 """Setting of ``scene.appearance`` -> what it changes."""

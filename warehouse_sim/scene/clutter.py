@@ -1,0 +1,72 @@
+"""Clutter: small things that stand about on the floor of the aisle, most of them beside what stands along it."""
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.clutter import CLUTTER
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.draft import Area, SceneDraft
+
+_TRIES = 40
+_EDGE = 0.9
+"""Width of the strip along either side of the aisle that is its edge (m)."""
+_LOW, _HIGH = 0.011, 2.0
+"""Paint up to the first height, and what begins above the second, is in nobody's way (m)."""
+
+
+@dataclass(frozen=True)
+@ranged
+class ClutterConfig:
+    """How much of it there is."""
+
+    count: Annotated[Distribution, Range(0, 60, whole=True)] = field(default=Distribution.constant(0))
+    """Things on the floor of the aisle, 0-60; fewer where no more find a place."""
+    beside_share: Share = 0.85
+    """Share of them that stand along the aisle's sides, 0-1; the others stand anywhere."""
+    clearance: Annotated[float, Range(0.02, 1, "m")] = 0.05
+    """Least distance between any two of them and to everything else (m), 0.02-1."""
+
+
+def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.random.Generator) -> None:
+    """Stand clutter on the floor of ``area``, clear of everything there; what finds no place is left out.
+
+    Args:
+        draft: Where to add it.
+        config: How much of it.
+        area: Floor of the aisle.
+        rng: Where, which and which way.
+    """
+    count = config.count.draw_count(rng)
+    if count == 0:
+        return
+    solids = draft.solids()
+    low, high = solids.extents
+    in_the_way = solids.boxes.subset((high[:, 2] > _LOW) & (low[:, 2] < _HIGH))
+    placed: list[OrientedBox] = []
+    for _ in range(count):
+        model = catalog_object(sorted(CLUTTER)[int(rng.integers(len(CLUTTER)))])
+        beside = bool(rng.random() < config.beside_share)
+        for _ in range(_TRIES):
+            T_world_object = _draw_place(float(model.size[2]), area, beside, rng)
+            box = OrientedBox(T_world_object, model.size)
+            if all(stack.clear_of(box, config.clearance) for stack in (in_the_way, BoxStack.of(placed))):
+                draft.add(model, T_world_object)
+                placed.append(box)
+                break
+
+
+def _draw_place(height: float, area: Area, beside: bool, rng: np.random.Generator) -> Transform:
+    x, yaw = rng.uniform(area.x_min, area.x_max), rng.uniform(-np.pi, np.pi)
+    y = rng.uniform(area.y_min, area.y_max)
+    if beside:
+        depth = min(_EDGE, (area.y_max - area.y_min) / 2)
+        into = rng.uniform(0.0, depth)
+        y = area.y_min + into if rng.random() < 0.5 else area.y_max - into
+    return make_transform(rotation_z(yaw), np.array([x, y, height / 2]))
