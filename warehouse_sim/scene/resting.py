@@ -7,7 +7,7 @@ hull of the places where it does, stays (a rigid body on rigid supports; frictio
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.separation import BoxStack
@@ -21,6 +21,8 @@ _MOST_DROP, _MOST_SINK = 0.01, 0.001
 """A piece is lowered by at most the first and raised by at most the second (m)."""
 _MARGIN = 0.01
 """The centre of mass lies at least this far inside the hull of the contact (m)."""
+_EDGE = 1e-9
+"""A point this near to an edge (m) is on it."""
 _GRID = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 2), axis=-1).reshape(-1, 2)
 _WAYS = np.stack([np.cos(np.arange(16) * np.pi / 8), np.sin(np.arange(16) * np.pi / 8)])
 
@@ -46,7 +48,10 @@ def drop_to_rest(boxes: BoxStack, below: BoxStack, middle: Float[np.ndarray, " 2
     carrying = below.subset(near)
     if not near.any() or not is_level(carrying).all():
         return None
-    points = _sole(boxes, bottoms <= low + _TOUCH)
+    sole = boxes.subset(bottoms <= low + _TOUCH)
+    # Points of either face: a grid on the piece alone misses what is narrow under it.
+    above = _grid(carrying)
+    points = np.concatenate([_grid(sole), above[_over(above, sole).any(axis=1)]])
     heights = _heights(points, carrying, tops[near], low + _MOST_SINK)
     top = float(heights.max())
     if not -_MOST_SINK <= low - top <= _MOST_DROP:
@@ -54,8 +59,17 @@ def drop_to_rest(boxes: BoxStack, below: BoxStack, middle: Float[np.ndarray, " 2
     if middle is None:
         volume = np.prod(boxes.half, axis=1)
         middle = volume @ boxes.centre[:, :2] / volume.sum()
-    reach = ((points[heights >= top - _TOUCH] - middle) @ _WAYS).max(axis=0)
-    return low - top if bool((reach >= _MARGIN).all()) else None
+    contact = points[heights >= top - _TOUCH]
+    if not _holds(contact, middle):
+        # The grids miss the corners of what the faces share: look for those before giving up.
+        shared = _clamped(_grid(sole), carrying.subset((tops[near] >= top - _TOUCH) & (tops[near] <= top)))
+        contact = np.concatenate([contact, shared[_over(shared, sole).any(axis=1)]])
+    return low - top if _holds(contact, middle) else None
+
+
+def _holds(contact: Float[np.ndarray, "n 2"], middle: Float[np.ndarray, " 2"]) -> bool:
+    """Return whether ``middle`` (m) is inside the hull of the contact, with a margin."""
+    return bool((((contact - middle) @ _WAYS).max(axis=0) >= _MARGIN).all())
 
 
 def lowered_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[tuple[ObjectModel, Transform]]:
@@ -69,9 +83,9 @@ def proved_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[Transfo
     return poses if proved else None
 
 
-def is_level(boxes: BoxStack) -> np.ndarray:
+def is_level(boxes: BoxStack) -> Bool[np.ndarray, " n"]:
     """Return of each box whether its own z axis is vertical."""
-    return np.abs(boxes.rotation[:, 2, :2]).max(axis=1, initial=0.0) < _LEVEL
+    return np.asarray(np.abs(boxes.rotation[:, 2, :2]).max(axis=1, initial=0.0) < _LEVEL)
 
 
 def _lowered(pieces: Sequence[tuple[ObjectModel, Transform]], on_floor: bool = True) -> tuple[list[Transform], bool]:
@@ -112,19 +126,30 @@ def joined(stacks: Sequence[BoxStack]) -> BoxStack:
     )
 
 
-def _sole(boxes: BoxStack, lowest: np.ndarray) -> Float[np.ndarray, "n 2"]:
-    """Return a grid of points (m) on the lowest faces, edges and corners among them."""
-    chosen = boxes.subset(lowest)
-    offsets = _GRID[None] * chosen.half[:, None, :2]
-    turned = np.einsum("bij,bpj->bpi", chosen.rotation[:, :2, :2], offsets)
-    return (chosen.centre[:, None, :2] + turned).reshape(-1, 2)
+def _grid(boxes: BoxStack) -> Float[np.ndarray, "n 2"]:
+    """Return a grid of points (m) on the horizontal faces of boxes, edges and corners among them."""
+    offsets = _GRID[None] * boxes.half[:, None, :2]
+    turned = np.einsum("bij,bpj->bpi", boxes.rotation[:, :2, :2], offsets)
+    return np.asarray((boxes.centre[:, None, :2] + turned).reshape(-1, 2))
+
+
+def _over(points: Float[np.ndarray, "n 2"], boxes: BoxStack) -> Bool[np.ndarray, "n m"]:
+    """Return which points lie over or under which boxes."""
+    away = points[:, None] - boxes.centre[None, :, :2]
+    own = np.einsum("mji,nmj->nmi", boxes.rotation[:, :2, :2], away)
+    return np.asarray((np.abs(own) <= boxes.half[None, :, :2] + _EDGE).all(axis=2))
+
+
+def _clamped(points: Float[np.ndarray, "n 2"], boxes: BoxStack) -> Float[np.ndarray, "k 2"]:
+    """Return for each of ``points`` (m) and each of ``boxes`` the nearest point of the box, seen from above."""
+    turn = boxes.rotation[:, :2, :2]
+    own = np.einsum("mji,nmj->nmi", turn, points[:, None] - boxes.centre[None, :, :2])
+    own = np.clip(own, -boxes.half[None, :, :2], boxes.half[None, :, :2])
+    return np.asarray((boxes.centre[None, :, :2] + np.einsum("mij,nmj->nmi", turn, own)).reshape(-1, 2))
 
 
 def _heights(
     points: Float[np.ndarray, "n 2"], boxes: BoxStack, tops: Float[np.ndarray, " m"], limit: float
 ) -> Float[np.ndarray, " n"]:
     """Return the highest top (m) under each point that is not over ``limit``; minus infinity where there is none."""
-    away = points[:, None] - boxes.centre[None, :, :2]
-    own = np.einsum("mji,nmj->nmi", boxes.rotation[:, :2, :2], away)
-    over = (np.abs(own) <= boxes.half[None, :, :2]).all(axis=2) & (tops <= limit)
-    return np.where(over, tops, -np.inf).max(axis=1)
+    return np.asarray(np.where(_over(points, boxes) & (tops <= limit), tops, -np.inf).max(axis=1))

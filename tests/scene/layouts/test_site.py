@@ -19,7 +19,7 @@ def test_every_kind_reads_back_and_builds_places_outside_the_aisle(kind: str) ->
     draft = SceneDraft()
     site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
     places = [slot.T_world_slot for slot in site.slots] + [T for lane in site.lanes for T in lane.T_world_places]
-    assert places
+    assert bool(places) == (kind not in ("cantilever", "small_parts", "mezzanine"))
     assert site.aisle == aisle_area(layout)
     for T in places:
         assert not site.aisle.contains(T[:3, 3])

@@ -1,4 +1,4 @@
-"""Selective pallet racking: upright frames, beams and what hangs on them, in a few fixed sizes.
+"""Racking: selective pallet racks in a few fixed sizes, drive-in and cantilever racks, shelves, platforms.
 
 Frame of all: x along the aisle, y into the rack, z up, origin at the centre of the bounding box. A bay is 2.7 m clear
 between uprights: three EPAL 1 pallets short side out with four gaps of 75 mm.
@@ -20,7 +20,10 @@ from warehouse_sim.catalog.racks.beams import (
     rack_beam,
     step_beam,
 )
+from warehouse_sim.catalog.racks.cantilever import CANTILEVERS
 from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS, rack_frame
+from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
+from warehouse_sim.catalog.racks.shelves import BINS
 from warehouse_sim.catalog.racks.upright import HOLE_PITCH, UPRIGHT_DEPTH, UPRIGHT_WIDTH
 
 _ROOM = "warehouse_sim.catalog.racks"
@@ -40,6 +43,13 @@ RACKS = {
             "row_spacer",
         )
     },
+    **{name: f"{_ROOM}.drive_in:{name}" for name in ("drive_in_rail", "drive_in_tie")},
+    **dict.fromkeys(CANTILEVERS, f"{_ROOM}.cantilever:cantilever_column"),
+    "cantilever_brace": f"{_ROOM}.cantilever:cantilever_brace",
+    **{name: f"{_ROOM}.long_goods:{name}" for name in LONG_GOODS},
+    "shelf_bay": f"{_ROOM}.shelves:shelf_bay",
+    **dict.fromkeys(BINS, f"{_ROOM}.shelves:storage_bin"),
+    **{name: f"{_ROOM}.platform:{name}" for name in ("platform_panel", "platform_column", "platform_railing")},
 }
 """Catalog name -> where its builder is."""
 
@@ -48,6 +58,8 @@ __all__ = [
     "BAY_WIDTHS",
     "BEAM_DEPTH",
     "BEAM_HEIGHT",
+    "BINS",
+    "CANTILEVERS",
     "CONNECTOR_HEIGHT",
     "CONNECTOR_LEG",
     "CONNECTOR_SHEET",
@@ -57,6 +69,7 @@ __all__ = [
     "FRAME_HEIGHTS",
     "GUARD_HEIGHT",
     "HOLE_PITCH",
+    "LONG_GOODS",
     "RACKS",
     "STEP_BEAM_DEPTH",
     "STEP_DEPTH",

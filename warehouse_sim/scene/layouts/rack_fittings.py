@@ -24,15 +24,21 @@ _EYES, _LOWEST = 1.75, 0.9
 
 def add_guards(draft: SceneDraft, bays: int, pitch: float, T_world_rack: Transform) -> None:
     """Add a barrier across each end of the rack and a guard before each front upright."""
-    barrier, guard = catalog_object("rack_end_guard"), catalog_object("upright_guard")
+    barrier = catalog_object("rack_end_guard")
     half = bays * pitch / 2
     for side in (-1.0, 1.0):
         x = side * (half + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
         T_rack_barrier = make_transform(None if side > 0 else _HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
         T_rack_barrier[2, 3] = barrier.size[2] / 2
         draft.add("rack_end_guard", T_world_rack @ T_rack_barrier)
-    for index in range(bays + 1):
-        at = np.array([(index - bays / 2) * pitch, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2])
+    add_upright_guards(draft, [(index - bays / 2) * pitch for index in range(bays + 1)], T_world_rack)
+
+
+def add_upright_guards(draft: SceneDraft, xs: Sequence[float], T_world_rack: Transform) -> None:
+    """Add a guard before each front upright, whose axes are at ``xs`` (m) along the rack."""
+    guard = catalog_object("upright_guard")
+    for x in xs:
+        at = np.array([x, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2])
         draft.add("upright_guard", T_world_rack @ make_transform(translation=at))
 
 

@@ -1,0 +1,100 @@
+"""Shelving for small parts: bays of posts and sheet shelves, and the open-fronted bins that stand in them.
+
+Frame of all: x along the aisle, y into the shelf (the front is at -y), z up, origin at the centre of the bounding box.
+"""
+
+import numpy as np
+
+from warehouse_sim.catalog.parts import box_part, collision_boxes, solid_box
+from warehouse_sim.catalog.racks.rack_model import rack_model
+from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.pose import rotation_y
+from warehouse_sim.schema import ObjectModel
+
+SHELF_SIZE = (1.03, 0.5, 2.2)
+"""Outer edges of a bay (m), pitch along x; 1 m of clear width."""
+SHELF_SHEET = 0.03
+"""Height of a shelf with its folded edge (m)."""
+SHELF_COUNT = 6
+POST = 0.03
+_PAINT = "steel_paint_blue"
+_FIRST, _STEP = 0.1, 0.4
+
+
+def shelf_tops() -> list[float]:
+    """Return the heights (m) of the shelves' tops above the foot of a bay."""
+    return [_FIRST + _STEP * number for number in range(SHELF_COUNT)]
+
+
+SHELF_ROOM = _STEP - SHELF_SHEET
+"""Free height over a shelf that has another above it (m)."""
+
+
+def shelf_bay(name: str = "shelf_bay") -> ObjectModel:
+    """Build a bay of six shelves on four posts, with a cross of flat bars behind."""
+    width, depth, height = SHELF_SIZE
+    floor = -height / 2
+    posts = [
+        box_part(
+            (POST / 2, POST, height), (x * (width - POST / 2) / 2, y * (depth - POST) / 2, 0.0), "steel_paint_blue"
+        )
+        for x in (-1.0, 1.0)
+        for y in (-1.0, 1.0)
+    ]
+    # The cross of bars lies behind the shelves, which end before it.
+    shelves = [
+        box_part((width - POST, depth - 0.01, SHELF_SHEET), (0.0, -0.005, floor + top - SHELF_SHEET / 2), "galvanised")
+        for top in shelf_tops()
+    ]
+    run, rise = width - POST, height - 0.4
+    bars = [
+        box_part(
+            (float(np.hypot(run, rise)) - 0.06, 0.002, 0.025),
+            (0.0, depth / 2 - 0.001 - 0.002 * number, 0.0),
+            "galvanised",
+            rotation_y(side * float(np.arctan2(rise, run))),
+        )
+        for number, side in enumerate((-1.0, 1.0))
+    ]
+    return rack_model(name, 530, SHELF_SIZE, [*posts, *shelves, *bars], collision_boxes([*posts, *shelves]))
+
+
+BINS = {
+    "storage_bin_blue": (531, "plastic_blue"),
+    "storage_bin_red": (532, "plastic_red"),
+    "storage_bin_grey": (533, "plastic_grey"),
+}
+"""Catalog name -> obj_id and material."""
+
+
+def storage_bin(name: str) -> ObjectModel:
+    """Build an open-fronted bin of 150 x 300 x 130 mm with a label at its front and small boxes in it.
+
+    Raises:
+        UnknownNameError: There is no such bin.
+    """
+    if name not in BINS:
+        raise UnknownNameError("storage bin", name, list(BINS))
+    obj_id, material = BINS[name]
+    # Colours are of equal shape; a millimetre tells their numbers apart, as it does makers' series.
+    width, depth, height = 0.15, 0.3 + 0.001 * (obj_id - 531), 0.13
+    sheet, front = 0.004, 0.07
+    floor = -height / 2
+    parts = [box_part((width, depth, sheet), (0.0, 0.0, floor + sheet / 2), material)]
+    parts += [
+        box_part((sheet, depth, height - sheet), (x * (width - sheet) / 2, 0.0, sheet / 2), material)
+        for x in (-1.0, 1.0)
+    ]
+    inner = width - 2 * sheet
+    parts.append(box_part((inner, sheet, height - sheet), (0.0, (depth - sheet) / 2, sheet / 2), material))
+    y_front = -(depth - sheet) / 2
+    parts.append(box_part((inner, sheet - 0.001, front), (0.0, y_front + 0.0005, floor + sheet + front / 2), material))
+    parts.append(box_part((0.09, 0.001, 0.04), (0.0, -depth / 2 + 0.0005, floor + 0.04), "label_paper"))
+    parts += [
+        box_part((0.06, 0.07, 0.05), (x, y, floor + sheet + 0.025), "kraft")
+        for x in (-0.034, 0.034)
+        for y in (-0.09, 0.0, 0.09)
+    ]
+    return rack_model(
+        name, obj_id, (width, depth, height), parts, [solid_box((width, depth, height))], class_name="bin", mass=2.0
+    )

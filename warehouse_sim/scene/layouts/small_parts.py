@@ -1,0 +1,66 @@
+"""Shelving for small parts along a narrow aisle, in rows back to back, with bins, euro containers and cartons."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
+from warehouse_sim.scene.layouts.site import Layout, Side
+
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+_BETWEEN = 0.06
+"""Free space between rows back to back (m)."""
+_AISLE = 1.1
+"""Width of the aisles between the rows behind (m)."""
+
+
+@dataclass(frozen=True)
+@ranged
+class SmallPartsConfig(Layout):
+    """Rows of shelves; what stands in them is fixed. It has no place for pallets: give it another side, or staging."""
+
+    kind: ClassVar[str] = "small_parts"
+
+    bays: Annotated[int, Range(2, 30)] = 12
+    """Bays of 1.03 m in a row, 2-30."""
+    rows: Annotated[int, Range(1, 6)] = 2
+    """Rows on a side, 1-6, two and two back to back."""
+    fill: Share = 0.85
+    """Share of the shelves' width that is taken, 0-1."""
+    sides: Literal["one", "both"] = "one"
+    """Shelves on one side of the aisle, with a wall behind, or on both."""
+
+    @property
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+        return self.bays * SHELF_SIZE[0]
+
+    @property
+    def depth(self) -> float:
+        """Depth of all rows (m)."""
+        return self._front(self.rows - 1) + SHELF_SIZE[1]
+
+    @property
+    def opposite(self) -> "SmallPartsConfig | None":
+        """The same rows again, when there are two sides."""
+        return self if self.sides == "both" else None
+
+    def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
+        """Add the rows; there are no places for pallets."""
+        for row in range(self.rows):
+            turned = row % 2 == 1
+            at = np.array([0.0, self._front(row) + (SHELF_SIZE[1] if turned else 0.0), 0.0])
+            T_side_row = make_transform(_HALF_TURN if turned else None, at)
+            add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng)
+        return Side()
+
+    @staticmethod
+    def _front(row: int) -> float:
+        """Return y (m) of the nearer face of a row."""
+        pairs, second = divmod(row, 2)
+        return pairs * (2 * SHELF_SIZE[1] + _BETWEEN + _AISLE) + second * (SHELF_SIZE[1] + _BETWEEN)
