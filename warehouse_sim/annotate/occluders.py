@@ -16,7 +16,10 @@ WRAP = "wrap"
 """Key for film. Film dims and does not hide: its share is of the silhouette too, but counts pixels that are visible."""
 
 _CLASSES: dict[OccluderKind, tuple[str, ...]] = {
-    "load": ("carton", "tote", "drum", "sack", "slip_sheet", "corner_post", "wrap"),
+    "load": (
+        *("carton", "tote", "drum", "sack", "slip_sheet", "corner_post", "wrap"),
+        *("gitterbox", "roll_container", "octabin", "big_bag", "ibc"),
+    ),
     "pallet": ("pallet",),
     "rack": ("rack", "guard"),
     "traffic": ("person", "forklift", "pallet_jack", "cone", "bollard", "sign"),

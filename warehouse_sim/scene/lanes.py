@@ -14,6 +14,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
+from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.packing.contents import one_article, that_carry
 from warehouse_sim.scene.packing.pallet_choice import all_pallets, draw_pallet, on_these
 from warehouse_sim.scene.placing import jitter_scale
@@ -81,9 +82,9 @@ def fill_lanes(
     for number, lane in enumerate(lanes):
         count = round(config.fill.draw(rng) * len(lane.T_world_places))
         empty = rng.random() < config.empties_share
-        kind = (
-            _of_one_article(lane, loads, rng, config.stack.high > 1) if rng.random() < config.one_kind_share else loads
-        )
+        stacked = config.stack.high > 1
+        kind = _of_one_article(lane, loads, rng, stacked) if rng.random() < config.one_kind_share else loads
+        kind = _of_one_carrier(lane, kind, rng)
         draw = _empty_stack if empty else _draw_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
             near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
@@ -117,7 +118,8 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
     for number in range(wanted):
         room = lane.clear_height - height
         try:
-            load = build_unit_load(room, top if number == wanted - 1 else full, rng, most_mass=spare)
+            config_of = top if number == wanted - 1 else full
+            load = build_unit_load(room, config_of, rng, lane.footprint, spare, on_floor=not stack)
         except PlacementError:
             if stack:
                 break  # the stack ends where its goods are too high for the rest of the room, or too heavy
@@ -145,7 +147,7 @@ def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: 
 
 def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw a stack of empty pallets of one kind."""
-    bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_share=1.0)
+    bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_share=1.0, carrier_share=0.0)
     stack: Stack = []
     height = 0.0
     for _ in range(max(1, config.empties.draw_count(rng))):
@@ -178,6 +180,17 @@ def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator,
     if loads.stacking.crush_rule and stacked:
         loads = that_carry(loads, _deck(pallet))
     return on_these(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
+
+
+def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
+    """Return ``loads`` with one carrier alone in the recipe's share of the lanes, and with none in the others."""
+    if loads.carrier_share <= 0.0:
+        return loads
+    if rng.random() < loads.carrier_share:
+        drawn = draw_carrier(loads, rng, lane.clear_height, lane.footprint, STACKING_LOAD, on_floor=True)
+        if drawn is not None:
+            return replace(loads, carrier_share=1.0, carriers=(drawn[0].name,))
+    return replace(loads, carrier_share=0.0)
 
 
 def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:

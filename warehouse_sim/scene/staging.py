@@ -14,7 +14,8 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
-_HEADROOM = 1.3
+_HEADROOM, _CARRIER_HEADROOM = 1.3, 1.8
+"""Greatest height of a load on the floor (m), and where carriers stand, which may be as tall as a roll container."""
 _TRIES = 200
 _EDGE = 0.8
 """Least distance from a load's centre to a rack's front (m)."""
@@ -50,7 +51,8 @@ def stage_loads(
     count = config.count.draw_count(rng)
     standing: list[OrientedBox] = []
     for number in range(count):
-        load, stack = build_unit_load(_HEADROOM, loads, rng), BoxStack.of(standing)
+        headroom = _CARRIER_HEADROOM if loads.carrier_share > 0.0 else _HEADROOM
+        load, stack = build_unit_load(headroom, loads, rng, on_floor=True), BoxStack.of(standing)
         for _ in range(_TRIES):
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
             T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)

@@ -15,6 +15,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_share
+from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.pallet_choice import draw_pallet
@@ -133,6 +134,8 @@ def build_unit_load(
     rng: np.random.Generator,
     footprint: tuple[float, float] | None = None,
     most_mass: float = np.inf,
+    *,
+    on_floor: bool = False,
 ) -> UnitLoad:
     """Draw a unit load.
 
@@ -142,10 +145,15 @@ def build_unit_load(
         rng: Stream to draw from.
         footprint: Greatest edges of the pallet along its x and y (m); any pallet of the recipe by default.
         most_mass: Greatest mass of all (kg), where it stands on something that bears no more.
+        on_floor: Whether it stands on the floor, as roll containers do.
 
     Raises:
         PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
     """
+    if _happens(config.carrier_share, rng):
+        drawn = draw_carrier(config, rng, headroom, footprint, most_mass, on_floor)
+        if drawn is not None:
+            return _of_carrier(*drawn)
     pallet = _worn_by_chance(draw_pallet(config, rng, footprint), config, rng)
     height = float(pallet.size[2])
     pieces: Goods = [(pallet, make_transform(translation=np.array([0.0, 0.0, height / 2 + INITIAL_AIR])))]
@@ -162,6 +170,17 @@ def build_unit_load(
     T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
     goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in draw_goods(room, config, rng)]
     pieces += goods + _securing(goods, pallet, floor, config, rng)
+    return UnitLoad(tuple(pieces))
+
+
+def _of_carrier(carrier: ObjectModel, pallet: ObjectModel | None) -> UnitLoad:
+    """Return a load of one carrier, on its pallet if it has one."""
+    pieces: Goods = []
+    floor = 0.0
+    for model in (carrier,) if pallet is None else (pallet, carrier):
+        floor += INITIAL_AIR
+        pieces.append((model, make_transform(translation=np.array([0.0, 0.0, floor + model.size[2] / 2]))))
+        floor += float(model.size[2])
     return UnitLoad(tuple(pieces))
 
 

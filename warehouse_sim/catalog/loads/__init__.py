@@ -1,6 +1,7 @@
-"""What stands on pallets: cartons, euro containers, drums, sacks, and what secures them."""
+"""What stands on pallets: cartons, euro containers, drums, sacks, carriers of their own, and what secures them."""
 
 from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
+from warehouse_sim.catalog.loads.carriers import CARRIERS
 from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.sacks import SACKS
@@ -20,7 +21,7 @@ LOADS = {
         (WRAPS, "wrap:wrap"),
     )
     for name in names
-}
+} | {name: f"warehouse_sim.catalog.loads.carriers.{target}" for name, target in CARRIERS.items()}
 """Catalog name -> builder of everything in this folder, as the registry names it."""
 
-__all__ = ["CORNER_POSTS", "DRUMS", "LOADS", "SACKS", "SKUS", "SLIP_SHEETS", "TOTES", "WRAPS", "carton"]
+__all__ = ["CARRIERS", "CORNER_POSTS", "DRUMS", "LOADS", "SACKS", "SKUS", "SLIP_SHEETS", "TOTES", "WRAPS", "carton"]

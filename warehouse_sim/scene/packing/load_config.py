@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads import DRUMS, SACKS, SKUS, TOTES
+from warehouse_sim.catalog.loads import CARRIERS, DRUMS, SACKS, SKUS, TOTES
 from warehouse_sim.catalog.pallets.wear import WearConfig
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.ranges import Range, Share, ranged
@@ -72,6 +72,10 @@ class UnitLoadConfig:
     """Share of the loaded pallets that carry drums, 0-1."""
     sack_share: Share = 0.0
     """Share of the loaded pallets that carry sacks, 0-1."""
+    carrier_share: Share = 0.0
+    """Share of all loads that are carriers of their own: Gitterbox, roll container, octabin, big bag or IBC, 0-1."""
+    carriers: tuple[str, ...] = tuple(CARRIERS)
+    """Catalog names of the carriers to choose from; one that does not fit its place is left out there."""
     mixed_share: Share = 0.0
     """Share of the carton loads that are picked orders of several SKUs, 0-1; the others hold one SKU."""
     patterns: tuple[Pattern, ...] = ("column",)
@@ -98,6 +102,8 @@ class UnitLoadConfig:
             raise ValueError("patterns must list at least one pattern")
         for setting in ("pallets", "cartons", "totes", "drums", "sacks"):
             self._require_class(setting, setting.removesuffix("s"))
+        if unknown := [name for name in self.carriers if name not in CARRIERS]:
+            raise ValueError(f"carriers must list some of {', '.join(CARRIERS)}, found {unknown}")
 
     def pallet(self, name: str) -> ObjectModel:
         """Return the pallet called ``name``, unworn.
