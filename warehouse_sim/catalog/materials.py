@@ -16,6 +16,7 @@ orange-red 0.40); the bands on it are retroreflective, far over 10 in the table,
 
 from collections.abc import Iterable
 
+from warehouse_sim.catalog.outdoor_materials import outdoor_materials
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.schema import Material, ObjectModel
 
@@ -103,6 +104,22 @@ _ALL = (
     Material("lamp_orange", (0.90, 0.25, 0.01), 0.3, remission=0.60),
     Material("cone_orange", (0.88, 0.10, 0.010), 0.6, remission=0.65),
     Material("led_panel", (0.9, 0.9, 0.9), 0.5, remission=0.80, emission=12_000.0),
+    Material("led_row", (0.9, 0.9, 0.9), 0.5, remission=0.80, emission=12_000.0),
+    Material("panel_white", (0.72, 0.73, 0.72), 0.4, texture="plastic", texture_size=2.2, remission=0.78),
+    Material("panel_seam", (0.30, 0.30, 0.30), 0.6, remission=0.40),
+    Material("blockwork", (0.44, 0.43, 0.40), 0.9, texture="concrete", texture_size=1.2, remission=0.50),
+    Material("blockwork_dark", (0.15, 0.15, 0.15), 0.85, texture="concrete", texture_size=1.2, remission=0.30),
+    Material("ceiling_board", (0.70, 0.70, 0.68), 0.95, texture="concrete", texture_size=0.6, remission=0.75),
+    Material("pipe_red", (0.40, 0.018, 0.014), 0.4, texture="steel", texture_size=0.6, remission=0.50),
+    Material("safety_red", (0.52, 0.012, 0.012), 0.4, remission=0.50),
+    Material("safety_blue", (0.0, 0.075, 0.32), 0.4, remission=0.40),
+    Material("bin_green", (0.015, 0.11, 0.045), 0.5, texture="plastic", texture_size=0.6, remission=0.35),
+    Material("tyre_faint", (0.06, 0.058, 0.055), 0.8, remission=0.15, opacity=0.11),
+    Material("tyre_dark", (0.035, 0.034, 0.033), 0.75, remission=0.12, opacity=0.26),
+    Material("floor_oil", (0.06, 0.05, 0.04), 0.35, remission=0.15, opacity=0.16),
+    Material("floor_repair", (0.34, 0.335, 0.325), 0.85, remission=0.40, opacity=0.55),
+    Material("floor_water", (0.09, 0.09, 0.088), 0.05, remission=0.10, opacity=0.4),
+    *outdoor_materials(),
 )
 
 

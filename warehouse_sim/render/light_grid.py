@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import Part, SceneSpec
@@ -260,6 +261,8 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
     """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
     groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
     for instance in scene.instances:
+        if scene.model_of(instance).class_name == OUTDOORS:
+            continue  # rays that leave the hall meet the even sky
         for part in scene.painted_model_of(instance).parts:
             if scene.materials[part.material].opacity >= 1.0:
                 groups.setdefault(part.mesh, []).append((instance.T_world_object, part))

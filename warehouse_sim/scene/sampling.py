@@ -10,6 +10,7 @@ from warehouse_sim.scene.clutter import add_clutter
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
+from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
 from warehouse_sim.scene.recipe import SceneRecipe
@@ -43,7 +44,8 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle
-        add_luminaires(draft, recipe.lights, site)
+        add_luminaires(draft, recipe.lights, site, recipe.hall.clear_height)
+        equip_hall(draft, recipe.hall, site.aisle, site.hall, stream("services"))
         fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
         fill_backdrop(
             draft, site.backdrop, recipe.shelving, recipe.loads, "carton" in recipe.targets, stream("backdrop")

@@ -29,6 +29,15 @@ SIZES = {
     "trailer": ("trailer", (2.55, 13.62, 2.7)),
     "roller_conveyor": ("conveyor", (2.0, 0.64, 0.75)),
     "pallet_conveyor": ("conveyor", (2.4, 1.02, 0.5)),
+    "extinguisher": ("fire_equipment", (0.2, 0.172, 0.52)),
+    "fire_hose_cabinet": ("fire_equipment", (0.7, 0.25, 0.7)),
+    "fire_sign": ("sign", (0.3, 0.01, 0.3)),
+    "exit_sign": ("sign", (0.6, 0.01, 0.3)),
+    "mandatory_sign": ("sign", (0.4, 0.01, 0.4)),
+    "rubbish_bin": ("bin", (0.58, 0.73, 1.065)),
+    "guard_rail": ("guard", (2.0, 0.16, 1.1)),
+    **{f"aisle_sign_{number:02d}": ("sign", (0.6, 0.02, 0.6)) for number in range(1, 13)},
+    **{f"floor_label_{number:02d}": ("sign", (0.4, 0.2, 0.001)) for number in range(1, 9)},
     "corner_marking": ("marking", (0.3, 0.3, 0.001)),
     "keep_clear_marking": ("marking", (2.4, 1.2, 0.001)),
     "crossing_marking": ("marking", (4.4, 1.6, 0.001)),
@@ -38,6 +47,8 @@ SIZES = {
         for mm in (1000, 3000, 6000)
     },
 }
+
+FIRST = {201, 202, 203}
 
 
 def test_outer_size_and_class() -> None:
@@ -60,8 +71,8 @@ def test_collision_boxes_cover_the_mesh_to_30_mm() -> None:
 
 def test_numbers_are_those_of_the_building() -> None:
     numbers = {name: catalog_object(name).obj_id for name in BUILDING}
-    assert {numbers[name] for name in ("floor_slab", "wall", "highbay_luminaire")} == {201, 202, 203}
-    assert all(130 <= number <= 169 for number in numbers.values() if number < 200)
+    assert {numbers[name] for name in ("floor_slab", "wall", "highbay_luminaire")} == FIRST
+    assert all(130 <= number <= 169 or 400 <= number <= 499 for number in numbers.values() if number not in FIRST)
 
 
 def test_no_object_has_more_parts_than_a_drawer_bears() -> None:

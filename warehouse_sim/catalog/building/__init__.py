@@ -7,6 +7,7 @@ from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
 from warehouse_sim.catalog.building.gate import GATE_SIZE
 from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
+from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
 from warehouse_sim.catalog.building.shell import (
     FLOOR_SIZE,
     MODULE_LENGTH,
@@ -50,16 +51,27 @@ BUILDING = {
         "tyre_mark_straight": "markings:straight_tyre_mark",
         "tyre_mark_curve": "markings:curved_tyre_mark",
         **dict.fromkeys(LINES, "markings:lane_line"),
+        "extinguisher": "safety:extinguisher",
+        "fire_hose_cabinet": "safety:fire_hose_cabinet",
+        "fire_sign": "safety:fire_sign",
+        "exit_sign": "safety:exit_sign",
+        "mandatory_sign": "safety:mandatory_sign",
+        "rubbish_bin": "safety:rubbish_bin",
+        "guard_rail": "safety:guard_rail",
+        **dict.fromkeys(AISLE_SIGNS, "safety:aisle_sign"),
+        **dict.fromkeys(FLOOR_LABELS, "safety:floor_label"),
         **dict.fromkeys(CONVEYORS, "conveyor:conveyor"),
     }.items()
 }
 """Catalog name -> where its builder is."""
 
 __all__ = [
+    "AISLE_SIGNS",
     "BUILDING",
     "CEILING_SIZE",
     "CONVEYORS",
     "DOOR_SIZE",
+    "FLOOR_LABELS",
     "FLOOR_SIZE",
     "GATE_SIZE",
     "LEVELLER_SIZE",

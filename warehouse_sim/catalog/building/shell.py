@@ -6,7 +6,7 @@ Frame of all: origin at the centre of the bounding box, z up, x along a wall.
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.building_model import building_model, profiled_solid
+from warehouse_sim.catalog.building.building_model import Size, building_model, profiled_solid
 from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -35,17 +35,28 @@ def floor_slab(name: str = "floor_slab") -> ObjectModel:
 
 def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:
     """Build the slab with sawn joints, 10 mm wide, every 6 m: bare concrete or coated with epoxy."""
-    length, width, thickness = FLOOR_SIZE
-    count = round(length / PANEL)
-    edges = np.linspace(-length / 2, length / 2, count + 1)
+    parts = jointed_parts(FLOOR_SIZE, _SLABS[name])
+    return building_model(name, "floor", 130, FLOOR_SIZE, parts, [solid_box(FLOOR_SIZE)], turns=2)
+
+
+def jointed_parts(size: Size, material: str) -> tuple[Part, ...]:
+    """Return the panels of a slab of edges ``size`` (m), about 6 m each, and what fills the joints between them."""
+    length, width, thickness = size
+    top = (thickness - _JOINT_DEPTH) / 2
+    panels = [
+        box_part((a, b, _JOINT_DEPTH), (x, y, top), material) for x, a in _panels(length) for y, b in _panels(width)
+    ]
+    filler = box_part((length, width, thickness - _JOINT_DEPTH), (0.0, 0.0, -_JOINT_DEPTH / 2), "floor_joint")
+    return (*fused(panels), filler)
+
+
+def _panels(length: float) -> list[tuple[float, float]]:
+    """Return middle and length (m) of each panel along an edge of the slab."""
+    edges = np.linspace(-length / 2, length / 2, max(round(length / PANEL), 1) + 1)
     starts, ends = edges[:-1].copy(), edges[1:].copy()
     starts[1:] += _JOINT_WIDTH / 2
     ends[:-1] -= _JOINT_WIDTH / 2
-    top = (thickness - _JOINT_DEPTH) / 2
-    spans = list(zip((starts + ends) / 2, ends - starts, strict=True))
-    panels = [box_part((a, b, _JOINT_DEPTH), (x, y, top), _SLABS[name]) for x, a in spans for y, b in spans]
-    filler = box_part((length, width, thickness - _JOINT_DEPTH), (0.0, 0.0, -_JOINT_DEPTH / 2), "floor_joint")
-    return building_model(name, "floor", 130, FLOOR_SIZE, (*fused(panels), filler), [solid_box(FLOOR_SIZE)], turns=2)
+    return list(zip(((starts + ends) / 2).tolist(), (ends - starts).tolist(), strict=True))
 
 
 def wall(name: str = "wall") -> ObjectModel:
@@ -82,7 +93,7 @@ def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
         side = (MODULE_LENGTH - OPENING_WIDTH) / 2
         solid.append(solid_box((side, thickness, height), (sign * (MODULE_LENGTH - side) / 2, 0.0, 0.0)))
     parts.append(box_part((OPENING_WIDTH, thickness, _FRAME), (0.0, 0.0, lintel + _FRAME / 2), "galvanised"))
-    parts.append(_sheet(-edge, edge, lintel + _FRAME))
+    parts.append(ribbed_sheet(-edge, edge, lintel + _FRAME, WALL_SIZE[2] / 2))
     above = height - OPENING_HEIGHT
     solid.append(solid_box((OPENING_WIDTH, thickness, above), (0.0, 0.0, (height - above) / 2)))
     return building_model(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
@@ -98,12 +109,11 @@ def _bay(left: float, right: float, foot: float) -> list[Part]:
     """Return skirting and sheet of the wall between ``left`` and ``right`` (m), from ``foot`` up."""
     size = (right - left, WALL_SIZE[1], _PLINTH)
     skirting = box_part(size, ((left + right) / 2, 0.0, foot + _PLINTH / 2), "concrete")
-    return [skirting, _sheet(left, right, foot + _PLINTH)]
+    return [skirting, ribbed_sheet(left, right, foot + _PLINTH, WALL_SIZE[2] / 2)]
 
 
-def _sheet(left: float, right: float, foot: float) -> Part:
-    """Return the ribbed sheet between ``left`` and ``right`` (m) from the height ``foot`` to the top."""
-    top = WALL_SIZE[2] / 2
+def ribbed_sheet(left: float, right: float, foot: float, top: float) -> Part:
+    """Return the ribbed sheet of a wall between ``left`` and ``right`` (m) from the height ``foot`` to ``top``."""
     x = profile_points(left, right)
     face = WALL_SIZE[1] / 2 - _RIB_DEPTH * (1.0 - profile(x))
     # Both faces are alike after a half turn, as the profile is even.

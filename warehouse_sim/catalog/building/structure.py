@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model, profiled_solid
+from warehouse_sim.catalog.building.building_model import Size, building_model, profiled_solid
 from warehouse_sim.catalog.building.shell import WALL_SIZE, profile, profile_points
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.geometry.pose import rotation_y
@@ -16,38 +16,37 @@ TRUSS_SIZE = (48.0, 0.2, 1.8)
 CEILING_SIZE = (48.0, 48.0, 0.24)
 """Edges of the roof seen from below (m): purlins along y under trapezoidal sheet."""
 
-_COLUMN_HEIGHT = WALL_SIZE[2]
 _HEB = (0.30, 0.30, 0.011, 0.019)
 """HEB 300: width, depth, web and flange (m), EN 10365."""
 _STEEL_TUBE = 0.12
 
 
-def steel_column(name: str = "column_steel") -> ObjectModel:
-    """Build a column of the section HEB 300 on a base plate; its web lies along x."""
+def steel_column(name: str = "column_steel", tall: float = WALL_SIZE[2]) -> ObjectModel:
+    """Build a column of the section HEB 300 on a base plate, ``tall`` m high; its web lies along x."""
     depth, width, web, flange = _HEB[1], _HEB[0], _HEB[2], _HEB[3]
     plate = 0.03
-    z, height = plate / 2, _COLUMN_HEIGHT - plate
-    parts = [box_part((0.5, 0.5, plate), (0.0, 0.0, (plate - _COLUMN_HEIGHT) / 2), "steel_grey")]
+    z, height = plate / 2, tall - plate
+    parts = [box_part((0.5, 0.5, plate), (0.0, 0.0, (plate - tall) / 2), "steel_grey")]
     parts.append(box_part((depth - 2 * flange, web, height), (0.0, 0.0, z), "steel_grey"))
     for side in (-1.0, 1.0):
         parts.append(box_part((flange, width, height), (side * (depth - flange) / 2, 0.0, z), "steel_grey"))
     solid = [solid_box((depth, width, height), (0.0, 0.0, z)), *collision_boxes(parts[:1])]
-    return building_model(name, "column", 142, (0.5, 0.5, _COLUMN_HEIGHT), fused(parts), solid, turns=2)
+    return building_model(name, "column", 142, (0.5, 0.5, tall), fused(parts), solid, turns=2)
 
 
-def concrete_column(name: str = "column_concrete") -> ObjectModel:
-    """Build a precast column of 400 x 400 mm with chamfered edges and warning stripes up to 1.5 m."""
+def concrete_column(name: str = "column_concrete", tall: float = WALL_SIZE[2]) -> ObjectModel:
+    """Build a precast column of 400 x 400 mm, ``tall`` m high: chamfered edges, warning stripes up to 1.5 m."""
     half, cut = 0.2, 0.015
     corners = [(half, cut - half), (half, half - cut), (half - cut, half), (cut - half, half)]
     outline = tuple(corners + [(-x, -y) for x, y in corners])
     # 2 mm of paint: the shaft is drawn thinner, so that the size is the painted one.
-    shaft = solid_part(prism(outline, _COLUMN_HEIGHT), (0.99, 0.99, 1.0), (0.0, 0.0, 0.0), "concrete")
+    shaft = solid_part(prism(outline, tall), (0.99, 0.99, 1.0), (0.0, 0.0, 0.0), "concrete")
     stripes = []
     for index in range(5):
         paint = "guard_yellow" if index % 2 == 0 else "guard_black"
-        z = -_COLUMN_HEIGHT / 2 + 0.3 * (index + 0.5)
+        z = -tall / 2 + 0.3 * (index + 0.5)
         stripes.append(solid_part(prism(outline, 0.3), (1.0, 1.0, 1.0), (0.0, 0.0, z), paint))
-    size = (2 * half, 2 * half, _COLUMN_HEIGHT)
+    size = (2 * half, 2 * half, tall)
     return building_model(name, "column", 143, size, (shaft, *fused(stripes)), [solid_box(size)], turns=2)
 
 
@@ -63,12 +62,12 @@ def column_guard(name: str = "column_guard") -> ObjectModel:
     return building_model(name, "guard", 144, (outer, outer, height), fused(parts), solid, turns=4, mass=12.0)
 
 
-def ceiling(name: str = "ceiling") -> ObjectModel:
+def ceiling(name: str = "ceiling", size: Size = CEILING_SIZE) -> ObjectModel:
     """Build the roof from below: trapezoidal sheet, its ribs along x, on purlins (IPE 140) along y every 2 m.
 
     A fascia along all four edges closes the gap between the walls and the sheet.
     """
-    length, width, height = CEILING_SIZE
+    length, width, height = size
     x = profile_points(-width / 2, width / 2)
     low = height / 2 - 0.1 + 0.035 * profile(x)
     mesh = profiled_solid(x, low, np.full_like(x, height / 2), length)
@@ -80,18 +79,16 @@ def ceiling(name: str = "ceiling") -> ObjectModel:
         purlins.append(box_part((0.005, width, 0.133), (at, 0.0, -height / 2 + 0.007 + 0.0665), "steel_grey"))
     rise = height - 0.05
     for side in (-1.0, 1.0):
-        z, edge = (rise - height) / 2, side * (width - WALL_SIZE[1]) / 2
+        z, end, edge = (rise - height) / 2, side * (length - WALL_SIZE[1]) / 2, side * (width - WALL_SIZE[1]) / 2
         purlins.append(box_part((length, WALL_SIZE[1], rise), (0.0, edge, z), "roof_sheet"))
-        purlins.append(box_part((WALL_SIZE[1], width, rise), (edge, 0.0, z), "roof_sheet"))
-    return building_model(
-        name, "ceiling", 145, CEILING_SIZE, (sheet, *fused(purlins)), [solid_box(CEILING_SIZE)], turns=2
-    )
+        purlins.append(box_part((WALL_SIZE[1], width, rise), (end, 0.0, z), "roof_sheet"))
+    return building_model(name, "ceiling", 145, size, (sheet, *fused(purlins)), [solid_box(size)], turns=2)
 
 
-def roof_truss(name: str = "roof_truss") -> ObjectModel:
+def roof_truss(name: str = "roof_truss", size: Size = TRUSS_SIZE) -> ObjectModel:
     """Build a Warren truss of square tubes over the hall's width, with posts at every second node."""
-    length, width, height = TRUSS_SIZE
-    chord, web, panels = width, _STEEL_TUBE, 16
+    length, width, height = size
+    chord, web, panels = width, min(_STEEL_TUBE, 0.6 * width), max(2 * round(length / 6.0), 4)
     parts = [box_part((length, chord, chord), (0.0, 0.0, s * (height - chord) / 2), "steel_grey") for s in (-1.0, 1.0)]
     pitch, rise = length / panels, height - 2 * chord
     for index in range(panels):
@@ -101,7 +98,7 @@ def roof_truss(name: str = "roof_truss") -> ObjectModel:
         parts.append(box_part((reach, web, web), (x, 0.0, 0.0), "steel_grey", rotation_y(-angle)))
     for index in range(2, panels, 2):
         parts.append(box_part((web, web, rise), (index * pitch - length / 2, 0.0, 0.0), "steel_grey"))
-    return building_model(name, "ceiling", 146, TRUSS_SIZE, fused(parts), collision_boxes(parts), turns=2)
+    return building_model(name, "ceiling", 146, size, fused(parts), collision_boxes(parts), turns=2)
 
 
 def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
@@ -125,17 +122,21 @@ def round_luminaire(name: str = "luminaire_round") -> ObjectModel:
     pieces = ((body, "mast_black"), (hanger, "galvanised"), (disc, "led_panel"))
     parts = [solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, -0.035), paint) for mesh, paint in pieces]
     solid = [solid_box((0.36, 0.36, 0.09), (0.0, 0.0, -0.06)), solid_box((0.22, 0.22, 0.12), (0.0, 0.0, 0.045))]
-    return building_model(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4)
+    up = np.array([0.0, 0.0, 1.0])
+    face = LuminousFace("electric", "led_panel", "led_panel", up, 0.105, np.pi * 0.16**2)
+    return building_model(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4, luminous_face=face)
 
 
-def trunking_luminaire(name: str = "luminaire_trunking") -> ObjectModel:
-    """Build a length of light-line trunking, 2.9 m, as it hangs in rows over aisles."""
-    length, width, height, glow = 2.9, 0.08, 0.09, 0.03
+def trunking_luminaire(name: str = "luminaire_trunking", length: float = 2.9) -> ObjectModel:
+    """Build ``length`` m of light-line trunking, as it hangs in rows over aisles."""
+    width, height, glow = 0.08, 0.09, 0.03
     parts = (
         box_part((length, width, height - glow), (0.0, 0.0, glow / 2), "sign_white"),
         box_part((length - 0.02, width - 0.015, glow), (0.0, 0.0, (glow - height) / 2), "led_panel"),
     )
-    return building_model(name, "luminaire", 148, (length, width, height), parts, turns=2)
+    up = np.array([0.0, 0.0, 1.0])
+    face = LuminousFace("electric", "led_panel", "led_panel", up, height / 2, length * width)
+    return building_model(name, "luminaire", 148, (length, width, height), parts, turns=2, luminous_face=face)
 
 
 def _collar(outer: float, wall: float, height: float) -> list[tuple[tuple[float, float, float], tuple[float, float]]]:

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.schema import Material, ObjectModel
@@ -12,7 +13,12 @@ _SKIN = 0.0015
 
 
 def shadow_casters(model: ObjectModel, materials: dict[str, Material]) -> Bool[np.ndarray, " n"]:
-    """Return the parts of ``model`` that cast shadows: neither film nor skin on a box that casts one itself."""
+    """Return the parts of ``model`` that cast shadows: neither film nor skin on a box that casts one itself.
+
+    Nothing outdoors does: no light stands there, and a dome around all would take the resolution of every map.
+    """
+    if model.class_name == OUTDOORS:
+        return np.zeros(len(model.parts), dtype=bool)
     casts = np.array([materials[part.material].opacity >= 1.0 for part in model.parts])
     boxes = [number for number, part in enumerate(model.parts) if casts[number] and part.mesh is unit_box()]
     if len(boxes) == len(model.parts):

@@ -37,7 +37,9 @@ class DockStagingConfig(Layout):
     doors: Annotated[int, Range(1, 6)] = 4
     """Doors side by side, 6 m apart, 1-6."""
     open_share: Share = 0.5
-    """Share of the doors that are open, with a trailer behind them, 0-1."""
+    """Share of the doors that are open, 0-1."""
+    trailer_share: Share = 1.0
+    """Share of the open doors that have a trailer behind them, 0-1; at others the yard is seen (``hall.outdoors``)."""
     lanes_per_door: Annotated[int, Range(1, 4)] = 3
     """Staging lanes before each door, 1-4."""
     lane_depth: Annotated[int, Range(1, 8)] = 4
@@ -83,10 +85,14 @@ class DockStagingConfig(Layout):
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add doors, levellers, trailers and lines; the places are the lanes."""
         is_open = rng.permutation(self.doors) < round(self.open_share * self.doors)
+        docked = is_open.copy()
+        if self.trailer_share < 1.0:
+            free = rng.permutation(np.flatnonzero(is_open))
+            docked[free[round(self.trailer_share * len(free)) :]] = False
         lanes = []
-        for module, opened in zip(self.door_modules, is_open, strict=True):
+        for module, opened, has_trailer in zip(self.door_modules, is_open, docked, strict=True):
             x = module_x(module)
-            self._add_door(draft, T_world_side, x, bool(opened))
+            self._add_door(draft, T_world_side, x, bool(opened), bool(has_trailer))
             middles = [x + (i - (self.lanes_per_door - 1) / 2) * self.lane_width for i in range(self.lanes_per_door)]
             for edge in [middles[0] - self.lane_width / 2, *(middle + self.lane_width / 2 for middle in middles)]:
                 mark_line(draft, T_world_side, (edge, 0.0), self.lane_depth * self.pitch, "y", "yellow")
@@ -95,8 +101,8 @@ class DockStagingConfig(Layout):
             )
         return Side(lanes=lanes)
 
-    def _add_door(self, draft: SceneDraft, T_world_side: Transform, x: float, is_open: bool) -> None:
-        """Add a door to the opening at ``x``, with its leveller; when it is open, with a trailer in the seal."""
+    def _add_door(self, draft: SceneDraft, T_world_side: Transform, x: float, is_open: bool, has_trailer: bool) -> None:
+        """Add a door to the opening at ``x``, with its leveller; an open one perhaps with a trailer in the seal."""
 
         def add(name: str, start: float, z: float = 0.0) -> None:
             """Add something that begins ``start`` (m) out of the wall's inner face, ``z`` (m) over the floor."""
@@ -110,6 +116,9 @@ class DockStagingConfig(Layout):
             return
         rear = WALL_SIZE[1] + SEAL_SIZE[1]
         add("dock_door_open", -OPEN_DOOR_SIZE[1])
+        if not has_trailer:
+            add("dock_leveller", -LEVELLER_SIZE[1])
+            return
         add("dock_leveller", rear + _LIP_ON_TRAILER - LEVELLER_SIZE[1])
         add("trailer", rear, _TRAILER_RISE - _trailer_floor())
         add("dock_seal", WALL_SIZE[1])

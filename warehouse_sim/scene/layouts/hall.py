@@ -1,15 +1,22 @@
 """The hall around an aisle: slab, four walls, roof and columns, and what years of traffic leave on the floor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
+from warehouse_sim.catalog.building.outdoors import RISE, outdoors
+from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind, wall_to_size
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.building.config import ServicesConfig
+from warehouse_sim.scene.building.floor import wear_floor
+from warehouse_sim.scene.building.furnishing import furnish
+from warehouse_sim.scene.building.services import hang_services, roof_over
+from warehouse_sim.scene.building.sized_hall import SizedHall, build_to_size
 from warehouse_sim.scene.draft import Area, SceneDraft
 
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -25,32 +32,107 @@ _COLUMN_PITCH = 12.0
 @dataclass(frozen=True)
 @ranged
 class HallConfig:
-    """What the hall is made of."""
+    """What the hall is made of, how large it is, and what hangs, stands and lies in it.
 
-    floor: Literal["concrete", "jointed", "epoxy"] = "concrete"
-    """Plain slab, slab with sawn joints, or joints under a coat of epoxy."""
-    walls: Literal["panels", "cladding"] = "panels"
-    """Painted panels or trapezoidal sheet."""
+    Without ``length``, ``width`` and ``height`` it is 48 x 48 x 9 m; one of them given, the others are those of that
+    hall unless they are given, too.
+    """
+
+    floor: FloorKind = "concrete"
+    """Plain slab, slab with sawn joints, or joints under a coat of epoxy: concrete, jointed or epoxy."""
+    walls: WallKind = "panels"
+    """Painted panels, trapezoidal sheet (cladding), sandwich (white, of cold stores), blockwork or plaster."""
     roof: bool = False
-    """Whether there is a roof on trusses; without one the hall is open above."""
+    """Whether there is a roof; without one the hall is open above."""
+    roof_kind: RoofKind = "truss"
+    """What carries it: trusses or beams; board is a suspended ceiling, as in shops."""
     columns: Literal["none", "steel", "concrete"] = "none"
     """Columns in rows of 12 m along both sides, behind what stands there and, with guards, beside the aisle's ends."""
+    length: Annotated[float, Range(10, 120, "m")] | None = None
+    """Inner length along the aisle (m), 10-120; null for 48 m less its walls."""
+    width: Annotated[float, Range(10, 120, "m")] | None = None
+    """Inner width across the aisle (m), 10-120; null for what the layout needs, to the end of a slab of 48 m."""
+    height: Annotated[float, Range(3, 14, "m")] | None = None
+    """Clear height from the floor to the roof (m), 3-14; girders hang below it. Null for 9 m."""
+    outdoors: bool = False
+    """Whether there is a yard with a sky over it around the hall, to be seen through its openings."""
     tyre_marks: Annotated[int, Range(0, 20)] = 0
-    """Tyre marks on the floor of the aisle, 0-20."""
+    """Tyre marks of single manoeuvres on the floor of the aisle, 0-20."""
+    tyre_tracks: Annotated[int, Range(0, 30)] = 0
+    """Faint tracks that passing trucks left along the aisle, 0-30."""
+    stains: Annotated[int, Range(0, 60)] = 0
+    """Oil stains on the floor of the aisle, 0-60."""
+    patches: Annotated[int, Range(0, 20)] = 0
+    """Repaired patches in the floor of the aisle, 0-20."""
+    puddles: Annotated[int, Range(0, 10)] = 0
+    """Puddles on the floor of the aisle, 0-10."""
+    services: ServicesConfig = field(default_factory=ServicesConfig)
+    """What hangs under the roof, on walls and stands beside ways."""
+
+    @property
+    def is_sized(self) -> bool:
+        """Whether the hall is built to a size of its own."""
+        return not (self.length is None and self.width is None and self.height is None)
+
+    @property
+    def clear_height(self) -> float:
+        """From the floor to the roof (m)."""
+        return WALL_SIZE[2] if self.height is None else self.height
 
 
 def build_hall(
-    draft: SceneDraft, config: HallConfig, y_front: float, y_back: float | None, doors: Sequence[int]
+    draft: SceneDraft,
+    config: HallConfig,
+    y_front: float,
+    y_back: float | None,
+    doors: Sequence[int],
+    *,
+    y_least: float = -10.0,
+    length_needed: float = 0.0,
+    height_needed: float = 0.0,
 ) -> Area:
     """Add the shell; return the floor between the inner faces of its walls.
 
     Args:
         draft: Where to add it.
         config: What it is made of.
-        y_front: Where the inner face of the wall behind the front side is (m).
-        y_back: Where the inner face of the wall opposite is (m); None for the slab's end.
-        doors: Modules of the front wall that have a dock's opening, 0-7 from its left end.
+        y_front: Where the inner face of the wall behind the front side is, at least (m).
+        y_back: Where the inner face of the wall opposite is, at most (m); None for the hall's end.
+        doors: Modules of the front wall that have a dock's opening, 0-7 from the left end of a wall of 48 m.
+        y_least: Where the free floor of the aisle ends that has nothing on its other side (m).
+        length_needed: What stands in it takes along the aisle, even about x = 0 (m).
+        height_needed: What stands in it takes from the floor up (m).
+
+    Raises:
+        PlacementError: The hall is smaller than what it has to hold.
     """
+    if config.is_sized:
+        needs = Area(-length_needed / 2, length_needed / 2, y_least if y_back is None else y_back, y_front)
+        at = [module_x(index) for index in doors]
+        floor = build_to_size(draft, _sized(config), needs, at, height_needed, y_back is None)
+    else:
+        floor = _build_fixed(draft, config, y_front, y_back, doors)
+    if config.outdoors:
+        middle = np.array([(floor.x_min + floor.x_max) / 2, (floor.y_min + floor.y_max) / 2, RISE])
+        length, width = floor.x_max - floor.x_min, floor.y_max - floor.y_min
+        draft.add(outdoors("outdoors", round(length, 3), round(width, 3)), make_transform(translation=middle))
+    return floor
+
+
+def _sized(config: HallConfig) -> SizedHall:
+    wall = 2 * WALL_SIZE[1]
+    length = FLOOR_SIZE[0] - wall if config.length is None else config.length
+    columns = None if config.columns == "none" else config.columns
+    return SizedHall(
+        config.floor, config.walls, config.roof_kind if config.roof else None, columns, length, config.width,
+        config.clear_height,
+    )  # fmt: skip
+
+
+def _build_fixed(
+    draft: SceneDraft, config: HallConfig, y_front: float, y_back: float | None, doors: Sequence[int]
+) -> Area:
+    """Add the hall of 48 x 48 x 9 m."""
     draft.add(_FLOORS[config.floor], make_transform(translation=np.array([0.0, 0.0, -FLOOR_SIZE[2] / 2])))
     thick, middle = WALL_SIZE[1] / 2, WALL_SIZE[2] / 2
     end = (FLOOR_SIZE[1] - WALL_SIZE[1]) / 2
@@ -64,12 +146,32 @@ def build_hall(
     else:
         walls.insert(0, (0.0, y_front + thick, None))
     for x, y, rotation in walls:
-        draft.add(_WALLS[config.walls], make_transform(rotation, np.array([x, y, middle])))
+        wall = _WALLS.get(config.walls) or wall_to_size(config.walls, WALL_SIZE[0], WALL_SIZE[2])
+        draft.add(wall, make_transform(rotation, np.array([x, y, middle])))
     if config.roof:
         _add_roof(draft)
     if config.columns != "none":
         _add_columns(draft, f"column_{config.columns}", y_front, None if y_back is None else back + thick)
     return Area(thick - side, side - thick, back + thick, y_front)
+
+
+def equip_hall(draft: SceneDraft, config: HallConfig, aisle: Area, floor: Area, rng: np.random.Generator) -> None:
+    """Add what hangs, stands and lies in a hall whose shell and sides are built and whose luminaires hang.
+
+    Args:
+        draft: Where to add it.
+        config: What to add.
+        aisle: Free floor between the sides.
+        floor: Between the hall's walls.
+        rng: Where places come from.
+    """
+    if config.services != ServicesConfig():
+        roof = roof_over(draft, floor, config.clear_height)
+        if config.roof:
+            hang_services(draft, config.services, roof, aisle)
+        furnish(draft, config.services, roof, aisle, rng)
+    counts = {"tracks": config.tyre_tracks, "stain": config.stains, "patch": config.patches, "water": config.puddles}
+    wear_floor(draft, counts, aisle, rng)
 
 
 def module_x(index: int) -> float:

@@ -204,8 +204,18 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     other = layout.opposite
     y_front = layout.depth + _wall_gap(layout, hall)
     y_back = -layout.aisle_width - other.depth - _wall_gap(other, hall) if other else None
-    _require_floor(y_front, y_back, aisle_area(layout))
-    walls = build_hall(draft, hall, y_front, y_back, layout.door_modules)
+    aisle = aisle_area(layout)
+    if not hall.is_sized:
+        _require_floor(y_front, y_back, aisle)
+    walls = build_hall(
+        draft,
+        hall,
+        y_front,
+        y_back,
+        layout.door_modules,
+        y_least=aisle.y_min,
+        length_needed=aisle.x_max - aisle.x_min,
+    )
     sides = [layout.build_side(draft, np.eye(4), 0, rng)]
     if other is not None:
         T_world_side = make_transform(_HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
@@ -219,7 +229,7 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
 
 def _clear_height(hall: HallConfig) -> float:
     """Return the free height (m) under what carries the roof."""
-    return WALL_SIZE[2] - (TRUSS_SIZE[2] if hall.roof else 0.0)
+    return hall.clear_height - (TRUSS_SIZE[2] if hall.roof else 0.0)
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:

@@ -1,12 +1,14 @@
 """Settings of a recipe's light: where luminaires hang, which are on, how bright, and how the camera is exposed."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.lighting.exposure import ExposureConfig
 from warehouse_sim.scene.lighting.presets import PRESETS, Preset, PresetName
+
+LuminaireName = Literal["highbay", "round", "trunking"]
 
 
 @dataclass(frozen=True)
@@ -20,8 +22,10 @@ class LightingConfig:
     """Rows of luminaires along the aisle, 1-3. Like the next two it is geometry, the same under every preset."""
     luminaires: Annotated[int, Range(1, 8)] = 3
     """Luminaires in a row, 1-8."""
-    mounting_height: Annotated[float, Range(3, 8.5, "m")] = 7.0
-    """Height of the luminaires above the floor (m), 3-8.5."""
+    mounting_height: Annotated[float, Range(2.4, 13.8, "m")] | None = 7.0
+    """Height of the luminaires above the floor (m), 2.4-13.8; null for right under the hall's girders."""
+    luminaire: LuminaireName = "highbay"
+    """What hangs there: linear high-bay luminaires, round ones, or rows of trunking: highbay, round or trunking."""
     lux: Annotated[Distribution, Range(0.001, 200_000, "lx")] | None = None
     """Wanted mean illuminance of the aisle's free floor (lx), 0.001-200,000; all light is scaled to reach it."""
     flux: Annotated[Distribution, Range(1, 10_000_000, "lm")] | None = None

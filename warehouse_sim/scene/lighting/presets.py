@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.lighting.daylight import Hour
 from warehouse_sim.scene.lighting.exposure import ExposureConfig
 
 PresetName = Literal["nominal", "dim", "harsh", "backlit", "night", "mixed_colour", "failing"]
@@ -31,6 +32,8 @@ class Preset:
     """Illuminance of the even light from above over the mean of the luminaires' on the floor."""
     sky_luminance: float = 0.0
     """Of what is seen through the open doors (cd/m^2), before all light is scaled to the wanted lux; 0 = shut."""
+    hour: Hour = "day"
+    """Of what is seen outside, through windows and openings: day, dusk or night."""
     headlights: bool = False
     """Whether the vehicle drives with its work lights on."""
     white_balance: float = 4700.0
@@ -47,6 +50,7 @@ PRESETS: dict[PresetName, Preset] = {
         temperatures=(Distribution.uniform(3500.0, 4300.0),),
         pattern=(1.0, 0.0),
         ambient_share=0.06,
+        hour="dusk",
         exposure=ExposureConfig(min_ev=4.6),
     ),
     "harsh": Preset(
@@ -72,6 +76,7 @@ PRESETS: dict[PresetName, Preset] = {
         lux=Distribution.uniform(0.5, 2.0),
         pattern=(1.0, 0.0, 0.0),
         ambient_share=0.05,
+        hour="night",
         headlights=True,
         white_balance=5000.0,
         exposure=ExposureConfig(min_ev=4.2),
@@ -81,6 +86,7 @@ PRESETS: dict[PresetName, Preset] = {
         temperatures=(Distribution.uniform(2700.0, 2900.0), Distribution.uniform(6200.0, 6500.0)),
         beam_deg=80.0,
         ambient_share=0.05,
+        hour="dusk",
         white_balance=4000.0,
     ),
     "failing": Preset(
@@ -88,6 +94,7 @@ PRESETS: dict[PresetName, Preset] = {
         beam_deg=80.0,
         failed_share=0.45,
         ambient_share=0.03,
+        hour="night",
         exposure=ExposureConfig(compensation=-0.8),
     ),
 }

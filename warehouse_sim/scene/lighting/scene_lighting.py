@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog import materials
+from warehouse_sim.scene.lighting.daylight import outdoors_at
 from warehouse_sim.scene.lighting.luminaires import Luminaire
 from warehouse_sim.scene.lighting.photometry import luminous_flux
 from warehouse_sim.scene.lighting.presets import Preset
@@ -12,6 +13,8 @@ from warehouse_sim.schema import Light, Material, SceneSpec
 
 _OPAL = (0.42, 0.42, 0.40)
 """Albedo of a luminaire's cover over dark LEDs; an estimate."""
+_ROW = "led_row"
+"""The catalog's material of rows of light that no light of the scene stands for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +52,29 @@ class SceneLighting:
             lights=self.switched_on,
             ambient=self.ambient,
             lighting=self.name,
-            materials={**scene.materials, **faces},
+            materials={
+                **scene.materials,
+                **outdoors_at(self.preset.hour, scene.materials),
+                **faces,
+                **self._rows(scene),
+            },
         )
+
+    def _rows(self, scene: SceneSpec) -> dict[str, Material]:
+        """Return how rows of light beside the aisle glow: as its luminaires do on average, or not at all."""
+        row = scene.materials.get(_ROW)
+        if row is None:
+            return {}
+        electric = [
+            (item, light)
+            for item, light in zip(self.luminaires, self.lights, strict=True)
+            if item.face.source == "electric"
+        ]
+        lit = [_face_material(item, light) for item, light in electric if light is not None]
+        if 2 * len(lit) < len(electric) or not lit:
+            return {_ROW: replace(row, base_color=_OPAL, emission=0.0)}
+        mean = sum(item.emission for item in lit) / len(electric)
+        return {_ROW: replace(row, base_color=lit[0].base_color, emission=mean)}
 
 
 def _face_material(item: Luminaire, light: Light | None) -> Material:

@@ -1,0 +1,127 @@
+"""What years of traffic leave on a floor: tracks of tyres, stains, repaired patches and water.
+
+Frame: origin at the centre of the bounding box, z up. What is thinner than paint lets the floor shine through: its
+materials are films, so that depth, instance ids and labels are those of the floor. Every pass of a truck is a band of
+its own, and where passes cross they add up, as they do on a floor.
+"""
+
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.catalog.building.building_model import building_model
+from warehouse_sim.catalog.parts import fused, solid_part
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.solids import prism
+from warehouse_sim.schema import ObjectModel, Part
+
+StainKind = Literal["stain", "patch", "water"]
+STAINS: tuple[StainKind, ...] = ("stain", "patch", "water")
+VARIANTS = 12
+"""Different tracks and stains of each kind; few, so that their meshes are made once."""
+_TRACK = 0.95  # between the middles of a truck's front tyres (m)
+_TYRE = (0.09, 0.17)  # width of the band that a tyre leaves (m)
+_FILM = 0.0002
+_RADII = (2.2, 4.5)  # of turns into a place beside the aisle (m)
+
+
+@cache
+def tyre_tracks(length: float, width: float, passes: int, variant: int) -> ObjectModel:
+    """Build the tracks of ``passes`` trucks along an aisle of ``length`` x ``width`` m, some of which turn off."""
+    rng = np.random.default_rng([430, variant])
+    faint, dark = [], []
+    for number in range(passes):
+        y = float(np.clip(rng.normal(0.0, 0.14 * width), -0.5 * width + 0.8, 0.5 * width - 0.8))
+        start, end = np.sort(rng.uniform(-length / 2, length / 2, 2)) if number % 3 else (-length / 2, length / 2)
+        line = _straight(float(start), float(end), y, rng)
+        faint += [_band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+        if number % 2:
+            turn = _turn(float(rng.uniform(-0.4, 0.4) * max(length - 6.0, 0.0)), y, width, rng)
+            faint += [_band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+            # Where it brakes and turns the outer tyre rubs off.
+            dark.append(_band(_beside(turn, -_TRACK / 2)[4:14], 0.08))
+    parts = [_flat(band, "tyre_faint") for band in faint] + [_flat(band, "tyre_dark") for band in dark]
+    name = f"tyre_tracks_{round(1000 * length)}x{round(1000 * width)}_{passes}_{variant}"
+    return _decal(name, 430, parts)
+
+
+@cache
+def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
+    """Build an oil stain, a repaired patch or a puddle, 0.3-2 m wide; stains and water are darker inside."""
+    rng = np.random.default_rng([431, STAINS.index(kind), variant])
+    name = f"floor_{kind}_{variant}"
+    if kind == "patch":
+        x, y = rng.uniform(0.4, 1.6, 2) / 2
+        corners = ((-x, -y), (x, -y), (x, y), (-x, y))
+        return _decal(name, 432, [_flat(prism(corners, _FILM), "floor_repair")])
+    reach = 0.06 + 0.3 * rng.random() ** 2 if kind == "stain" else rng.uniform(0.3, 0.9)
+    angle = np.arange(36) / 36 * 2 * np.pi
+    wobble = sum(
+        rng.uniform(0.05, 0.4) / order * np.cos(order * angle + rng.uniform(0, 2 * np.pi)) for order in (1, 2, 3, 5)
+    )
+    stretch, parts = rng.uniform(1.0, 1.9), []
+    for ring, share in enumerate((1.0, 0.9, 0.78, 0.6) if kind == "stain" else (1.0, 0.93)):
+        radius = reach * share * (1.0 + wobble)
+        outline = tuple(
+            zip((stretch * radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)
+        )
+        parts.append(_flat(prism(outline, _FILM), "floor_oil" if kind == "stain" else "floor_water", ring * _FILM))
+    return _decal(name, 431 if kind == "stain" else 433, parts)
+
+
+def _straight(start: float, end: float, y: float, rng: np.random.Generator) -> Float[np.ndarray, "n 2"]:
+    """Return a driver's line along x: straight but for a slow sway of a few centimetres."""
+    x = np.linspace(start, end, max(int((end - start) / 1.2), 3))
+    return np.column_stack([x, y + 0.05 * np.sin(x / rng.uniform(4.0, 9.0) + rng.uniform(0.0, 6.3))])
+
+
+def _turn(x: float, y: float, width: float, rng: np.random.Generator) -> Float[np.ndarray, "n 2"]:
+    """Return the line of a truck that turns from the aisle towards one of its sides."""
+    radius, side, way = min(rng.uniform(*_RADII), 0.6 * width), rng.choice([-1.0, 1.0]), rng.choice([-1.0, 1.0])
+    angle = np.linspace(0.0, rng.uniform(0.35, 0.5) * np.pi, 18)
+    return np.column_stack([x + way * radius * np.sin(angle), y + side * radius * (1.0 - np.cos(angle))])
+
+
+def _beside(line: Float[np.ndarray, "n 2"], offset: float) -> Float[np.ndarray, "n 2"]:
+    """Return the line that runs ``offset`` m to the left of another."""
+    along = np.gradient(line, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    return line + offset * np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def _band(line: Float[np.ndarray, "n 2"], width: float) -> TriangleMesh:
+    """Return the closed band of ``width`` m along a line; it narrows at both ends."""
+    along = np.gradient(line, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    share = np.ones(len(line))
+    share[[0, -1]] = 0.15
+    across = np.column_stack([-along[:, 1], along[:, 0]]) * (share * width / 2)[:, None]
+    count, z = len(line), _FILM / 2
+    rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
+    vertices = np.concatenate([np.column_stack([points, np.full(count, level)]) for points, level in rings])
+    a, b = np.arange(count - 1), np.arange(1, count)
+    faces = []
+    for side in range(4):
+        low, high = side * count, (side + 1) % 4 * count
+        faces += [np.column_stack([a + low, a + high, b + high]), np.column_stack([a + low, b + high, b + low])]
+    last = count - 1
+    ends = [(0, 2 * count, count), (0, 3 * count, 2 * count)]
+    ends += [(last, last + count, last + 2 * count), (last, last + 2 * count, last + 3 * count)]
+    return TriangleMesh(vertices, np.concatenate([*faces, np.array(ends)]).astype(np.int32))
+
+
+def _flat(mesh: TriangleMesh, material: str, lift: float = 0.0) -> Part:
+    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, lift), material)
+
+
+def _decal(name: str, obj_id: int, parts: list[Part]) -> ObjectModel:
+    """Return the model of flat ``parts`` about the middle of their box, one part a material."""
+    whole = fused(parts)
+    points = np.concatenate([part.mesh.vertices for part in whole])
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    centred = [solid_part(part.mesh, (1.0, 1.0, 1.0), -middle, part.material) for part in whole]
+    x, y, z = (high - low).tolist()
+    return building_model(name, "marking", obj_id, (x, y, z), centred, ())
