@@ -1,9 +1,9 @@
 """What lies outside the hall, as a camera inside sees it: each material glows with the luminance that it has by day.
 
 Nothing shines on the outdoors in a scene: sun and sky would be lights that no camera in the hall ever meets. Luminance
-by day is that of an overcast sky dimmed by a door's shade, 1,500 cd/m^2 near the zenith and less at the horizon, and of
-ground and trees under it: albedo times the sky's illuminance over pi. A scene's hour scales and tints all of them
-(``scene.lighting.daylight``).
+by day is that of a dark overcast day of some 1,200 lx, on which a camera that is exposed for a hall still sees what is
+outside: 500 cd/m^2 near the zenith, less at the horizon; ground and trees: albedo times the illuminance over pi.
+A scene's hour scales and tints all of them (``scene.lighting.daylight``).
 """
 
 from warehouse_sim.schema import Material
@@ -12,9 +12,9 @@ SKY_BANDS = 9
 """Materials of the sky from the horizon up, ``outdoor_sky_0`` first."""
 OUTDOOR = "outdoor_"
 """Begins the names of these materials."""
-_HORIZON, _ZENITH = ((0.86, 0.88, 0.90), 900.0), ((0.42, 0.60, 0.90), 1500.0)
-_UNDER_SKY = 3000.0 / 3.14159
-"""Luminance (cd/m^2) of a white surface that lies open to the sky, which gives 3,000 lx there."""
+_HORIZON, _ZENITH = ((0.86, 0.88, 0.90), 320.0), ((0.42, 0.60, 0.90), 500.0)
+_UNDER_SKY = 1200.0 / 3.14159
+"""Luminance (cd/m^2) of a white surface that lies open to the sky."""
 
 
 def outdoor_materials() -> tuple[Material, ...]:
@@ -29,7 +29,7 @@ def outdoor_materials() -> tuple[Material, ...]:
         Material("outdoor_trailer", (0.60, 0.60, 0.58), 0.6, texture="plastic", texture_size=5.0),
         Material("outdoor_line", (0.60, 0.60, 0.57), 0.8, texture="concrete", texture_size=2.0),
     ]
-    glow = Material("outdoor_window", (0.80, 0.87, 0.95), 0.1, remission=0.30, emission=1100.0)
+    glow = Material("outdoor_window", (0.80, 0.87, 0.95), 0.1, remission=0.30, emission=420.0)
     lit = [_lit(item) for item in grounds]
     lamp = Material("outdoor_lamp", (1.0, 0.72, 0.38), 0.5, remission=0.3)
     return (*sky, *lit, glow, lamp)

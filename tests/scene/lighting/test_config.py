@@ -44,7 +44,7 @@ def test_presets_and_stops_may_be_left_open() -> None:
         ("preset: gloomy", "preset must be one of 'nominal', 'dim'"),
         ("luminaires: 9", "luminaires must be 1-8, found 9"),
         ("rows: 0", "rows must be 1-3, found 0"),
-        ("mounting_height: 12", "mounting_height must be 3-8.5 m, found 12"),
+        ("mounting_height: 14", "mounting_height must be 2.4-13.8 m, found 14"),
         ("{lux: 200, flux: 9000}", "lux and flux cannot both be given"),
         ("lux: {min: 0, max: 5}", "lux must stay within 0.001-200,000 lx, found 0"),
         ("flux: -5", "flux must stay within 1-10,000,000 lm"),

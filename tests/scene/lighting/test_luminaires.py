@@ -40,7 +40,7 @@ def test_light_comes_out_of_whatever_has_a_luminous_face() -> None:
     face = LuminousFace("electric", "opal", "opal", np.array([0.0, 1.0, 0.0]), 0.1, 0.5)
     model = replace(catalog_object("epal1"), name="somebody's", luminous_face=face)
     draft.add(model, make_transform(rotation_z(np.pi / 2), np.array([1.0, 2.0, 3.0])))
-    draft.add("luminaire_round", np.eye(4))
+    draft.add("column_guard", np.eye(4))
     (found,) = luminaires_of(drawn(draft))
     assert found.face is face
     np.testing.assert_allclose(found.direction, [1.0, 0.0, 0.0], atol=1e-12)

@@ -5,6 +5,8 @@ doors fit the opening of ``wall_module_dock`` and stand before the wall's inner 
 42 mm thick, as foamed steel panels are. Leveller after EN 1398: 2 x 2.5 m with a lip of 0.4 m.
 """
 
+from functools import cache
+
 import numpy as np
 
 from warehouse_sim.catalog.building.building_model import building_model
@@ -128,6 +130,13 @@ def seal(name: str = "dock_seal") -> ObjectModel:
             z = (index + 0.5) * pleat - height / 2
             parts.append(box_part((side - inset, depth, pleat), (sign * (width - side + inset) / 2, 0.0, z), "rubber"))
     return building_model(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
+
+
+@cache
+def dock_sill(name: str = "dock_sill") -> ObjectModel:
+    """Build the steel plate that lies outside the wall under a dock's seal, up to the trailer."""
+    size = (SEAL_SIZE[0], SEAL_SIZE[1], 0.018)
+    return building_model(name, "dock", 417, size, [box_part(size, (0.0, 0.0, 0.0), "fork_steel")], turns=2)
 
 
 def trailer(name: str = "trailer") -> ObjectModel:

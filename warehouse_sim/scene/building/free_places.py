@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -11,6 +12,9 @@ from warehouse_sim.schema import ObjectModel
 
 _AIR = 0.004
 """Between a thing and the wall that it hangs on (m): ribs and frames stand out no farther than the wall's face."""
+
+_BEFORE_DOOR = np.array([0.0, 0.3, 0.0])
+"""What stays free before doors beyond their own box (m)."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class FreePlaces:
         _, high = solids.extents
         near &= high[:, 2] > 0.03
         owners = set(solids.owner[near].tolist())
-        return all(self._is_shell(number) for number in owners)
+        return all(self._is_shell(number) for number in owners) and not self._blocks_door(pose[:3, 3], half + room)
 
     def along(self, wall: Wall, model: ObjectModel, z: float, rng: np.random.Generator, count: int) -> Iterator[float]:
         """Hang or stand ``count`` of ``model`` at free places of ``wall``, ``z`` their middle; yield those places."""
@@ -81,6 +85,16 @@ class FreePlaces:
             if left and self.add(model, wall.pose(float(along), z, float(model.size[1])), 0.25):
                 left -= 1
                 yield float(along)
+
+    def _blocks_door(self, middle: Float[np.ndarray, " 3"], half: Float[np.ndarray, " 3"]) -> bool:
+        """Return whether the box stands in or before a door, open or shut."""
+        for item in self._draft.instances:
+            model = self._draft.models[item.model]
+            if model.class_name == "door":
+                reach = np.abs(item.T_world_object[:3, :3]) @ model.size / 2
+                if (np.abs(middle - item.T_world_object[:3, 3]) < half + reach + _BEFORE_DOOR).all():
+                    return True
+        return False
 
     def _is_shell(self, number: int) -> bool:
         name = self._draft.models[self._draft.instances[number - 1].model].class_name

@@ -77,8 +77,9 @@ def _guard_gates(draft: SceneDraft, free: FreePlaces) -> None:
     for item in _gates(draft):
         size = draft.models[item.model].size
         for side in (-1.0, 1.0):
-            at = np.array([side * (size[0] / 2 + 0.1), -size[1] / 2 - 0.35, (model.size[2] - size[2]) / 2])
-            free.add(model, item.T_world_object @ make_transform(translation=at), 0.05)
+            at = np.array([side * (size[0] / 2 + 0.16), -size[1] / 2 - 0.35, (model.size[2] - size[2]) / 2])
+            # Beside the frame: what is before a door stays free.
+            free.add(model, item.T_world_object @ make_transform(translation=at), 0.01)
 
 
 def _add_rails(free: FreePlaces, wall: Wall, aisle: Area) -> None:

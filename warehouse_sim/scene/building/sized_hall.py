@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.building import OPENING_HEIGHT, OPENING_WIDTH
+from warehouse_sim.catalog.building import OPENING_HEIGHT, OPENING_WIDTH, SEAL_SIZE
+from warehouse_sim.catalog.building.dock import dock_sill
 from warehouse_sim.catalog.building.shell import FLOOR_SIZE
 from warehouse_sim.catalog.building.structure import CEILING_SIZE
 from warehouse_sim.catalog.building.to_size import (
@@ -30,6 +31,8 @@ BAY = 12.0
 """Greatest distance between girders and between columns (m); 5-12 are usual, with purlins between them."""
 _AISLE_END = 0.3
 """Least free floor between what stands in the hall and the walls at the aisle's ends (m)."""
+_SILL = 0.01
+"""Depth of the middle of a dock's sill below the floor (m)."""
 _COLLAR = 0.07
 """Between columns and the wall (m), where their guards go round."""
 _ROOM_BEHIND = 12.0
@@ -86,6 +89,8 @@ def build_to_size(
     openings = tuple((at - x, OPENING_WIDTH, OPENING_HEIGHT) for at in sorted(doors))
     up, off = height / 2, WALL_THICKNESS / 2
     put(wall_to_size(hall.walls, outer[0], height, openings), (x, floor.y_max + off, up))
+    for at in doors:
+        put(dock_sill(), (at, floor.y_max + WALL_THICKNESS + SEAL_SIZE[1] / 2, -_SILL))
     put(wall_to_size(hall.walls, outer[0], height), (x, floor.y_min - off, up), np.pi)
     side = wall_to_size(hall.walls, width, height)
     put(side, (floor.x_min - off, y, up), np.pi / 2)

@@ -1,8 +1,7 @@
 """The hour outside: how bright the yard, the sky and windows look by day, at dusk and at night.
 
-Levels are photographic rules of thumb for the open air: an overcast day gives some 10,000 lx, of which the materials
-hold a third, as seen from under a roof; civil dusk some 100 lx; a yard at night 5-20 lx from lamps of its own and a sky
-that glows a little over a town.
+Levels are photographic rules of thumb for the open air: a dark overcast day gives some 1,000 lx, civil dusk some 100, a
+yard at night 5-20 lx from lamps of its own, under a sky that glows a little over a town.
 """
 
 from collections.abc import Mapping
@@ -36,8 +35,8 @@ class _Outdoors:
 
 _HOURS: dict[Hour, _Outdoors] = {
     "day": _Outdoors(1.0, 1.0, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 0.0),
-    "dusk": _Outdoors(0.055, 0.03, (1.0, 0.62, 0.38), (0.62, 0.72, 1.0), 4000.0),
-    "night": _Outdoors(0.0004, 0.003, (1.0, 0.85, 0.7), (0.6, 0.7, 1.0), 4000.0),
+    "dusk": _Outdoors(0.11, 0.07, (1.0, 0.62, 0.38), (0.62, 0.72, 1.0), 4000.0),
+    "night": _Outdoors(0.001, 0.008, (1.0, 0.85, 0.7), (0.6, 0.7, 1.0), 4000.0),
 }
 
 
