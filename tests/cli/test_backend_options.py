@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.cli.main import main
-from warehouse_sim.errors import RenderError
+from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.generation.contact_sheet import render_contact_sheet
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig, draft_manifest
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.render import option_settings, with_shortcuts
 
 
 @pytest.mark.parametrize("verb", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
@@ -41,3 +42,23 @@ def test_options_reach_the_renderer_of_every_process_and_the_manifest(tmp_path: 
         render_contact_sheet(recipe, 0, 0, tmp_path / "sheet.png", backend_options={"device": 99})
     right = GenerateConfig(scenes=1, backend_options={"device": 0})
     assert draft_manifest(recipe, right).backend_options == {"device": 0}
+
+
+@pytest.mark.parametrize("verb", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
+@pytest.mark.parametrize(("flags", "named"), [(["--samples", "4"], "--samples"), (["--denoise"], "--denoise")])
+def test_flags_of_the_path_tracer_are_refused_for_what_has_no_such_option(
+    verb: list[str], flags: list[str], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*verb, str(tmp_path / "out"), *flags]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{named}: the render backend raster has no such option" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_flags_are_options_of_the_backend() -> None:
+    pytest.importorskip("mitsuba", reason="the extra pathtrace is not installed")
+    pairs = with_shortcuts("pathtrace", ("seed=3",), {"samples": 16, "denoise": True})
+    assert option_settings("pathtrace", pairs) == {"seed": 3, "samples": 16, "denoise": True}
+    assert with_shortcuts("raster", ("device=0",), {"samples": None, "denoise": False}) == ("device=0",)
+    with pytest.raises(ConfigError, match="each key once; found 'samples=16'"):
+        option_settings("pathtrace", with_shortcuts("pathtrace", ("samples=4",), {"samples": 16}))

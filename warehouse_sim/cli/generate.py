@@ -17,6 +17,8 @@ def generate(
     formats: tuple[str, ...] = ("kitti", "bop"),
     backend: str = "raster",
     backend_options: tuple[str, ...] = (),
+    samples: int | None = None,
+    denoise: bool = False,
     difficulty: float | None = None,
     workers: int | None = None,
     resume: bool = False,
@@ -31,6 +33,8 @@ def generate(
         formats: Dataset formats to write.
         backend: Render backend.
         backend_options: Options of that backend, as ``key=value``.
+        samples: Paths a pixel of the path tracer: its option ``samples``.
+        denoise: Take the noise out of path traced images: its option ``denoise=true``.
         difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
@@ -40,14 +44,15 @@ def generate(
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.render import option_settings
+    from warehouse_sim.render import option_settings, with_shortcuts
 
+    pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
         formats=formats,
         backend=backend,
-        backend_options=option_settings(backend, backend_options),
+        backend_options=option_settings(backend, pairs),
         workers=workers or os.cpu_count() or 1,
         resume=resume,
     )

@@ -15,6 +15,8 @@ def preview(
     difficulty: float | None = None,
     backend: str = "raster",
     backend_options: tuple[str, ...] = (),
+    samples: int | None = None,
+    denoise: bool = False,
     out: Path = Path("preview.png"),
 ) -> None:
     """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above, any other sensors.
@@ -26,15 +28,18 @@ def preview(
         difficulty: As in ``generate``.
         backend: Render backend.
         backend_options: Options of that backend, as ``key=value``.
+        samples: As in ``generate``.
+        denoise: As in ``generate``.
         out: PNG file to write.
     """
     require_extra("generate", "to make scenes")
     from warehouse_sim.generation.contact_sheet import render_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.render import option_settings
+    from warehouse_sim.render import option_settings, with_shortcuts
 
-    options = option_settings(backend, backend_options)
+    pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
+    options = option_settings(backend, pairs)
     say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
     chosen = load_recipe(recipe)
     if difficulty is not None:
@@ -42,5 +47,5 @@ def preview(
     render_contact_sheet(chosen, seed, scene, out, backend, options)
     same = [] if difficulty is None else ["--difficulty", str(difficulty)]
     same += [] if backend == "raster" else ["--backend", backend]
-    same += ["--backend-options", *backend_options] if backend_options else []
+    same += ["--backend-options", *pairs] if pairs else []
     finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed), *same)

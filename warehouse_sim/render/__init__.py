@@ -3,7 +3,7 @@
 from typing import Any
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.render.options import BACKENDS, backend_options, option_settings
+from warehouse_sim.render.options import BACKENDS, backend_options, option_settings, with_shortcuts
 from warehouse_sim.render.renderer import Capabilities, Renderer, Silhouette
 
 
@@ -29,4 +29,13 @@ def open_renderer(name: str = "raster", options: Any = None, **settings: Any) ->
     return renderer
 
 
-__all__ = ["BACKENDS", "Capabilities", "Renderer", "Silhouette", "backend_options", "open_renderer", "option_settings"]
+__all__ = [
+    "BACKENDS",
+    "Capabilities",
+    "Renderer",
+    "Silhouette",
+    "backend_options",
+    "open_renderer",
+    "option_settings",
+    "with_shortcuts",
+]

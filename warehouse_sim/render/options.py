@@ -1,6 +1,7 @@
 """The settings that a render backend declares for itself, read from text or keywords and checked."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from warehouse_sim.config import from_mapping
@@ -53,6 +54,28 @@ def option_settings(name: str, pairs: Sequence[str]) -> dict[str, Any]:
         given[key] = value
     checked = backend_options(name, given)
     return {key: getattr(checked, key) for key in given}
+
+
+def with_shortcuts(name: str, pairs: Sequence[str], flags: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return ``key=value`` texts with those of a command line's flags, such as ``--samples 16``.
+
+    Args:
+        name: A name of ``BACKENDS``.
+        pairs: What ``--backend-options`` gives.
+        flags: Values by the name of the option; None and False where the flag is not given.
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: The backend has no option of this name.
+    """
+    given = {key: value for key, value in flags.items() if value is not None and value is not False}
+    kind = getattr(BACKENDS.get(name), "Options", None)
+    known = {item.name for item in fields(kind)} if kind is not None else set()
+    if missing := [f"--{key}" for key in given if key not in known]:
+        raise ConfigError(
+            f"{', '.join(missing)}: the render backend {name} has no such option; leave out or add --backend pathtrace"
+        )
+    return (*pairs, *(f"{key}={str(value).lower()}" for key, value in given.items()))
 
 
 def _plain(value: Any, where: str) -> Any:

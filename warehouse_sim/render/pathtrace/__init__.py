@@ -1,4 +1,4 @@
-"""The reference backend: colours by path tracing with Mitsuba 3 and Embree, on all cores of a CPU."""
+"""The photoreal backend: colours by path tracing with Mitsuba 3, on all cores of a CPU or by CUDA on a GPU."""
 
 from warehouse_sim.optional import require
 

@@ -50,8 +50,6 @@ class FilmEvent:
 def film_event(scene: "LoadedScene", ray: Any, solid_distance: Any, sampler: Any, active: Any) -> FilmEvent:
     """Draw what the film does to ``ray``.
 
-    Its haze covers ``1 - (1 - opacity)^(thickness / cosine)``: light crosses more of it the more it slants.
-
     Args:
         scene: Holds film.
         ray: Of unit direction.
@@ -65,13 +63,7 @@ def film_event(scene: "LoadedScene", ray: Any, solid_distance: Any, sampler: Any
     surface = hit.compute_surface_interaction(ray, mi.RayFlags.All, on_film)
     cosine = -dr.dot(surface.n, ray.d)
     enters = on_film & (cosine > 0.0)  # a sheet has two faces, and counts once
-    thickness, clearness = mi.Float(1.0), mi.Float(1.0)
-    for number, film in enumerate(scene.film_surfaces):
-        here = enters & (hit.shape_index == number)
-        clearness = dr.select(here, 1.0 - film.opacity, clearness)
-        if film.factor is not None:
-            thickness = dr.select(here, film.factor.eval_1(surface, here), thickness)
-    clear = dr.power(clearness, thickness / dr.maximum(cosine, _MIN_COSINE))
+    clear = clear_share(scene, surface, hit.shape_index, enters)
     in_clear_part = enters & (sampler.next_1d() < clear)
     mirrors = in_clear_part & (sampler.next_1d() < _MIRROR_CHANCE)
     passes = (in_clear_part & ~mirrors) | (on_film & ~enters)
@@ -87,3 +79,22 @@ def film_event(scene: "LoadedScene", ray: Any, solid_distance: Any, sampler: Any
             (mirrors & (hit.shape_index == number), film.gloss) for number, film in enumerate(scene.film_surfaces)
         ),
     )
+
+
+def clear_share(scene: "LoadedScene", surface: Any, shape: Any, enters: Any) -> Any:
+    """Return the share of film that is clear, 0-1: ``(1 - opacity)^(thickness / cosine)``, less the more it slants.
+
+    Args:
+        scene: Holds film.
+        surface: Points on film, with where they are seen from.
+        shape: Number of the film surface of each.
+        enters: Which of them count; the others are all clear.
+    """
+    thickness, clearness = mi.Float(1.0), mi.Float(1.0)
+    for number, film in enumerate(scene.film_surfaces):
+        here = enters & (shape == number)
+        clearness = dr.select(here, 1.0 - film.opacity, clearness)
+        if film.factor is not None:
+            thickness = dr.select(here, film.factor.eval_1(surface, here), thickness)
+    cosine = dr.dot(surface.n, surface.to_world(surface.wi))
+    return dr.power(clearness, thickness / dr.maximum(cosine, _MIN_COSINE))

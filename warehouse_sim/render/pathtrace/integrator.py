@@ -12,6 +12,7 @@ import mitsuba as mi
 
 from warehouse_sim.render.pathtrace.film import FilmEvent, film_event
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
+from warehouse_sim.render.pathtrace.sobol import SobolSampler
 
 _FILM_LAYERS = 16
 _ROULETTE_FROM = 2  # bounces
@@ -19,14 +20,14 @@ _ROULETTE_FROM = 2  # bounces
 
 @dr.syntax
 def trace_paths(
-    scene: LoadedScene, ray: "mi.Ray3f", sampler: "mi.Sampler", bounces: "mi.UInt32", limit: "mi.Float"
+    scene: LoadedScene, ray: "mi.Ray3f", sampler: SobolSampler, bounces: "mi.UInt32", limit: "mi.Float"
 ) -> "mi.Color3f":
     """Return the luminance (cd/m^2) of three channels that comes along each ray, from one path.
 
     Args:
         scene: What light meets.
         ray: Camera rays in the world, of unit direction.
-        sampler: Seeded for as many paths as there are rays.
+        sampler: Of as many paths as there are rays.
         bounces: Reflections after the first surface that are followed.
         limit: Luminance at which the share of a single indirect vertex is cut, against bright dots.
     """
@@ -79,7 +80,7 @@ def trace_paths(
 
 
 def _direct_light(
-    scene: LoadedScene, surface: Any, sampler: "mi.Sampler", scatters: Any, mirror: Any, event: FilmEvent | None
+    scene: LoadedScene, surface: Any, sampler: SobolSampler, scatters: Any, mirror: Any, event: FilmEvent | None
 ) -> Any:
     """Return the luminance (cd/m^2) that one drawn light gives ``surface`` towards where it is seen from.
 

@@ -44,9 +44,7 @@ class LoadedScene:
         self.solid = _mitsuba_scene(solid)
         self.film = _mitsuba_scene(film) if film else None
         self.film_surfaces = [_film_surface(group.material) for group in film]
-        self.lights = LightSampler(spec.lights)
-        self.sky = Sky(spec.ambient)
-        self.exposure = spec.exposure
+        self.take_light(spec)
         glow = [np.array(group.material.base_color) * group.material.emission for group in solid]
         self.emission = mi.Float(np.concatenate([*glow, np.zeros(3)]).astype(np.float32))
         """Luminance (cd/m^2) of each solid material, three values each."""
@@ -54,6 +52,12 @@ class LoadedScene:
         counts = [len(group.instance_ids) for group in solid]
         self._first_triangle = np.cumsum([0, *counts])
         self._owner = np.concatenate([*(group.instance_ids for group in solid), np.zeros(1, np.int32)])
+
+    def take_light(self, spec: SceneSpec) -> None:
+        """Put the scene into the lights, even light and exposure of ``spec``, which has the same objects."""
+        self.lights = LightSampler(spec.lights)
+        self.sky = Sky(spec.ambient)
+        self.exposure = spec.exposure
 
     def instance_ids(
         self, shape: Int32[np.ndarray, " n"], triangle: Int32[np.ndarray, " n"], hit: np.ndarray
