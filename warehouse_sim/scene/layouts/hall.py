@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
 from warehouse_sim.catalog.building.outdoors import RISE, outdoors
-from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind, wall_to_size
+from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind, girder_depth, wall_to_size
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.building.config import ServicesConfig
@@ -25,6 +25,8 @@ _WALLS = {"panels": "wall", "cladding": "wall_clad"}
 _, _CURVE = _TYRE_MARKS = ("tyre_mark_straight", "tyre_mark_curve")
 """Straight ones lie along the aisle, bends any way."""
 _LINE_LENGTHS = (6.0, 3.0, 1.0)
+_WIDEST = 40.0
+"""Width (m) that a hall of no given width is taken to have where girders' depth is asked for."""
 _COLUMN_PITCH = 12.0
 """Distance between columns and between trusses (m); 10-24 m are usual in halls."""
 
@@ -34,8 +36,7 @@ _COLUMN_PITCH = 12.0
 class HallConfig:
     """What the hall is made of, how large it is, and what hangs, stands and lies in it.
 
-    Without ``length``, ``width`` and ``height`` it is 48 x 48 x 9 m; one of them given, the others are those of that
-    hall unless they are given, too.
+    Without ``length``, ``width`` and ``height`` it is 48 x 48 x 9 m. With one of them it is built to size.
     """
 
     floor: FloorKind = "concrete"
@@ -51,7 +52,7 @@ class HallConfig:
     length: Annotated[float, Range(10, 120, "m")] | None = None
     """Inner length along the aisle (m), 10-120; null for 48 m less its walls."""
     width: Annotated[float, Range(10, 120, "m")] | None = None
-    """Inner width across the aisle (m), 10-120; null for what the layout needs, to the end of a slab of 48 m."""
+    """Inner width across the aisle (m), 10-120; null for what the layout needs."""
     height: Annotated[float, Range(3, 14, "m")] | None = None
     """Clear height from the floor to the roof (m), 3-14; girders hang below it. Null for 9 m."""
     outdoors: bool = False
@@ -78,6 +79,15 @@ class HallConfig:
     def clear_height(self) -> float:
         """From the floor to the roof (m)."""
         return WALL_SIZE[2] if self.height is None else self.height
+
+    @property
+    def free_height(self) -> float:
+        """From the floor to the lowest that carries the roof (m); girders of a hall of no given width may be deep."""
+        if not self.roof:
+            return self.clear_height
+        if not self.is_sized:
+            return self.clear_height - TRUSS_SIZE[2]
+        return self.clear_height - girder_depth(self.roof_kind, _WIDEST if self.width is None else self.width)
 
 
 def build_hall(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from warehouse_sim.catalog.building import FLOOR_SIZE, TRUSS_SIZE, WALL_SIZE
+from warehouse_sim.catalog.building import FLOOR_SIZE, WALL_SIZE
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, PlacementError, shown
 from warehouse_sim.geometry.pose import Transform, make_transform
@@ -200,7 +200,7 @@ def aisle_area(layout: Layout) -> Area:
 
 def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.random.Generator) -> Site:
     """Add the hall and both sides of the aisle to ``draft``."""
-    layout = layout.under(_clear_height(hall))
+    layout = layout.under(hall.free_height)
     other = layout.opposite
     y_front = layout.depth + _wall_gap(layout, hall)
     y_back = -layout.aisle_width - other.depth - _wall_gap(other, hall) if other else None
@@ -225,11 +225,6 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
     backdrop = tuple(slot for side in sides for slot in side.backdrop)
     return Site(aisle_area(layout), slots, lanes, walls, backdrop)
-
-
-def _clear_height(hall: HallConfig) -> float:
-    """Return the free height (m) under what carries the roof."""
-    return hall.clear_height - (TRUSS_SIZE[2] if hall.roof else 0.0)
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:
