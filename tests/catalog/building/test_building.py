@@ -77,3 +77,15 @@ def test_numbers_are_those_of_the_building() -> None:
 
 def test_no_object_has_more_parts_than_a_drawer_bears() -> None:
     assert max(len(catalog_object(name).parts) for name in BUILDING) <= 24
+
+
+def test_the_number_of_an_aisle_reads_the_same_from_both_sides() -> None:
+    """Its ink on one face is that of the other after half a turn about z; and 1 stands to the right of 0."""
+    sign = catalog_object("aisle_sign_01")
+    ink = next(part for part in sign.parts if part.material == "sign_white").placed().vertices
+    front, back = (ink[side * ink[:, 1] > 0.009] for side in (-1, 1))
+    turned = {tuple(row) for row in np.round(back[:, [0, 2]] * [-1, 1], 6) + 0.0}
+    assert turned == {tuple(row) for row in np.round(front[:, [0, 2]], 6) + 0.0}
+    # Seen from -y, +x is to the right: the 1, which has no bar on its left, ends at the right edge.
+    assert front[:, 0].max() > 0.2 - 0.03
+    assert front[:, 0].min() < -0.2

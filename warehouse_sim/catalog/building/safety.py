@@ -86,7 +86,7 @@ def aisle_sign(name: str = "aisle_sign_01") -> ObjectModel:
     parts = [box_part((edge, thick - 2 * _INK, edge), (0.0, 0.0, 0.0), "safety_blue")]
     for side in (-1.0, 1.0):
         for place, digit in zip((-0.13, 0.13), divmod(number, 10), strict=True):
-            parts += _digit(digit, side * place, side * (thick - _INK) / 2, 0.2, "sign_white")
+            parts += _digit(digit, -side * place, side * (thick - _INK) / 2, 0.2, "sign_white", -side)
     return building_model(name, "sign", 440 + number, (edge, thick, edge), fused(parts), (), mass=2.0)
 
 
@@ -155,13 +155,13 @@ def _marks(marks: Sequence[Mark], face: float) -> tuple[Part, ...]:
     return fused([box_part((w, _INK, h), (x, face + _INK / 2, z), "sign_white") for (w, h), (x, z) in marks])
 
 
-def _digit(digit: int, x: float, y: float, half: float, material: str) -> list[Part]:
-    """Return the bars of a digit ``2 * half`` m high, upright at ``x``, ``y`` (m)."""
+def _digit(digit: int, x: float, y: float, half: float, material: str, right: float = 1.0) -> list[Part]:
+    """Return the bars of a digit ``2 * half`` m high at ``x``, ``y`` (m), whose reader's right is +x, or -x with -1."""
     thick, wide = 0.28 * half, 0.9 * half
     parts = []
     for bar in _SEGMENTS[digit]:
         across, up, lies = _BARS[bar]
         size = (wide, _INK, thick) if lies else (thick, _INK, half)
         lift = up * (half - thick / 2)
-        parts.append(box_part(size, (x + across * (wide - thick), y, lift), material))
+        parts.append(box_part(size, (x + right * across * (wide - thick), y, lift), material))
     return parts
