@@ -20,21 +20,26 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.light_grid import CoarseScene, LightGrid, lay_grid, neighbours
+from warehouse_sim.render.coarse_scene import CoarseScene
+from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, lay_grid, neighbours
 from warehouse_sim.render.light_selection import GROUND, light_geometry
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
 AXES = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 """Directions that the six values of a point look along: x, y, z, -x, -y, -z."""
-_BOUNCES = 3  # computed; those that follow are taken for a geometric series
+FARTHEST_REACH = 1.5
+"""Spacings beyond which nothing is interpolated between points, and a little more."""
+_CONE = 0.8  # cosine with an axis of the rays that tell how far a point sees along it
+_BOUNCES = 12  # followed
+_SHARES = 4  # that the rays are split into, one for each bounce in turn
 _NO_TRUST = 1e-3  # weight of a point that lies inside something
 _SHARE = np.float32(0.4)  # of a neighbour in the mean that a point becomes
 _REACH = 4  # points that values are carried into things
 
 
 @dataclass(frozen=True, eq=False)
-class IrradianceField:
+class FieldLevel:
     """Indirect irradiance on a grid of points in the world."""
 
     origin: Float[np.ndarray, "3"]
@@ -45,6 +50,18 @@ class IrradianceField:
     """Linear RGB (lx) on a surface that looks along each of ``AXES``."""
     weight: Float32[np.ndarray, "nx ny nz"]
     """Trust in each point: 1 in the open; nearly 0 inside things, where the values are those of neighbours."""
+    cut: Bool[np.ndarray, "2 3"]
+    """On which of its low and high sides what is seen goes on beyond it."""
+    reach: Float32[np.ndarray, "nx ny nz 6"]
+    """How far along each of ``AXES`` (m) a point sees on average, at most ``FARTHEST_REACH`` spacings."""
+
+
+@dataclass(frozen=True, eq=False)
+class IrradianceField:
+    """Indirect irradiance all over a scene."""
+
+    levels: tuple[FieldLevel, ...]
+    """The finest first; the last covers all that can be seen."""
 
 
 class LightGatherer:
@@ -65,11 +82,26 @@ class LightGatherer:
         """Return the field under ``lights`` and an even sky that gives an upward surface ``ambient`` lx."""
         grid = self._grid
         sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
-        luminance = np.where(grid.escaped, sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
+        luminance = np.where(np.isinf(grid.distance), sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
         direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
-        cubes = _smoothed(_all_bounces(grid, luminance, direct).reshape(*grid.shape, 6, 3), grid)
-        weight = np.where(grid.trusted, 1.0, _NO_TRUST).astype(np.float32)
-        return IrradianceField(grid.origin, grid.spacing, cubes, weight)
+        cubes = _all_bounces(grid, luminance, direct)
+        return IrradianceField(tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels))
+
+
+def _field_level(grid: LightGrid, level: GridLevel, cubes: Float32[np.ndarray, "p 6 3"]) -> FieldLevel:
+    """Return what is known at the points of a level."""
+    smooth = _smoothed(cubes.reshape(*level.shape, 6, 3), level)
+    weight = np.where(level.trusted, 1.0, _NO_TRUST).astype(np.float32)
+    return FieldLevel(level.origin, level.spacing, smooth, weight, level.cut, _reach_along_axes(grid, level))
+
+
+def _reach_along_axes(grid: LightGrid, level: GridLevel) -> Float32[np.ndarray, "nx ny nz 6"]:
+    """Return how far (m) along each of ``AXES`` the rays about it go, on average."""
+    along = grid.rays[level.rows] @ AXES.T
+    near = along > _CONE
+    farthest = (FARTHEST_REACH * np.tile(level.spacing, 2)).astype(np.float32)
+    gone = np.minimum(grid.distance[level.rows][..., None] * np.where(near, along, 1.0), farthest)
+    return ((gone * near).sum(axis=1) / near.sum(axis=1)).reshape(*level.shape, 6).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,40 +157,82 @@ def _reach_of(
     return LightReach(lit, share[lit].astype(np.float32))
 
 
+@dataclass(frozen=True, eq=False)
+class _RayShare:
+    """Some of the rays of each point, spread as evenly as all, and what they hit."""
+
+    kernel: Float32[np.ndarray, "p 6 k"]
+    """What each ray's luminance adds to the irradiance along ``AXES``."""
+    sky: Float32[np.ndarray, "p k 3"]
+    """Luminance that comes from outside of the scene (cd/m^2)."""
+    slots: Int[np.ndarray, " n"]
+    """Which rays hit a surface."""
+    returned: Float32[np.ndarray, "n 3"]
+    """Luminance of those surfaces by the lights alone (cd/m^2)."""
+    albedo: Float32[np.ndarray, "n 3"]
+    """Their luminance for each lux, linear RGB."""
+    seen: Int[np.ndarray, "n 3"]
+    """The values that reach them, of the six of all points in a row: those of the point before them."""
+    share: Float32[np.ndarray, "n 3"]
+    """By how much each counts: the squares of their normals."""
+
+    def gather(self, grid: LightGrid, before: Float32[np.ndarray, "p 6 3"] | None) -> Float32[np.ndarray, "p 6 3"]:
+        """Return the irradiance along ``AXES`` when ``before`` is what reaches surfaces beside the lights' light."""
+        luminance, returned = self.sky.copy(), self.returned
+        if before is not None:
+            table = before.reshape(-1, 3)
+            arriving = sum(table[self.seen[:, axis]] * self.share[:, axis, None] for axis in range(3))
+            returned = returned + self.albedo * arriving
+        luminance.reshape(-1, 3)[self.slots] = returned
+        gathered = self.kernel @ luminance
+        return np.concatenate([_filled(gathered[level.rows], level.trusted) for level in grid.levels])
+
+
+def _ray_share(
+    grid: LightGrid, sky: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"], first: int, step: int
+) -> _RayShare:
+    """Return every ``step``-th ray from ``first`` on; arguments as those of ``_all_bounces``."""
+    kernel = np.maximum(grid.rays[:, first::step] @ AXES.T, 0.0)
+    kernel *= np.pi / kernel.sum(axis=1, keepdims=True)  # an even environment of luminance 1 gives exactly pi
+    point, ray = np.divmod(grid.hit, RAYS)
+    rows = slice(None) if step == 1 else np.flatnonzero(ray % step == first)
+    albedo, normals = grid.albedo[rows] / np.float32(np.pi), grid.normals[rows]
+    return _RayShare(
+        kernel=np.ascontiguousarray(np.swapaxes(kernel, 1, 2)),
+        sky=np.ascontiguousarray(sky[:, first::step]),
+        slots=(point * kernel.shape[1] + ray // step)[rows],
+        returned=albedo * direct[rows],
+        albedo=albedo,
+        seen=grid.nearest[rows, None] * 6 + np.where(normals >= 0.0, [0, 1, 2], [3, 4, 5]),
+        share=normals**2,
+    )
+
+
 def _all_bounces(
-    grid: LightGrid, luminance: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"]
+    grid: LightGrid, sky: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"]
 ) -> Float32[np.ndarray, "p 6 3"]:
     """Return the irradiance along ``AXES`` of each point.
 
+    Places far from all lamps live by many bounces: they are followed with some of the rays, and gathered by all.
+
     Args:
         grid: Points and rays.
-        luminance: Of the sky where a ray leaves the scene (cd/m^2), else zero; the rest is filled in.
+        sky: Luminance where a ray leaves the scene (cd/m^2), else zero.
         direct: Irradiance from the lights where rays hit (lx).
     """
-    kernel = np.maximum(grid.rays @ AXES.T, 0.0)
-    kernel *= np.pi / kernel.sum(axis=1, keepdims=True)  # an even environment of luminance 1 gives exactly pi
-    # A surface sees three of the six values of the point before it, by the squares of its normal.
-    share = grid.normals**2
-    places = grid.nearest[:, None] * 6 + np.where(grid.normals >= 0.0, [0, 1, 2], [3, 4, 5])
-    before = after = np.zeros((len(luminance), 6, 3), np.float32)
-    totals = [0.0]
-    for _ in range(_BOUNCES):
-        before, table = after, after.reshape(-1, 3)
-        arriving = sum((table[places[:, axis]] * share[:, axis, None] for axis in range(3)), start=direct)
-        luminance.reshape(-1, 3)[grid.hit] = grid.albedo / np.float32(np.pi) * arriving
-        after = _filled(np.swapaxes(kernel, 1, 2) @ luminance, grid.trusted)
-        totals.append(float(after.mean(dtype=np.float64)))
-    earlier, gain = np.diff(totals)[-2:]
-    ratio = min(max(gain / earlier, 0.0), 0.95) if earlier > 0.0 else 0.0
-    return after + (after - before) * np.float32(ratio / (1.0 - ratio))
+    shares = [_ray_share(grid, sky, direct, number, _SHARES) for number in range(_SHARES)]
+    values: Float32[np.ndarray, "p 6 3"] | None = None
+    for number in range(_BOUNCES):
+        values = shares[number % _SHARES].gather(grid, values)
+    return _ray_share(grid, sky, direct, 0, 1).gather(grid, values)
 
 
-def _smoothed(cubes: Float32[np.ndarray, "nx ny nz 6 3"], grid: LightGrid) -> Float32[np.ndarray, "nx ny nz 6 3"]:
+def _smoothed(cubes: Float32[np.ndarray, "nx ny nz 6 3"], level: GridLevel) -> Float32[np.ndarray, "nx ny nz 6 3"]:
     """Return the mean of each point and those neighbours that it sees, which evens out what few rays have missed."""
-    trusted = grid.trusted.astype(np.float32)[..., None, None]
+    trusted = level.trusted.astype(np.float32)[..., None, None]
     weights = np.maximum(trusted, _NO_TRUST)
     sums = cubes * weights
-    for axis, way in enumerate(grid.ways):
+    for axis, way in enumerate(level.ways):
         near, far = neighbours(axis)
         joined = _SHARE * way[..., None, None]
         for here, there in ((near, far), (far, near)):

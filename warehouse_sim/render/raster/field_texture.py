@@ -2,39 +2,52 @@
 
 import moderngl
 import numpy as np
+from jaxtyping import Float16
 
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.irradiance import IrradianceField
-
-_LIFT = 0.3
-"""Height over the surface at which light is looked up, in spacings: what is behind must not shine through."""
+from warehouse_sim.render.irradiance import FieldLevel, IrradianceField
 
 
 class FieldTexture:
-    """A volume of six blocks above each other, one for each direction; the values are multiplied by their weight."""
+    """A volume of both levels above each other, laid out as ``field.glsl`` says."""
 
     def __init__(self, context: moderngl.Context, field: IrradianceField) -> None:
-        nx, ny, nz = self._size = field.weight.shape
-        values = np.empty((6, nz, ny, nx, 4), np.float16)
-        weight = field.weight.transpose(2, 1, 0)[None, ..., None]
-        values[..., :3] = np.minimum(field.irradiance.transpose(3, 2, 1, 0, 4), 6e4) * weight
-        values[..., 3:] = weight
-        self.texture = context.texture3d((nx, ny, 6 * nz), 4, values.tobytes(), dtype="f2")
-        self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self.texture.repeat_x = self.texture.repeat_y = self.texture.repeat_z = False
-        self._origin, self._spacing = field.origin, field.spacing
+        self._levels = field.levels
+        sizes = np.array([level.weight.shape for level in field.levels])
+        width, height = int(sizes[:, 0].max()), int(sizes[:, 1].max())
+        volumes = [_volume(level, width, height) for level in field.levels]
+        self._first = np.cumsum([0, *(len(volume) for volume in volumes)])[:-1]
+        values = np.concatenate(volumes)
+        self.texture = context.texture3d((width, height, len(values)), 4, values.tobytes(), dtype="f2")
+        self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def uniforms(self, T_world_camera: Transform) -> dict[str, object]:
         """Return the uniforms of ``field.glsl`` for a view."""
-        cells = T_world_camera[:3] / self._spacing[:, None]
-        cells[:, 3] = (T_world_camera[:3, 3] - self._origin) / self._spacing + 0.5
+        cells = []
+        for level in self._levels:
+            rows = T_world_camera[:3] / level.spacing[:, None]
+            rows[:, 3] = (T_world_camera[:3, 3] - level.origin) / level.spacing
+            cells.append(tuple(rows.T.ravel()))  # columns first
         return {
-            "field_size": self._size,
-            "field_camera": tuple(cells.T.ravel()),  # columns first
+            "field_camera": cells,
+            "field_size": [tuple(map(float, level.weight.shape)) for level in self._levels],
+            "field_spacing": [tuple(level.spacing) for level in self._levels],
+            "field_first": [float(first) for first in self._first],
+            "field_fades": [tuple(side) for side in self._levels[0].cut.astype(float)],
             "world_camera": tuple(T_world_camera[:3, :3].T.ravel()),
-            "field_lift": _LIFT * float(self._spacing.mean()),
         }
 
     def release(self) -> None:
         """Free the device memory."""
         self.texture.release()
+
+
+def _volume(level: FieldLevel, width: int, height: int) -> Float16[np.ndarray, "z y x 4"]:
+    """Return the texels of one level: six blocks of irradiance, then the reach, in cells, up and down the axes."""
+    nx, ny, nz = level.weight.shape
+    values = np.zeros((8, nz, height, width, 4), np.float16)
+    values[:6, :, :ny, :nx, :3] = np.minimum(level.irradiance.transpose(3, 2, 1, 0, 4), 6e4)
+    reach = (level.reach.reshape(nx, ny, nz, 2, 3) / level.spacing).transpose(3, 2, 1, 0, 4)
+    values[6:, :, :ny, :nx, :3] = reach
+    values[6:, :, :ny, :nx, 3] = level.weight.transpose(2, 1, 0)
+    return values.reshape(8 * nz, height, width, 4)

@@ -15,6 +15,6 @@ void main() {
     tangent = in_rotation * projected.tangent;
     texture_coordinate = projected.tile;
     point = camera_position();
-    around = field_irradiance(field_camera * vec4(point + normal * field_lift, 1.0), world_camera * normal);
+    around = light_around(point, normal).irradiance;
     gl_Position = clip_position(point, origin);
 }

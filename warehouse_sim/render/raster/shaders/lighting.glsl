@@ -5,10 +5,15 @@ uniform float exposure;
 
 const float PI = 3.14159265;
 
+float fifth(float x) {
+    float x2 = x * x;
+    return x2 * x2 * x;
+}
+
 struct Surface {
     vec3 p, v;                    // position, direction to the camera
     vec3 g, n;                    // normal of the geometry, and as the normal map bends it
-    float nv;
+    float nv, away;               // cosine between n and v, and (1 - it)^5
     vec3 base, diffuse, f0;
     float roughness, a;           // perceptual, and its square
     float emission;
@@ -40,12 +45,20 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
         s.nv = max(dot(s.n, s.v), 1e-3);
     }
     s.base = s.base * (1.0 - paint.a) + paint.rgb;
+    s.away = fifth(1.0 - min(s.nv, 1.0));
     s.roughness = clamp(s.roughness, 0.05, 1.0);
     s.a = s.roughness * s.roughness;
     s.f0 = mix(vec3(0.04), s.base, more.x);
     s.diffuse = s.base * (1.0 - more.x) / PI;
     s.emission = more.y;
     return s;
+}
+
+// What a rough surface scatters over what an ideally matt one does: Burley 2015, "Extending the Disney BRDF", 4.1.
+// from, to: (1 - cosine)^5 of the directions that light comes from and goes to; back: 2 roughness cos^2 of half the
+// angle between them.
+float matt_share(float from, float to, float back) {
+    return (1.0 - 0.5 * from) * (1.0 - 0.5 * to) + back * (from + to + from * to * (back - 1.0));
 }
 
 // Direct light at a surface, before its colours are known.
@@ -70,8 +83,8 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     float a2 = s.a * s.a;
     float spread = nh * nh * (a2 - 1.0) + 1.0;
     float lobe = share * a2 / (2.0 * PI * spread * spread * mix(2.0 * nl * s.nv, nl + s.nv, s.a));
-    float grazing = 1.0 - vh, grazing2 = grazing * grazing;
-    float rim = lobe * grazing2 * grazing2 * grazing;
+    float rim = lobe * fifth(1.0 - vh);
+    share *= matt_share(fifth(1.0 - nl), s.away, 2.0 * s.roughness * vh * vh);
     sum.matt += lights[i].intensity * share;
     sum.gloss += lights[i].intensity * (lobe - rim);
     sum.rim += lights[i].intensity * rim;
@@ -101,7 +114,9 @@ vec3 reflected_back(float near_light, vec3 albedo) {
 // Add what the surroundings do. around: irradiance, and the grey one of a surface that looks where the mirror image lies.
 // It is not kept as a ratio: between a dark face and a bright one that would be bright by far.
 void reflect_surroundings(Surface s, vec4 around, float near_light, inout vec3 matt, inout vec3 gloss) {
-    matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse;
+    // Means over the half space: (1 - cosine)^5 is 1/21, cos^2 of half the angle to v is 1/2 + nv / 3.
+    float share = matt_share(1.0 / 21.0, s.away, s.roughness * (1.0 + s.nv * 2.0 / 3.0));
+    matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse * share;
     float grey = max(dot(around.rgb, LUMINANCE), 1e-3);
     gloss += around.rgb * (around.a / grey * near_light / PI) * ambient_specular(s.f0, s.roughness, s.nv);
 }

@@ -14,10 +14,8 @@ void main() {
     ivec2 block = ivec2(gl_FragCoord.xy) & 3;
     out_near_light = near_light(vec2(at) + 0.5, p, n, 6.2831853 / 16.0 * float(block.x * 4 + (block.y ^ block.x)));
 
-    vec3 cell = field_camera * vec4(p + n * field_lift, 1.0);
-    vec3 irradiance = field_irradiance(cell, world_camera * n);
-    vec3 mirrored = field_irradiance(cell, world_camera * reflect(normalize(p), n));
-    out_around = vec4(irradiance, dot(mirrored, LUMINANCE));
+    Around around = light_around(p, n);
+    out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE));
 
     vec4 seen[2] = vec4[](vec4(1.0), vec4(1.0));
     float angle = 1.5707963 / 4.0 * float((block.x & 1) * 2 + ((block.x ^ block.y) & 1));

@@ -1,0 +1,128 @@
+"""What turns light in a scene: a coarse copy, in which small curved parts are boxes and tiny ones are left out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+
+from warehouse_sim.catalog.building.outdoors import OUTDOORS
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.render.embree import PlacedMeshes
+from warehouse_sim.schema import Material, Part, SceneSpec
+
+_TINY = 0.15
+"""Parts that fit into a ball of this radius (m) turn no light that matters."""
+_SMALL = 0.75
+"""Parts that fit into a ball of this radius (m) are taken for their bounding box if they have many faces."""
+_MANY_FACES = 64
+_FULL = 0.15  # share of its bounding box that such a part must fill
+_EMPTY = 0.01
+"""Small parts of many faces that fill less of their bounding box are print, or the heads of nails: left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseHits:
+    """Where rays end; rows of rays that leave the scene hold an infinite distance and zeros."""
+
+    distance: Float32[np.ndarray, " n"]
+    """In units of the ray's direction."""
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit outward normals in the world."""
+    albedo: Float32[np.ndarray, "n 3"]
+    """Share of light that is returned, linear RGB."""
+
+
+class CoarseScene:
+    """What turns light in a scene, in an acceleration structure of its own.
+
+    Args:
+        scene: The scene; film and the glow of luminaires are left out.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+
+    def __init__(self, scene: SceneSpec) -> None:
+        mesh, albedo = _coarse_mesh(scene)
+        corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
+        self.low = corners.min(axis=0)
+        """Least corner of what turns light (m)."""
+        self.high = corners.max(axis=0)
+        """Greatest corner (m)."""
+        # One extra row answers for rays that hit nothing, whose triangle number is -1.
+        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
+        self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
+        self._meshes = PlacedMeshes([[mesh]], [(0, np.eye(4))])
+
+    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
+        """Return what rays meet first.
+
+        Args:
+            origins: Starting points in the world (m).
+            directions: Directions in the world, of any length.
+        """
+        hits = self._meshes.cast(origins, directions)
+        return CoarseHits(hits.distance, self._normals[hits.triangle], self._albedo[hits.triangle])
+
+    def blocked(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
+        return self._meshes.blocked(origins, directions, reach)
+
+
+def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:
+    """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
+    groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
+    for instance in scene.instances:
+        if scene.model_of(instance).class_name == OUTDOORS:
+            continue  # rays that leave the hall meet the even sky
+        for part in scene.painted_model_of(instance).parts:
+            if scene.materials[part.material].opacity >= 1.0:
+                groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
+    vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
+    for mesh, members in groups.items():
+        scale = np.stack([part.scale for _, part in members])
+        low, high = mesh.vertices.min(axis=0) * scale, mesh.vertices.max(axis=0) * scale
+        radius = np.linalg.norm(high - low, axis=1) / 2
+        T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
+        base = np.array([returned_share(scene.materials[part.material]) for _, part in members])
+        detailed = (radius < _SMALL) & (len(mesh.faces) > _MANY_FACES)
+        as_box, turns = detailed & (_fill(mesh) > _FULL), (radius > _TINY) & ~(detailed & (_fill(mesh) < _EMPTY))
+        box = (low + high)[:, None] / 2 + unit_box().vertices * (high - low)[:, None]
+        for shape, local, chosen in (
+            (unit_box(), box, as_box),
+            (mesh, mesh.vertices * scale[:, None], ~as_box),
+        ):
+            rows = np.flatnonzero(chosen & turns)
+            placed = np.einsum("nij,nkj->nki", T[rows, :3, :3], local[rows]) + T[rows, None, :3, 3]
+            starts = count + len(shape.vertices) * np.arange(len(rows))
+            vertices.append(placed.reshape(-1, 3))
+            faces.append((shape.faces[None] + starts[:, None, None]).reshape(-1, 3).astype(np.int32))
+            albedo.append(np.repeat(base[rows], len(shape.faces), axis=0))
+            count += placed.shape[0] * placed.shape[1]
+    return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(albedo)
+
+
+def _fill(mesh: TriangleMesh) -> float:
+    """Return the share of its bounding box that a closed mesh fills; 0 where the box is flat."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    box = float(np.prod(np.ptp(mesh.vertices, axis=0)))
+    return volume / box if box > 0.0 else 0.0
+
+
+def returned_share(material: Material) -> tuple[float, float, float]:
+    """Return the share of light that a surface gives back, linear RGB, whatever side it comes from.
+
+    Those are the means over the half space of what ``lighting.glsl`` computes: Burley's scattering (2015), and the
+    mirrored part by the split-sum fit (Karis 2014) at the mean cosine of 2/3.
+    """
+    base, rough = np.asarray(material.base_color, float), material.roughness
+    back = rough * (1.0 + 4.0 / 9.0)
+    scattered = base * (1.0 - material.metallic) * ((41.0 / 42.0) ** 2 + back * (2.0 / 21.0 + (back - 1.0) / 441.0))
+    x, y, z, w = rough * np.array([-1.0, -0.0275, -0.572, 0.022]) + np.array([1.0, 0.0425, 1.04, -0.04])
+    rim = min(x * x, 2.0 ** (-9.28 * 2.0 / 3.0)) * x + y
+    at_normal = 0.04 + (base - 0.04) * material.metallic
+    red, green, blue = np.clip(scattered + at_normal * (z - 1.04 * rim) + w + 1.04 * rim, 0.0, 1.0)
+    return float(red), float(green), float(blue)
