@@ -32,8 +32,8 @@ def rig_of(plain: dict[str, Any]) -> RigConfig:
 def test_a_rig_is_a_mapping_of_names_to_mounted_sensors() -> None:
     rig = rig_of(PLAIN)
     mounted = rig.mounted()
-    assert list(mounted) == ["camera", "lidar", "rear", "right", "low", "pair"]
-    assert [item.kind for item in mounted.values()] == ["rgbd", "lidar", "lidar", "stereo", "rgbd", "stereo"]
+    assert list(mounted) == ["camera", "lidar", "rear", "right", "imu", "low", "pair"]
+    assert [item.kind for item in mounted.values()] == ["rgbd", "lidar", "lidar", "stereo", "imu", "rgbd", "stereo"]
     assert mounted["camera"].sensor == RgbdCamera(RgbdConfig())
     assert mounted["rear"].sensor == Lidar(rig.lidars["rear"].lidar)
     assert mounted["right"].sensor == StereoCamera(StereoConfig(baseline=0.3), rig.rgbd.color)
@@ -56,10 +56,10 @@ def test_frames_are_those_of_cameras_and_of_vehicles() -> None:
 def test_every_sensor_has_a_stream_of_its_own_and_only_cameras_are_drawn_again_by_a_noise_twin() -> None:
     mounted = rig_of(PLAIN).mounted()
     names = [item.stream_of(3) for item in mounted.values()]
-    assert names == ["rgbd 3", "lidar 3", "lidar rear 3", "right 3", "sensor low 3", "sensor pair 3"]
+    assert names == ["rgbd 3", "lidar 3", "lidar rear 3", "right 3", "imu 3", "sensor low 3", "sensor pair 3"]
     again = [item.stream_of(3, noise_draw=2) for item in mounted.values()]
     cameras = ["rgbd 3 draw 2", "right 3 draw 2", "sensor low 3 draw 2", "sensor pair 3 draw 2"]
-    assert again == [cameras[0], "lidar 3", "lidar rear 3", *cameras[1:]]
+    assert again == [*cameras[:1], "lidar 3", "lidar rear 3", cameras[1], "imu 3", *cameras[2:]]
 
 
 def test_what_is_written_is_read_back() -> None:
@@ -75,7 +75,7 @@ def test_what_is_written_is_read_back() -> None:
     [
         (
             {"more": {"ring": {"sensor": "sonar"}}},
-            "here: more.ring: unknown sensor 'sonar'; known: lidar",
+            "here: more.ring: unknown sensor 'sonar'; known: imu, lidar",
         ),
         ({"more": {"ring": {"mount": {}}}}, "here: more.ring: expected {sensor: NAME} with its settings, found"),
         (

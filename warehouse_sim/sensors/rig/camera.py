@@ -103,4 +103,9 @@ CAMERA_PRESETS = {
     # A mast camera that overlooks an aisle, 95 x 53 deg: its lens shows equal angles as equal lengths, r' = arctan r,
     # to 0.003 up to 55 deg off the axis (least squares), which is wider than a pinhole image would stand.
     "wide": CameraConfig(1280, 720, 770.0, distortion=Distortion(k1=-0.31, k2=0.115, k3=-0.0208)),
+    # A driver-assistance camera, 109 x 64 deg: about stereographic, r' = 2 tan(theta / 2), to 0.017 up to 66 deg off
+    # the axis (least squares).
+    "ultra_wide": CameraConfig(1280, 720, 625.0, distortion=Distortion(k1=-0.2082, k2=0.0438, k3=-0.00384)),
+    # A camera that reads labels from afar, 45 x 26 deg, with the slight pincushion of long lenses; practical prior.
+    "tele": CameraConfig(1280, 720, 1545.0, distortion=Distortion(k1=0.03)),
 }
