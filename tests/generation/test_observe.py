@@ -79,7 +79,7 @@ def test_a_sensor_of_another_kind_reads_at_its_own_place_and_disturbs_no_other(
     alone = list(observe_scene(scene, rig, renderer))
     for first, seen in zip(alone, observe_scene(scene, replace(rig, more={"ring": RING}), renderer), strict=True):
         ring = seen.readings["ring"]
-        assert list(ring.reading.channels["seen"]) == [b"camera", b"lidar"]
+        assert list(ring.reading.channels["seen"]) == [b"camera", b"lidar", b"imu"]
         points = transform_points(ring.T_camera_sensor, ring.reading.channels["points"])
         u, v = np.rint(seen.camera.project(points)).astype(int).T
         inside = (u >= 0) & (u < seen.camera.width) & (v >= 0) & (v < seen.camera.height)
