@@ -13,6 +13,7 @@ from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
+from warehouse_sim.scene.prints import print_cartons
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
@@ -74,4 +75,6 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         aisle=(area.x_min, area.x_max, area.y_min, area.y_max),
     )
     scene = paint_scene(scene, recipe.appearance, stream)
+    if recipe.loads.prints == "drawn":
+        scene = print_cartons(scene, stream("prints"))
     return light_without_shadows(scene, recipe.lights, stream("lighting"))

@@ -13,7 +13,6 @@ from warehouse_sim.errors import RenderError
 
 MAX_PICTURES = 512
 """Most pictures of a scene; each takes 1.1 MB with its mipmaps."""
-_ANISOTROPY = 8.0
 _LINEAR = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
 _CLEAR = np.zeros((1, 1, 1, 4), np.uint8)
 
@@ -57,7 +56,6 @@ class PictureLibrary:
         array = self._context.texture_array(size, 4, layers.tobytes())
         array.build_mipmaps()
         array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        array.anisotropy = _ANISOTROPY
         array.repeat_x = array.repeat_y = False
         return array
 

@@ -1,7 +1,7 @@
 """What a recipe says of unit loads."""
 
 from dataclasses import dataclass, field, fields
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -60,6 +60,8 @@ class UnitLoadConfig:
     """How worn those are."""
     cartons: tuple[str, ...] = tuple(SKUS)
     """Catalog names of the carton SKUs to choose from."""
+    prints: Literal["fixed", "drawn"] = "fixed"
+    """Whether all cartons of an SKU look alike, or have labels and prints drawn anew in each scene."""
     totes: tuple[str, ...] = tuple(TOTES)
     """Catalog names of the euro containers to choose from."""
     drums: tuple[str, ...] = tuple(DRUMS)
