@@ -12,6 +12,7 @@ from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.render.picture_layout import picture_coordinates
 from warehouse_sim.resources import texture_folder
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
@@ -93,10 +94,14 @@ def _painted_part(part: Part, material: Material, number: int) -> PaintedMesh:
     metres = corners * part.scale
     local = normals / part.scale
     local = local / np.maximum(np.linalg.norm(local, axis=1, keepdims=True), 1e-12)
+    if material.picture is None:
+        tiles = _box_projection(metres, local, material) + _shift(number)
+    else:
+        tiles = picture_coordinates(metres, local)
     return PaintedMesh(
         positions=transform_points(part.T_object_part, metres),
         normals=local @ part.T_object_part[:3, :3].T,
-        tiles=_box_projection(metres, local, material) + _shift(number),
+        tiles=tiles,
         faces=faces,
     )
 

@@ -15,6 +15,7 @@ from jaxtyping import Float64, UInt8
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.light_selection import GROUND, even_illuminance, facing_illuminance, reference_points
 from warehouse_sim.render.painted_mesh import NO_CHANGE, albedo_factor
+from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 _TYPICAL_COSINE = 0.4
@@ -63,7 +64,10 @@ def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: floa
     if material.texture is not None:
         brightest = albedo_factor(material.texture).max() / NO_CHANGE
         texture = _texture(spec, material.texture)
-    shown = to_display((base * brightest * white)[None, None])[0, 0] / 255.0
+    if material.picture is not None:
+        base, brightest = np.ones(3), 1.0
+        texture = _picture(spec, name, to_display(picture_albedo(material) * white))
+    shown = np.full(3, 1.0) if material.picture else to_display((base * brightest * white)[None, None])[0, 0] / 255.0
     glow = to_display((base * material.emission * exposure)[None, None])[0, 0] / 255.0
     exponent = 2.0 / max(material.roughness, 0.1) ** 4 - 2.0
     f0 = float(np.mean(0.04 * (1.0 - material.metallic) + base * material.metallic))
@@ -109,6 +113,14 @@ def _texture(spec: mujoco.MjSpec, name: str) -> str:
         item.height, item.width, item.nchannel = (*image.shape[:2], 3)
         item.data = image.tobytes()
     return name
+
+
+def _picture(spec: mujoco.MjSpec, name: str, shown: UInt8[np.ndarray, "h w 3"]) -> str:
+    """Add the texture of one material's picture in display values."""
+    item = spec.add_texture(name=f"{name}/picture", type=mujoco.mjtTexture.mjTEXTURE_2D)
+    item.height, item.width, item.nchannel = (*shown.shape[:2], 3)
+    item.data = shown.tobytes()
+    return f"{name}/picture"
 
 
 def _display_factor(factor: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w 3"]:

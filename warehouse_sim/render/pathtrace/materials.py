@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from warehouse_sim.render.pathtrace.textures import load_texture_set
+from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.schema import Material
 
 _MIN_ROUGHNESS = 0.05  # as the raster backend has it
@@ -35,7 +36,8 @@ def albedo_factor(material: Material) -> Any:
 
 
 def _surface(material: Material, base: np.ndarray) -> Any:
-    texture = load_texture_set(material.texture) if material.texture is not None else None
+    textured = material.texture is not None and material.picture is None
+    texture = load_texture_set(str(material.texture)) if textured else None
     surface: dict[str, Any] = {
         "type": "principled",
         "base_color": {"type": "rgb", "value": base.tolist()},
@@ -43,6 +45,8 @@ def _surface(material: Material, base: np.ndarray) -> Any:
         "metallic": material.metallic,
         "specular": 0.5,  # reflects 4 % at normal incidence
     }
+    if material.picture is not None and base.any():
+        surface["base_color"] = _bitmap(picture_albedo(material))
     if texture is not None and base.any():
         surface["base_color"] = _bitmap(np.clip(texture.albedo * base, 0.0, 1.0))
     if texture is not None and texture.roughness is not None:

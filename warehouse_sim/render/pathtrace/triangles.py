@@ -11,6 +11,7 @@ from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.painted_mesh import require_drawable
 from warehouse_sim.render.pathtrace.box_projection import edge_order, texture_shift, tile_coordinates
+from warehouse_sim.render.picture_layout import picture_coordinates
 from warehouse_sim.schema import Material, Part, SceneSpec
 
 
@@ -70,7 +71,12 @@ def _mesh_triangles(
     metres = mesh.vertices[mesh.faces] * scale[:, None, None]
     corners = np.einsum("pij,pfcj->pfci", T[:, :3, :3], metres) + T[:, None, None, :3, 3]
     ids = np.array([item.instance_id for item in placed])
-    if material.texture is None:
+    if material.picture is not None:
+        normals = np.round(mesh.face_normals(), 6) / scale[:, None]
+        normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
+        every = np.broadcast_to(normals[:, :, None], metres.shape)
+        texture = np.stack([picture_coordinates(*pair) for pair in zip(metres, every, strict=True)])
+    elif material.texture is None:
         texture = np.zeros((*metres.shape[:-1], 2))
     else:
         normals = np.round(mesh.face_normals(), 6) / scale[:, None]

@@ -14,6 +14,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.light_selection import GROUND, even_illuminance
 from warehouse_sim.render.painted_mesh import NO_CHANGE, albedo_factor
+from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.render.pyrender.device import import_pyrender
 from warehouse_sim.schema import Light, Material, SceneSpec
 
@@ -43,6 +44,10 @@ class MaterialCache:
                 self._textures[material.texture] = _texture(albedo_factor(material.texture))
             texture, brightest = self._textures[material.texture]
         base = np.array(material.base_color)
+        if material.picture is not None:
+            code = np.rint(255.0 * srgb_from_linear(picture_albedo(material))).astype(np.uint8)
+            texture = import_pyrender().Texture(source=code[::-1], source_channels="RGB")
+            base, brightest = np.ones(3), 1.0
         glow = base * material.emission * self._exposure / HEADROOM
         return import_pyrender().MetallicRoughnessMaterial(
             baseColorFactor=np.append(np.clip(base * brightest, 0.0, 1.0), 1.0),
