@@ -3,14 +3,17 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.physics import crush_state
 
 TROLLEY = str(Path(__file__).resolve().parents[2] / "examples" / "custom_object" / "trolley.yaml")
 
@@ -58,3 +61,46 @@ def test_a_target_class_that_the_catalog_has_too_is_refused(tmp_path: Path) -> N
         ConfigError, match="targets: person is also a class of the catalog, whose objects get no labels"
     ):
         from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene}, "own.yaml")
+
+
+def crate_recipe(folder: Path, **keys: object) -> Recipe:
+    """Return a recipe whose pallets carry a crate of the user's own, a box in a mesh file."""
+    corners = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.15, 0.15) for z in (0.0, 0.25)]
+    faces = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
+    lines = [*(f"v {x} {y} {z}" for x, y, z in corners), *("f " + " ".join(map(str, face)) for face in faces)]
+    (folder / "crate.obj").write_text("\n".join(lines) + "\n")
+    plain = {"name": "crate", "class_name": "crate", "obj_id": 1010, "file": "crate.obj", "mass": 14, "bears": 45}
+    (folder / "crate.yaml").write_text(yaml.safe_dump(plain | {"material": "plastic_red"} | keys))
+    scene = {
+        "layout": {"kind": "rack_aisle", "bays": 1},
+        "observations_per_scene": 2,
+        "targets": ["pallet", "crate"],
+        "loads": {"goods": [str(folder / "crate.yaml")], "goods_share": 1.0, "height": 1.3, "max_cartons": 80},
+    }
+    return from_mapping(Recipe, {"description": "own goods", "scene": scene}, "crates.yaml")
+
+
+@pytest.mark.parametrize(("keys", "layers"), [({}, 4), ({"bears": None}, 1), ({"bears": 20}, 2)])
+def test_own_goods_are_stacked_as_high_as_they_bear_and_stand(tmp_path: Path, keys: dict, layers: int) -> None:
+    drawn = draw_scene(crate_recipe(tmp_path, **keys), 0, 0)
+    levels: dict[int, set[float]] = {}
+    for item in drawn.scene.instances:
+        if item.model == "crate":
+            levels.setdefault(item.group, set()).add(round(item.T_world_object[2, 3], 1))
+    assert max(map(len, levels.values())) == layers
+    assert crush_state(drawn.scene).faults == ()
+
+
+@pytest.mark.gl
+def test_own_goods_keep_their_class_and_are_targets(tmp_path: Path) -> None:
+    generate(crate_recipe(tmp_path), tmp_path / "data", GenerateConfig(scenes=1))
+    assert [check for check in validate(tmp_path / "data") if not check.ok] == []
+    reader = DatasetReader(tmp_path / "data")
+    assert reader.objects[1010].class_name == "crate"
+    labelled = {target.obj_id for split in reader.splits for image in reader.images(split) for target in image.targets}
+    assert 1010 in labelled
+
+
+def test_goods_that_never_move_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="goods must have a mass"):
+        crate_recipe(tmp_path, mass=0)

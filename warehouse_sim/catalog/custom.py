@@ -69,6 +69,7 @@ def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectMo
         ),
         collision=_collision(config, centred, size, path),
         mass=config.mass,
+        bears=config.bears,
         symmetry=_symmetry(config, size, path),
         materials=tuple(material for material in brought if material.name in chosen),
     )

@@ -60,7 +60,7 @@ class SceneRecipe:
     """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
-        own = {catalog_object(name).class_name for name in self.traffic.objects}
+        own = {catalog_object(name).class_name for name in (*self.traffic.objects, *self.loads.goods)}
         known = {"pallet", "carton", *own}
         if not self.targets or not known.issuperset(self.targets):
             raise ValueError(

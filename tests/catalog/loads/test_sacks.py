@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog.loads import SACKS
-from warehouse_sim.catalog.loads.sacks import sack
+from warehouse_sim.catalog.loads.sacks import sack, shapes_of
 from warehouse_sim.errors import UnknownNameError
 
 
@@ -33,3 +33,19 @@ def test_the_print_follows_the_sack_everywhere(name: str) -> None:
 def test_an_unknown_sack_lists_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match="sack_paper_600x400x110"):
         sack("bag")
+
+
+@pytest.mark.parametrize("name", SACKS)
+def test_the_shapes_of_an_article_differ_and_are_as_high_and_full(name: str) -> None:
+    names = shapes_of(name)
+    models = [sack(one) for one in names]
+    assert len(names) == 6
+    assert len({model.obj_id for model in models}) == 6
+    assert {float(model.size[2]) for model in models} == {float(models[0].size[2])}
+    for one, model in zip(names, models, strict=True):
+        assert np.all(model.size <= models[0].size)
+        vertices = model.mesh().vertices
+        np.testing.assert_allclose(vertices.max(axis=0) - vertices.min(axis=0), model.size, atol=1e-6)
+        assert 0.65 < volume(one) / np.prod(model.size) < 0.95
+    points = [model.parts[0].placed().vertices / model.size for model in models]
+    assert min(np.abs(a - b).max() for i, a in enumerate(points) for b in points[:i]) > 0.03

@@ -4,7 +4,7 @@ from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
 from warehouse_sim.catalog.loads.carriers import CARRIERS
 from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.catalog.loads.drums import DRUMS
-from warehouse_sim.catalog.loads.sacks import SACKS
+from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
 from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
 from warehouse_sim.catalog.loads.wrap import WRAPS
@@ -16,6 +16,7 @@ LOADS = {
         (TOTES, "totes:tote"),
         (DRUMS, "drums:drum"),
         (SACKS, "sacks:sack"),
+        (SACK_SHAPES, "sacks:sack"),
         (SLIP_SHEETS, "board:slip_sheet"),
         (CORNER_POSTS, "board:corner_post"),
         (WRAPS, "wrap:wrap"),
@@ -24,4 +25,16 @@ LOADS = {
 } | {name: f"warehouse_sim.catalog.loads.carriers.{target}" for name, target in CARRIERS.items()}
 """Catalog name -> builder of everything in this folder, as the registry names it."""
 
-__all__ = ["CARRIERS", "CORNER_POSTS", "DRUMS", "LOADS", "SACKS", "SKUS", "SLIP_SHEETS", "TOTES", "WRAPS", "carton"]
+__all__ = [
+    "CARRIERS",
+    "CORNER_POSTS",
+    "DRUMS",
+    "LOADS",
+    "SACKS",
+    "SACK_SHAPES",
+    "SKUS",
+    "SLIP_SHEETS",
+    "TOTES",
+    "WRAPS",
+    "carton",
+]

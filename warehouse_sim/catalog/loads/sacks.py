@@ -4,7 +4,7 @@ A valve sack of paper with 25 kg of cement is about 600 x 400 x 110 mm: bulk cem
 about 85 % of the box around the sack. A woven sack of 20 kg of plastic granules (0.55-0.75 t/m^3 bulk) is thicker.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -49,20 +49,45 @@ SACKS = {
     "sack_white_600x400x120": (_PAPER_B, "board_white"),
     "sack_woven_590x390x140": (_WOVEN, "sack_woven"),
 }
-"""Catalog name -> geometry and material."""
+"""Catalog name -> geometry and material: the first shape of each article."""
+_FIRST_SHAPE, _SHAPES = 351, 5
+"""Number of the first further shape, and how many each article has."""
+_SLACK = 0.035
+"""Greatest share by which a further shape is shorter or narrower than its article."""
+
+
+def _shape(sku: SackSku, number: int) -> SackSku:
+    """Return another filling of the same sack: its own wrinkles, a little shorter and narrower, as high."""
+    rng = np.random.default_rng([number, sku.obj_id])
+    length, width = (round(edge * (1.0 - rng.uniform(0.0, _SLACK)), 3) for edge in (sku.length, sku.width))
+    return replace(sku, obj_id=number, length=length, width=width)
+
+
+SACK_SHAPES = {
+    f"{name}_{shape + 2}": (_shape(sku, _FIRST_SHAPE + _SHAPES * number + shape), material)
+    for number, (name, (sku, material)) in enumerate(SACKS.items())
+    for shape in range(_SHAPES)
+}
+"""Catalog name -> geometry and material of the further shapes: goods in sacks are never alike."""
+
+
+def shapes_of(name: str) -> tuple[str, ...]:
+    """Return the catalog names of all shapes of an article, the first included."""
+    return (name, *(f"{name}_{shape + 2}" for shape in range(_SHAPES) if name in SACKS))
 
 
 def sack(name: str) -> ObjectModel:
     """Build the sack called ``name`` ("sack_paper_600x400x110").
 
     Raises:
-        UnknownNameError: ``name`` is not in ``SACKS``.
+        UnknownNameError: ``name`` is neither in ``SACKS`` nor in ``SACK_SHAPES``.
     """
-    if name not in SACKS:
-        raise UnknownNameError("sack", name, list(SACKS))
-    sku, material = SACKS[name]
+    known = SACKS | SACK_SHAPES
+    if name not in known:
+        raise UnknownNameError("sack", name, list(known))
+    sku, material = known[name]
     size = np.array([sku.length, sku.width, sku.height])
-    rings = _rings(sku.obj_id) * size / 2
+    rings = (_rings(sku.obj_id) if name in SACKS else _slumped(_rings(sku.obj_id), sku.obj_id)) * size / 2
     # The print is a length of the body itself, lifted off it, so that it follows every wrinkle.
     printed = rings + np.sign(rings) * [0.0, _PRINT, _PRINT]
     fields = [_skin(printed[first : last + 1]) for first, last in sku.fields]
@@ -104,6 +129,21 @@ def _rings(seed: int) -> Float[np.ndarray, "stations points 3"]:
     swell = 1.0 + 0.035 * np.asarray(waves) * np.abs(sine)
     x = np.repeat(along[:, None], _AROUND, axis=1)
     return np.stack([x, slim[:, None] * y, flat[:, None] * z * swell], axis=2)
+
+
+def _slumped(rings: Float[np.ndarray, "stations points 3"], seed: int) -> Float[np.ndarray, "stations points 3"]:
+    """Return outlines of a filling that has run: more at one end, a crease across, ends that hang, a little bent."""
+    rng = np.random.default_rng([seed, 1])
+    x, y, z = np.moveaxis(rings, 2, 0)
+    run, bend, belly = rng.uniform(-0.16, 0.16), rng.uniform(-0.05, 0.05), rng.uniform(0.02, 0.09)
+    crease, depth, tilt = rng.uniform(-0.6, 0.6), rng.uniform(0.03, 0.14), rng.uniform(-0.5, 0.5)
+    thick = (1.0 + run * x) * (1.0 - depth * np.exp(-(((x - crease - 0.3 * tilt * y) / 0.09) ** 2)))
+    hang = rng.uniform(0.1, 0.45, 2)
+    droop = np.where(x < 0, hang[0], hang[1]) * np.maximum(np.abs(x) - 0.72, 0.0) ** 1.3 * 2.0
+    upper = np.where(z > 0, z * thick, z)
+    wide = y * (1.0 + belly * np.cos(2.2 * x + rng.uniform(-1.0, 1.0))) + bend * (1.0 - x**2)
+    corner = 1.0 - rng.uniform(0.0, 0.10) * np.abs(y) ** 3 * np.abs(x) ** 6
+    return np.stack([x * corner, wide, upper - droop], axis=2)
 
 
 def _fitted(meshes: list[TriangleMesh], size: np.ndarray) -> list[TriangleMesh]:

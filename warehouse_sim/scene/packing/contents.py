@@ -1,11 +1,13 @@
 """What a pallet carries: which goods, how many layers, in which pattern."""
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.sacks import shapes_of
 from warehouse_sim.catalog.loads.strength import bears
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform
@@ -56,9 +58,14 @@ def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) ->
     names = _kind(config, rng)
     model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
     listed = _listed_patterns(model, room, config)
+    if names is config.goods:
+        one_name = next(name for name in names if catalog_object(name) is model)
+        alone = replace(config, goods=(one_name,), tote_share=0.0, drum_share=0.0, sack_share=0.0, goods_share=1.0)
+        return replace(alone, patterns=(listed[int(rng.integers(len(listed)))],))
     kind, one = model.class_name, (model.name,)
     return replace(
         config,
+        goods_share=0.0,
         tote_share=float(kind == "tote"),
         drum_share=float(kind == "drum"),
         sack_share=float(kind == "sack"),
@@ -76,8 +83,9 @@ def that_carry(config: UnitLoadConfig, deck: tuple[float, float]) -> UnitLoadCon
 
     Drums carry none: their tops leave too much of a pallet without support.
     """
-    cartons, totes, sacks = (_carrying(names, deck) or names for names in (config.cartons, config.totes, config.sacks))
-    return replace(config, cartons=cartons, totes=totes, sacks=sacks)
+    lists = (config.cartons, config.totes, config.sacks, config.goods)
+    cartons, totes, sacks, goods = (_carrying(names, deck) or names for names in lists)
+    return replace(config, cartons=cartons, totes=totes, sacks=sacks, goods=goods)
 
 
 def _carrying(names: Sequence[str], deck: tuple[float, float]) -> tuple[str, ...]:
@@ -93,7 +101,10 @@ def _carrying(names: Sequence[str], deck: tuple[float, float]) -> tuple[str, ...
 
 def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
     """Draw which list of the recipe the goods come from."""
-    kinds = ((config.tote_share, config.totes), (config.drum_share, config.drums), (config.sack_share, config.sacks))
+    kinds = (
+        *((config.tote_share, config.totes), (config.drum_share, config.drums), (config.sack_share, config.sacks)),
+        (config.goods_share, config.goods),
+    )
     if not any(share for share, _ in kinds):
         return config.cartons
     left = rng.random()
@@ -114,7 +125,16 @@ def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.r
     layers = max(1, min(int(wanted / model.size[2]), config.max_cartons // per_layer, limit))
     is_round = model.class_name == "drum"
     tiers = [Tier(model.size, cycle[level % len(cycle)], is_round) for level in range(layers)]
-    return [(model, T) for poses in stack_tiers(tiers, config.stacking, rng) for T in poses]
+    poses = [T for tier in stack_tiers(tiers, config.stacking, rng) for T in tier]
+    if model.class_name == "sack" and config.sack_shapes:
+        return [(_one_of_its_shapes(model.name, T), T) for T in poses]
+    return [(model, T) for T in poses]
+
+
+def _one_of_its_shapes(name: str, T_floor_piece: Transform) -> ObjectModel:
+    """Return a shape of a sack that its place decides, so that nothing else is drawn for it."""
+    shapes = shapes_of(name)
+    return catalog_object(shapes[zlib.crc32(T_floor_piece.tobytes()) % len(shapes)])
 
 
 def _that_stack(names: Sequence[str], room: Room, config: UnitLoadConfig) -> list[str]:

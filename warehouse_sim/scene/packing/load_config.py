@@ -68,8 +68,15 @@ class UnitLoadConfig:
     """Catalog names of the drums to choose from."""
     sacks: tuple[str, ...] = tuple(SACKS)
     """Catalog names of the sacks to choose from."""
+    sack_shapes: bool = False
+    """Whether sacks of one article differ in shape, or are all alike."""
+    goods: tuple[str, ...] = ()
+    """Articles of the user's own: files (.yaml, relative to the working directory) or catalog names of any class, see
+    docs/custom_objects.md."""
+    goods_share: Share = 0.0
+    """Share of the loaded pallets that carry those, 0-1."""
     tote_share: Share = 0.0
-    """Share of the loaded pallets that carry totes, 0-1; what tote, drum and sack share leave carries cartons."""
+    """Share of the loaded pallets that carry totes, 0-1; what these shares leave carries cartons."""
     drum_share: Share = 0.0
     """Share of the loaded pallets that carry drums, 0-1."""
     sack_share: Share = 0.0
@@ -98,8 +105,9 @@ class UnitLoadConfig:
     """Share of the loads of one carton SKU that have posts at their four corners, 0-1."""
 
     def __post_init__(self) -> None:
-        if self.tote_share + self.drum_share + self.sack_share > 1.0 + 1e-9:
-            raise ValueError("tote_share, drum_share and sack_share must not exceed 1 together")
+        if self.tote_share + self.drum_share + self.sack_share + self.goods_share > 1.0 + 1e-9:
+            raise ValueError("tote_share, drum_share, sack_share and goods_share must not exceed 1 together")
+        self._require_goods()
         if not self.patterns:
             raise ValueError("patterns must list at least one pattern")
         for setting in ("pallets", "cartons", "totes", "drums", "sacks"):
@@ -115,6 +123,15 @@ class UnitLoadConfig:
         """
         drawn = {model.name: model for model in drawn_pallets(self.drawn_pallets)}
         return drawn[name] if name in drawn else catalog_object(name)
+
+    def _require_goods(self) -> None:
+        if self.goods_share > 0.0 and not self.goods:
+            raise ValueError("goods_share needs articles; list them under goods")
+        models = [catalog_object(name) for name in self.goods]
+        if fixed := [model.name for model in models if model.mass <= 0.0 or not model.collision]:
+            raise ValueError(f"goods must have a mass and a body to be stacked, which {fixed[0]} has not; set its mass")
+        if len({model.obj_id for model in models}) < len({model.name for model in models}):
+            raise ValueError("goods must differ in obj_id; number them from 1000 on")
 
     def _require_class(self, setting: str, class_name: str) -> None:
         names, find = getattr(self, setting), self.pallet if setting == "pallets" else catalog_object
