@@ -112,8 +112,9 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
     Appearance and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
     """
     loads = recipe.scene.loads
-    others = (*loads.cartons, *recipe.scene.traffic.objects)
-    models = [*all_pallets(loads), *(catalog_object(name) for name in others)]
+    others = (*loads.cartons, *loads.goods, *recipe.scene.traffic.objects)
+    bulk = map(loads.pallet, loads.pallet_names)
+    models = [*all_pallets(loads), *bulk, *(catalog_object(name) for name in others)]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
 

@@ -6,6 +6,8 @@ import pytest
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import CARRIERS
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.generation.plan import target_models
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
@@ -51,3 +53,11 @@ def test_without_a_share_nothing_of_the_stream_is_used() -> None:
 def test_a_name_that_is_no_carrier_is_refused() -> None:
     with pytest.raises((ConfigError, ValueError), match="epal1"):
         replace(EVERY, carriers=("epal1",))
+
+
+def test_every_pallet_under_a_carrier_is_among_the_models_of_a_dataset() -> None:
+    known = {model.obj_id for model in target_models(load_recipe("block_storage"))}
+    loads = replace(load_recipe("block_storage").scene.loads, carrier_share=1.0)
+    for seed in range(40):
+        pallet = build_unit_load(3.0, loads, np.random.default_rng(seed)).pallet
+        assert pallet.class_name != "pallet" or pallet.obj_id in known

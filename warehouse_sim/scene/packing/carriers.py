@@ -7,8 +7,6 @@ from warehouse_sim.catalog.loads.carriers import WITHOUT_PALLET
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.schema import ObjectModel
 
-_BULK_PALLETS = ("epal3", "epal2")
-"""Pallets of 1,200 x 1,000 mm for bulk goods that fit none of the recipe's."""
 _ON_FLOOR = ("roll_container",)
 """Classes that stand on the floor and nowhere else."""
 _OVER = 0.02
@@ -51,5 +49,5 @@ def _pallets(model: ObjectModel, config: UnitLoadConfig) -> list[ObjectModel | N
     """Return the pallets that a carrier may stand on, those of the recipe first; None for one that needs none."""
     if model.class_name in WITHOUT_PALLET:
         return [None]
-    listed = [catalog_object(name) for name in dict.fromkeys((*config.pallets, *_BULK_PALLETS))]
+    listed = [catalog_object(name) for name in config.pallet_names]
     return [pallet for pallet in listed if np.all(model.size[:2] <= pallet.size[:2] + _OVER)]

@@ -16,6 +16,9 @@ from warehouse_sim.scene.packing.patterns import Pattern
 from warehouse_sim.scene.packing.stacking import StackingConfig
 from warehouse_sim.schema import ObjectModel
 
+BULK_PALLETS = ("epal3", "epal2")
+"""Pallets of 1,200 x 1,000 mm for carriers that fit none of the recipe's."""
+
 
 @dataclass(frozen=True)
 @ranged
@@ -103,6 +106,11 @@ class UnitLoadConfig:
     """Share of the loads that stand on a sheet of board, 0-1."""
     corner_post_share: Share = 0.0
     """Share of the loads of one carton SKU that have posts at their four corners, 0-1."""
+
+    @property
+    def pallet_names(self) -> tuple[str, ...]:
+        """The pallets that loads may stand on: those of the recipe, and broad ones for bulk goods that fit no other."""
+        return tuple(dict.fromkeys((*self.pallets, *(BULK_PALLETS if self.carrier_share > 0.0 else ()))))
 
     def __post_init__(self) -> None:
         if self.tote_share + self.drum_share + self.sack_share + self.goods_share > 1.0 + 1e-9:
