@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object, shipped_classes
+from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
@@ -46,6 +47,8 @@ class SceneRecipe:
     """People, trucks and what lies about on the floor of the aisle."""
     clutter: ClutterConfig = field(default_factory=ClutterConfig)
     """Small things that stand about on the floor."""
+    carton_wear: CartonWearConfig = field(default_factory=CartonWearConfig)
+    """Dents, crushed corners and bulging sides of cartons."""
     lights: LightingConfig = field(default_factory=LightingConfig)
     """Luminaires, daylight and exposure."""
     appearance: AppearanceConfig = field(default_factory=AppearanceConfig)

@@ -15,6 +15,7 @@ from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
 from warehouse_sim.scene.prints import print_cartons
 from warehouse_sim.scene.recipe import SceneRecipe
+from warehouse_sim.scene.rough_handling import batter_cartons
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
@@ -55,6 +56,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
+        batter_cartons(draft, recipe.carton_wear, stream("carton wear"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
         viewpoints = choose_viewpoints(

@@ -53,7 +53,7 @@ STRUCTURE = (
 WALLS = (
     Finish(WHITE_9010, 3.0), Finish(WHITE_9002, 4.0), Finish(WHITE_9003, 2.0), Finish(SILVER_9006, 2.0),
     Finish(GREY_7035, 3.0), Finish(GREY_7042), Finish(BEIGE_1015, 1.5), Finish("#DDE3E2", 1.0),
-    Finish("#B9CAD2", 0.7), Finish("#C9D2BF", 0.6), Finish("#B08D74", 0.5),
+    Finish("#B9CAD2", 0.7), Finish("#C9D2BF", 0.6), Finish("#B09A86", 0.25),
 )  # fmt: skip
 DOORS = (
     Finish(WHITE_9010, 3.0), Finish(SILVER_9006, 2.0), Finish(GREY_7016, 2.0), Finish(BLUE_5010, 2.0),
