@@ -51,11 +51,12 @@ def battered(model: ObjectModel, wear: CartonWearConfig, rng: np.random.Generato
     half = model.size / 2
     bulge = rng.uniform(0.0, wear.bulge)
     dents = [_Dent.draw(half, wear.depth, rng) for _ in range(int(rng.integers(1, 4)))]
-    corners = [_Corner.draw(half, wear.depth, rng) for _ in range(int(rng.integers(0, 3)))]
+    hits: list[_Dent | _Corner] = [*dents]
+    hits += [_Corner.draw(half, wear.depth, rng) for _ in range(int(rng.integers(0, 3)))]
 
     def bent(points: Points) -> Points:
         moved = _bulged(points, half, bulge)
-        for hit in (*dents, *corners):
+        for hit in hits:
             moved = moved + hit.shift(points)
         return np.clip(moved, -half, half)
 
