@@ -10,7 +10,7 @@ from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, ma
 from warehouse_sim.render.irradiance import AXES, FieldLevel, LightGatherer, direct_irradiance
 from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import GROUND
-from warehouse_sim.schema import Light, Material, ObjectModel, SceneSpec
+from warehouse_sim.schema import Light, Material, ObjectInstance, ObjectModel, SceneSpec
 
 FLOOR = box_model("floor", (12, 12, 0.1), "concrete", "floor", 90)
 
@@ -180,3 +180,30 @@ def test_points_do_not_see_through_walls() -> None:
     assert np.median(way / to_wall) == pytest.approx(1.0, abs=0.01)
     dark, lit = inside & (place[..., 0] > 0.1), inside & (place[..., 0] < -0.1)
     assert field.irradiance[dark].mean() < 0.02 * field.irradiance[lit].mean()
+
+
+def test_fill_light_reaches_points_by_the_inverse_square_law_and_not_through_a_plate() -> None:
+    lamp = replace(spot((0.0, 0.0, 3.8), 900.0), cone_inner=1.3, cone_outer=1.4, fill=True)
+    field = field_of(room(4.0, 0.0, [lamp]))
+    place, inside = places_of(field), in_the_room(field, 4.0)
+    away = lamp.position - place
+    distance = np.linalg.norm(away, axis=-1)
+    low = inside & (place[..., 2] < 2.0)
+    expected = 900.0 * away[..., 2] / distance**3
+    # Points are joined with neighbours, which bends the law where it is steep.
+    np.testing.assert_allclose(field.irradiance[low][:, 2, 0], expected[low], rtol=0.15)
+    assert field.irradiance[low][:, 5].max() < 1.0
+
+    plated = room(4.0, 0.0, [lamp])
+    plate = box_model("plate", (4.0, 4.0, 0.1), "grey")
+    shut = replace(
+        plated,
+        models={**plated.models, "plate": plate},
+        instances=(
+            *plated.instances,
+            ObjectInstance(99, "plate", at(0, 0, 3.0)),
+        ),
+    )
+    below = field_of(shut)
+    under = in_the_room(below, 4.0) & (places_of(below)[..., 2] < 2.0)
+    assert below.irradiance[under].max() < 1.0

@@ -77,6 +77,7 @@ class LightGatherer:
     def __init__(self, scene: SceneSpec) -> None:
         self._grid = lay_grid(scene)
         self._reaches: dict[bytes, LightReach] = {}
+        self._fills: dict[bytes, LightReach] = {}
 
     def field(self, lights: Sequence[Light], ambient: float) -> IrradianceField:
         """Return the field under ``lights`` and an even sky that gives an upward surface ``ambient`` lx."""
@@ -84,8 +85,23 @@ class LightGatherer:
         sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
         luminance = np.where(np.isinf(grid.distance), sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
         direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
-        cubes = _all_bounces(grid, luminance, direct)
+        cubes = _all_bounces(grid, luminance, direct) + self._filled_directly([light for light in lights if light.fill])
         return IrradianceField(tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels))
+
+    def _filled_directly(self, lights: Sequence[Light]) -> Float32[np.ndarray, "p 6 3"]:
+        """Return the irradiance along ``AXES`` of each point straight from lights that fill the hall."""
+        points = np.concatenate([level.points for level in self._grid.levels])
+        total = np.zeros((len(points), 6, 3), np.float32)
+        for light in lights:
+            key = light_geometry(light)
+            if key not in self._fills:
+                self._fills[key] = _reach_of(light, self._grid.solid, points, None)
+            reach = self._fills[key]
+            towards = light.position.astype(np.float32) - points[reach.lit]
+            towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+            along = np.maximum(towards @ AXES.T, 0.0) * reach.share[:, None]
+            total[reach.lit] += along[..., None] * (light.intensity * np.asarray(light.color, np.float32))
+        return np.concatenate([_filled(total[level.rows], level.trusted) for level in self._grid.levels])
 
 
 def _field_level(grid: LightGrid, level: GridLevel, cubes: Float32[np.ndarray, "p 6 3"]) -> FieldLevel:
@@ -142,13 +158,19 @@ def direct_irradiance(
 
 
 def _reach_of(
-    light: Light, solid: CoarseScene, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
+    light: Light,
+    solid: CoarseScene,
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"] | None,
 ) -> LightReach:
-    """Return what a light reaches: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says."""
+    """Return what a light reaches: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says.
+
+    Without ``normals`` it is 1 / r^2, that of surfaces which look at the light.
+    """
     to_light = (np.asarray(light.position, float) - points).astype(np.float32)
     squared = np.einsum("ij,ij->i", to_light, to_light)
     distance = np.sqrt(squared)
-    share = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
+    share = 1.0 / squared if normals is None else np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
     cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
     share *= relative_intensity(light, cosine)
     lit = np.flatnonzero(share > 0.0)

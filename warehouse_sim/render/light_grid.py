@@ -51,6 +51,11 @@ class GridLevel:
         """Its points among those of all levels."""
         return slice(self.first, self.first + int(np.prod(self.shape)))
 
+    @property
+    def points(self) -> Float[np.ndarray, "n 3"]:
+        """Its points in the world (m), in the order of ``rows``."""
+        return _points_of(self.origin, self.spacing, self.shape).reshape(-1, 3)
+
     def cells(self, places: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 3"]:
         """Return the indices of the points nearest to ``places`` (m), also of such as lie outside."""
         return np.rint((places - self.origin) / self.spacing).astype(int)

@@ -58,7 +58,11 @@ def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Floa
 
 
 def strongest_lights(lights: Sequence[Light], count: int | None, points: Float64[np.ndarray, "n 3"]) -> list[Light]:
-    """Return at most ``count`` lights, those that could light ``points`` (m, world) the most, in the order given."""
+    """Return at most ``count`` lights, those that could light ``points`` (m, world) the most, in the order given.
+
+    Lights that fill a hall do not count: there are too many of them, and none is near.
+    """
+    lights = [light for light in lights if not light.fill]
     if count is None or len(lights) <= count:
         return list(lights)
     ranked = sorted(range(len(lights)), key=lambda number: -importance(lights[number], points))

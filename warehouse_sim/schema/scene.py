@@ -60,6 +60,8 @@ class Light:
     casts_shadow: bool = True
     radius: float = 0.15
     """Radius of the disk or ball that emits (m), >= 0; the larger, the softer are its shadows."""
+    fill: bool = False
+    """Whether it is one of many that light a hall evenly; renderers may gather it with the indirect light."""
 
 
 @dataclass(frozen=True, eq=False)

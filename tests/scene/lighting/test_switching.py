@@ -4,7 +4,7 @@ import pytest
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig
-from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires, luminaires_of
+from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
 from warehouse_sim.scene.lighting.switching import draw_lighting
@@ -23,7 +23,7 @@ def hall(rows: int = 1, count: int = 4) -> SceneSpec:
 
 def installed(rows: int = 1, count: int = 4, seed: int = 0, **settings: object) -> SceneLighting:
     config = LightingConfig(**settings)  # type: ignore[arg-type]
-    return draw_lighting(config, luminaires_of(hall(rows, count)), FLOOR, np.random.default_rng(seed))
+    return draw_lighting(config, hall(rows, count), FLOOR, np.random.default_rng(seed))
 
 
 def fluxes(lighting: SceneLighting, source: str) -> list[float]:

@@ -11,7 +11,6 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import LightingConfig, floor_points
 from warehouse_sim.scene.lighting.headlights import work_lights
-from warehouse_sim.scene.lighting.luminaires import luminaires_of
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
 from warehouse_sim.scene.lighting.switching import draw_lighting
 from warehouse_sim.schema import SceneSpec, Viewpoint
@@ -35,7 +34,7 @@ def light_scene(
     Raises:
         RecipeError: No light reaches the floor of the aisle, so that no lux can be reached.
     """
-    lighting = draw_lighting(config, luminaires_of(scene), floor_points(scene), rng)
+    lighting = draw_lighting(config, scene, floor_points(scene), rng)
     if lighting.lux is not None:
         lighting = _dimmed(lighting, lighting.lux, scene, caster)
     meter = LightMeter(lighting.applied(scene), caster)

@@ -17,7 +17,7 @@ _HEADROOM = 2.5
 """Floor counts as free when nothing is lower above it (m)."""
 _LIFT = 1e-3
 """How far rays start before a surface (m)."""
-_GATHER = (24, 4)
+_GATHER = (24, 4, 1)
 """Rays from a point of the floor that gather what other surfaces return, and from the end of each of them."""
 _METER_RAYS = (1,)
 """Rays that do so for a point that a camera's meter sees."""

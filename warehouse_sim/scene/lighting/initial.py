@@ -7,7 +7,6 @@ import numpy as np
 from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.exposure import exposure_of_ev
 from warehouse_sim.scene.lighting.floor import floor_points
-from warehouse_sim.scene.lighting.luminaires import luminaires_of
 from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
 from warehouse_sim.scene.lighting.switching import draw_lighting
 from warehouse_sim.schema import SceneSpec
@@ -19,7 +18,7 @@ _ALBEDO = 0.2
 def light_without_shadows(scene: SceneSpec, config: LightingConfig, rng: np.random.Generator) -> SceneSpec:
     """Return ``scene``, whose aisle is known, in the light of ``config``, as if nothing threw a shadow."""
     floor = floor_points(scene)
-    lighting = draw_lighting(config, luminaires_of(scene), floor, rng)
+    lighting = draw_lighting(config, scene, floor, rng)
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
     lux = float(unshadowed_illuminance(lighting.switched_on, floor, up).mean()) + lighting.ambient
     if lighting.lux is not None and lux > 0.0:

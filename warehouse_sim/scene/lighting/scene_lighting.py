@@ -28,6 +28,8 @@ class SceneLighting:
     luminaires: tuple[Luminaire, ...]
     lights: tuple[Light | None, ...]
     """What each luminaire gives; None where it is off."""
+    fill: tuple[Light, ...]
+    """Lights of the hall beside the aisle."""
     ambient: float
     """Illuminance of the even light from above (lx)."""
     lux: float | None
@@ -35,13 +37,14 @@ class SceneLighting:
 
     @property
     def switched_on(self) -> tuple[Light, ...]:
-        """The lights that are on."""
-        return tuple(light for light in self.lights if light is not None)
+        """The lights that are on, those of luminaires first."""
+        return (*(light for light in self.lights if light is not None), *self.fill)
 
     def scaled(self, factor: float) -> "SceneLighting":
         """Return the lighting with all light ``factor`` times as strong."""
-        lights = tuple(light and replace(light, intensity=light.intensity * factor) for light in self.lights)
-        return replace(self, lights=lights, ambient=self.ambient * factor)
+        lights = tuple(light and _scaled(light, factor) for light in self.lights)
+        fill = tuple(_scaled(light, factor) for light in self.fill)
+        return replace(self, lights=lights, fill=fill, ambient=self.ambient * factor)
 
     def applied(self, scene: SceneSpec) -> SceneSpec:
         """Return ``scene`` in this light: its lights, ambient and how its luminaires look."""
@@ -75,6 +78,10 @@ class SceneLighting:
             return {_ROW: replace(row, base_color=_OPAL, emission=0.0)}
         mean = sum(item.emission for item in lit) / len(electric)
         return {_ROW: replace(row, base_color=lit[0].base_color, emission=mean)}
+
+
+def _scaled(light: Light, factor: float) -> Light:
+    return replace(light, intensity=light.intensity * factor)
 
 
 def _face_material(item: Luminaire, light: Light | None) -> Material:

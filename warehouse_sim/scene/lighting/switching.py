@@ -7,11 +7,12 @@ from jaxtyping import Float
 
 from warehouse_sim.color import balanced_rgb
 from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.luminaires import Luminaire
+from warehouse_sim.scene.lighting.hall_light import fill_lights
+from warehouse_sim.scene.lighting.luminaires import Luminaire, luminaires_of
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
-from warehouse_sim.schema import Light
+from warehouse_sim.schema import Light, SceneSpec
 
 _FLUX = 15000.0
 """Flux of a luminaire (lm) before it is dimmed to the wanted lux: that of a high-bay luminaire of about 100 W."""
@@ -24,29 +25,36 @@ _SKY_RADIUS = 2.0
 
 
 def draw_lighting(
-    config: LightingConfig, luminaires: Sequence[Luminaire], floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
+    config: LightingConfig, scene: SceneSpec, floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
 ) -> SceneLighting:
     """Draw which luminaires are on, and how bright: at the recipe's flux, or at one yet to be scaled to the wanted lux.
 
     Args:
         config: The recipe's light.
-        luminaires: Those of the scene, doors included.
+        scene: Its luminaires, doors and rows of light count.
         floor: Points on the aisle's floor (m), where the share of ambient light is counted, without shadows.
         rng: Source of all draws.
     """
-    preset = config.resolved()
+    preset, luminaires = config.resolved(), luminaires_of(scene)
     lux = None if config.flux is not None else preset.lux.draw(rng)
     flux = _FLUX if config.flux is None else config.flux.draw(rng)
     lights = _electric([item for item in luminaires if item.face.source == "electric"], preset, flux, rng)
+    electric = list(lights.values())
     if preset.sky_luminance > 0.0:
         lights |= {item: _daylight(item, preset) for item in luminaires if item.face.source == "daylight"}
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
+    fill: tuple[Light, ...] = ()
+    if electric and config.hall_share > 0.0:
+        # Dark luminaires are as many in the hall as over the aisle: the rows are dimmed by them.
+        in_aisle = float(unshadowed_illuminance(electric, floor, up).mean())
+        fill = fill_lights(scene, config.hall_share * in_aisle, electric[0].color)
     ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
     return SceneLighting(
         name=config.preset,
         preset=preset,
         luminaires=tuple(luminaires),
         lights=tuple(lights.get(item) for item in luminaires),
+        fill=fill,
         ambient=ambient,
         lux=lux,
     )
