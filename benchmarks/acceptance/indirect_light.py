@@ -92,17 +92,18 @@ def measure(views: Iterable[View], seed: int, samples: int, references: Path | N
     """Draw each view by both backends; images of paths are kept in ``references`` and read from there."""
     with open_renderer("raster") as raster, open_renderer("pathtrace", samples=samples) as paths:
         for view in views:
-            file = references / f"{view.recipe}-{seed}-{view.number}-{samples}.npy" if references else None
-            start = time.process_time()
+            file = references / f"{view.recipe}-{seed}-{view.number}-{samples}.npz" if references else None
             if file is not None and file.is_file():
-                expected = np.load(file).astype(float)
+                with np.load(file) as stored:
+                    expected, spent = stored["luminance"].astype(float), float(stored["cpu_s"])
             else:
+                start = time.process_time()
                 paths.load(view.scene)
                 expected = paths.luminance(view.small, view.T_world_camera)
-            spent = time.process_time() - start
-            if file is not None:
-                file.parent.mkdir(parents=True, exist_ok=True)
-                np.save(file, expected.astype(np.float32))
+                spent = time.process_time() - start
+                if file is not None:
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    np.savez(file, luminance=expected.astype(np.float32), cpu_s=spent)
             got = smaller(raster_luminance(raster, view))
             shade = in_shadow(view.scene, view.small, view.T_world_camera)
             pair = got @ LUMINANCE, expected @ LUMINANCE
