@@ -120,10 +120,14 @@ def main(samples: int = 16, many: int = 256, parts: int = len(PARTS), write: boo
         parts: How many parts.
         write: Store the result.
     """
-    rows = []
+    rows: list[dict[str, float | str]] = []
     for part in PARTS[:parts]:
-        rows.append(rounded(measure(part, samples, many)))
-        print(", ".join(f"{name}: {value}" for name, value in rows[-1].items()), flush=True)
+        measured = rounded(measure(part, samples, many))
+        of = {key: measured.pop(key) for key in ("name", "view")}
+        rows += [
+            {"name": f"{of['name']}: {what}", "view": of["view"], "value": value} for what, value in measured.items()
+        ]
+        print(of, measured, flush=True)
     if write:
         command = f"python -m benchmarks.acceptance.photoreal --samples {samples} --many {many} --parts {parts} --write"
         write_result(RESULTS / "photoreal.json", command, rows)

@@ -101,8 +101,9 @@ def main(
             for other, root in data.items():
                 scores = score(run, root, "test", SELECTIONS[-1:], run / other)[SELECTIONS[-1].name]
                 values = {metric: scores.overall.metrics[metric] for metric in METRICS}
-                rows.append({"name": f"trained on {name}, scored on {other}, seed {seed}", **rounded(values)})
-                print(rows[-1], flush=True)
+                title = f"trained on {name}, scored on {other}, seed {seed}"
+                rows += [{"name": f"{title}: {metric}", "value": value} for metric, value in rounded(values).items()]
+                print(title, values, flush=True)
     if write:
         command = (
             f"python -m benchmarks.estimators.paired --recipe {recipe} --samples {samples} --steps {steps} --write"
