@@ -12,7 +12,7 @@ from warehouse_sim.scene.appearance.paint import PaintConfig
 from warehouse_sim.scene.appearance.surfaces import SURFACES, Surface
 from warehouse_sim.schema import Material, ObjectInstance, SceneSpec
 
-MOST_MATERIALS = 200
+MOST_MATERIALS = 2000
 """Materials of a scene beyond which no new ones are made: what comes later shares the looks that are there."""
 
 
