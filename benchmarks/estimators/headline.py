@@ -13,7 +13,7 @@ from warehouse_sim.evaluation.pose_error import add, estimates_in_object
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Observation
 
-RECIPE, SEED, SCENES = "industrial", 1000, 2
+RECIPE, SEED, SCENES = "industrial-v1", 1000, 2
 LIMIT = 0.10
 """Largest ADD in diameters."""
 _LEAST_VISIBLE = 0.1
