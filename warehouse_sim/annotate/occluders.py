@@ -22,7 +22,7 @@ _CLASSES: dict[OccluderKind, tuple[str, ...]] = {
     ),
     "pallet": ("pallet",),
     "rack": ("rack", "guard"),
-    "traffic": ("person", "forklift", "pallet_jack", "cone", "bollard", "sign", "clutter"),
+    "traffic": ("person", "forklift", "pallet_jack", "tugger", "cart", "amr", "cone", "bollard", "sign", "clutter"),
     "building": (
         *("floor", "wall", "ceiling", "column", "door", "dock", "trailer"),
         *("marking", "luminaire", "conveyor"),

@@ -19,7 +19,7 @@ from warehouse_sim.scene.rough_handling import batter_cartons
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.scene.traffic import add_traffic
+from warehouse_sim.scene.traffic import add_traffic, add_trucks
 from warehouse_sim.scene.viewpoints import choose_viewpoints
 from warehouse_sim.schema import SceneSpec
 
@@ -54,6 +54,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         )
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
+        add_trucks(draft, recipe.traffic, recipe.loads, area, stream("trucks"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
         batter_cartons(draft, recipe.carton_wear, stream("carton wear"))

@@ -2,19 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.traffic import STANDING
-from warehouse_sim.errors import PlacementError
+from warehouse_sim.catalog.traffic import FINE_STANDING, STANDING
+from warehouse_sim.errors import PlacementError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.trucks_at_work import KINDS, add_trucks_at_work
+from warehouse_sim.scene.unit_load import UnitLoadConfig
 
 _KINDS = (
     ("forklifts", "forklift"),
@@ -55,15 +57,34 @@ class TrafficConfig:
     """Things of the user's own, drawn from ``objects``, 0-20."""
     objects: tuple[str, ...] = ()
     """Their files (.yaml, relative to the working directory) or catalog names, see docs/custom_objects.md."""
+    detail: Literal["plain", "fine"] = "plain"
+    """People, cones and hand pallet trucks: plain ones of few facets, or finely divided ones in more poses."""
+    trucks: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Trucks at work, with drivers, 0-20; fewer where no more find a place."""
+    truck_kinds: tuple[str, ...] = tuple(KINDS)
+    """What they are: counterbalance, reach, stacker, order_picker, tugger, amr, pallet_truck."""
+    laden_share: Share = 0.7
+    """Share of them that carry a load of the recipe's, 0-1."""
     clearance: Annotated[float, Range(0.05, 2, "m")] = 0.3
     """Least distance between any two of these and to everything else (m), 0.05-2."""
 
     def __post_init__(self) -> None:
         if self.own.high > 0 and not self.objects:
             raise ValueError("own needs the files of the objects; list them under objects")
+        if not self.truck_kinds or not set(KINDS).issuperset(self.truck_kinds):
+            raise ValueError(f"truck_kinds must list some of {', '.join(KINDS)}, found {shown(list(self.truck_kinds))}")
         own = [catalog_object(name) for name in self.objects]
         if len({model.obj_id for model in own}) < len(own) or len({model.name for model in own}) < len(own):
             raise ValueError("objects must differ in name and obj_id; number them from 1000 on")
+
+
+def add_trucks(
+    draft: SceneDraft, config: TrafficConfig, loads: UnitLoadConfig, area: Area, rng: np.random.Generator
+) -> None:
+    """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
+    count = config.trucks.draw_count(rng)
+    kinds, share = config.truck_kinds, config.laden_share
+    add_trucks_at_work(draft, count, kinds, share, config.clearance, loads, area, rng)
 
 
 def add_traffic(
@@ -85,9 +106,10 @@ def add_traffic(
     low, high = solids.extents
     in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
     placed: list[OrientedBox] = []
+    standing = FINE_STANDING if config.detail == "fine" else STANDING
     for setting, class_name in _KINDS:
         count = getattr(config, setting).draw_count(rng)
-        names = {"carton": cartons, "own": config.objects, **STANDING}[class_name]
+        names = {"carton": cartons, "own": config.objects, **standing}[class_name]
         for number in range(count):
             name = str(rng.choice(list(names)))
             T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), config.clearance, area, rng)

@@ -3,8 +3,9 @@
 All face +x; origin at the centre of the bounding box, z up.
 """
 
-from warehouse_sim.catalog.traffic.obstacles import CONES, WRAPS
-from warehouse_sim.catalog.traffic.people import PEOPLE
+from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES, WRAPS
+from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.working import WORKING
 
 _ROOM = "warehouse_sim.catalog.traffic"
 TRAFFIC = {
@@ -12,6 +13,9 @@ TRAFFIC = {
     **{name: f"{_ROOM}.trucks:{name}" for name in ("pallet_jack", "forklift", "reach_truck")},
     **dict.fromkeys(CONES, f"{_ROOM}.obstacles:cone"),
     **dict.fromkeys(WRAPS, f"{_ROOM}.obstacles:hanging_wrap"),
+    **dict.fromkeys(WORKERS_BY_NAME, f"{_ROOM}.people:worker"),
+    **dict.fromkeys(FINE_CONES, f"{_ROOM}.obstacles:traffic_cone"),
+    **dict.fromkeys(WORKING, f"{_ROOM}.working:working_truck"),
     "bollard": f"{_ROOM}.obstacles:bollard",
     "floor_sign": f"{_ROOM}.obstacles:floor_sign",
 }
@@ -25,5 +29,12 @@ STANDING = {
     "person": tuple(sorted(PEOPLE)),
 }
 """Class -> the catalog names of it that are drawn, each as often, where a recipe asks for the class."""
+FINE_STANDING = {
+    **STANDING,
+    "cone": tuple(sorted(FINE_CONES)),
+    "pallet_jack": ("hand_pallet_truck",),
+    "person": tuple(sorted(name for name, (_, pose) in WORKERS_BY_NAME.items() if pose not in (*ON_TRUCKS, "pushing"))),
+}
+"""The same of the finely divided ones; who pushes belongs to a truck."""
 
-__all__ = ["CONES", "PEOPLE", "STANDING", "TRAFFIC", "WRAPS"]
+__all__ = ["CONES", "FINE_STANDING", "PEOPLE", "STANDING", "TRAFFIC", "WORKING", "WRAPS"]

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import Triple, solid_part
-from warehouse_sim.catalog.traffic.shapes import limb_box, placed, tube
+from warehouse_sim.catalog.traffic.shapes import limb_box, placed, smoothed, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y
@@ -86,25 +86,53 @@ class Pose:
     """Forearms against the vertical."""
     feet: tuple[float, float]
     """Feet against the floor, toes up positive."""
+    lean: float = 0.0
+    """Trunk, head and arms against the vertical, about the hips."""
+
+
+@dataclass(frozen=True)
+class Grain:
+    """How finely the body is divided: shading is flat, so that a few facets are seen as facets."""
+
+    limb: int
+    """Corners of a section of a limb."""
+    trunk: int
+    """Corners of a section of the trunk."""
+    block: tuple[int, int]
+    """Points around a rounded block and bands from pole to pole."""
+    between: int
+    """Sections put between each two that are given, along smooth curves."""
+
+
+PLAIN = Grain(16, 28, (24, 8), 0)
+"""As few as will do from afar."""
+FINE = Grain(36, 64, (56, 24), 3)
+"""Facets of some 8 mm, about a pixel of a camera with 800 px focal length at 6 m."""
 
 
 class Figure:
     """Parts and boxes of one worker who stands on z = 0 and faces +x."""
 
-    def __init__(self, worker: Worker, pose: Pose) -> None:
+    def __init__(self, worker: Worker, pose: Pose, grain: Grain = PLAIN) -> None:
+        self._grain = grain
         self.worker, self._h, self._hg = worker, worker.stature, worker.stature * worker.girth
         self.parts: list[Part] = []
         self.boxes: list[OrientedBox] = []
         legs = [self._leg(side, pose, number) for number, side in enumerate((1.0, -1.0))]
         # The hips are as high as the lower foot lets them be.
         hip = -min(float(part.placed().vertices[:, 2].min()) for parts, _ in legs for part in parts)
+        self.hip = hip
+        """Height of the hip joints over the lowest point of the legs (m)."""
         for leg in legs:
-            self._add(leg, hip)
+            self._add(leg, make_transform(translation=np.array([0.0, 0.0, hip])))
+        T = make_transform(translation=np.array([0.0, 0.0, hip - _HIP * self._h]))
+        if pose.lean:
+            T_hip = make_transform(rotation_y(np.deg2rad(pose.lean)), np.array([0.0, 0.0, hip]))
+            T = T_hip @ make_transform(translation=np.array([0.0, 0.0, -_HIP * self._h]))
         for piece in (self._trunk(), self._head(), self._arm(1.0, pose, 0), self._arm(-1.0, pose, 1)):
-            self._add(piece, hip - _HIP * self._h)
+            self._add(piece, T)
 
-    def _add(self, piece: Piece, lift: float) -> None:
-        T = make_transform(translation=np.array([0.0, 0.0, lift]))
+    def _add(self, piece: Piece, T: Transform) -> None:
         self.parts += [_moved(part, T) for part in piece[0]]
         self.boxes += [OrientedBox(T @ box.T_parent_box, box.size) for box in piece[1]]
 
@@ -117,7 +145,7 @@ class Figure:
         above = hip + np.array([0.0, 0.0, 0.02 * h])
         hem = ankle + 0.012 * h * _down(pose.shanks[number])
         path = np.array([above, hip, (hip + knee) / 2, knee, knee + 0.35 * (ankle - knee), hem])
-        trouser = placed(tube(path, np.array(_LEG) * self._hg), self.worker.trousers)
+        trouser = placed(self._tube(path, np.array(_LEG) * self._hg), self.worker.trousers)
         shoe, boxes = self._shoe(ankle, pose.feet[number])
         limbs = [limb_box(hip, knee, 0.049 * self._hg), limb_box(knee, ankle, 0.039 * self._hg)]
         return [trouser, *shoe], [*limbs, *boxes]
@@ -128,12 +156,13 @@ class Figure:
         length, width, sole = 0.152 * h + 0.03, 0.055 * h + 0.012, -0.039 * h
         middle = 0.5 * length - 0.055 * h
         T_ankle = make_transform(rotation_y(-np.deg2rad(pitch)), ankle)
+        around, bands = self._grain.block
         upper = (0.97 * length, 0.94 * width, 0.08)
         parts = [
             solid_part(
-                superellipsoid(3.0, 6.0, 24, 4), (length, width, SOLE), (middle, 0.0, sole - SOLE / 2), "rubber"
+                superellipsoid(3.0, 6.0, around, 4), (length, width, SOLE), (middle, 0.0, sole - SOLE / 2), "rubber"
             ),
-            solid_part(superellipsoid(3.0, 2.5, 24, 8), upper, (middle, 0.0, sole + 0.014), "mast_black"),
+            solid_part(superellipsoid(3.0, 2.5, around, bands), upper, (middle, 0.0, sole + 0.014), "mast_black"),
             self._block(2.5, 3.0, (0.068, 0.055, 0.075), (-0.01, 0.0, 0.0), "mast_black"),
         ]
         T_box = make_transform(translation=np.array([middle, 0.0, sole - SOLE + 0.05]))
@@ -143,23 +172,37 @@ class Figure:
     def _trunk(self) -> Piece:
         """Return hips, vest, bands and neck; the floor lies at z = 0 for someone without shoes."""
         h, worker = self._h, self.worker
-        hips = tube([(0.0, 0.0, z * h) for z, _, _ in _HIPS], np.array(_HIPS)[:, 1:] * self._hg, sides=24)
-        vest = self._around(_TRUNK[:, 0], 0.0)
-        neck = tube([(0.005 * h, 0.0, _NECK * h), (0.012 * h, 0.0, 0.89 * h)], [(0.036 * h, 0.036 * h)] * 2)
+        hips = self._tube(
+            np.array([(0.0, 0.0, z * h) for z, _, _ in _HIPS]),
+            np.array(_HIPS)[:, 1:] * self._hg,
+            max(24, self._grain.limb),
+        )
+        vest = self._around(_TRUNK[:, 0])
+        neck_path = np.array([(0.005 * h, 0.0, _NECK * h), (0.012 * h, 0.0, 0.89 * h)])
+        neck = tube(neck_path, [(0.036 * h, 0.036 * h)] * 2, sides=self._grain.limb)
         parts = [placed(hips, worker.trousers), placed(vest, worker.vest), placed(neck, worker.skin)]
         parts += [placed(band, "reflective") for band in self._bands()]
         box = limb_box((0.0, 0.0, 0.47 * h), (0.0, 0.0, 0.82 * h), 1.0)
         size = np.array([0.15 * self._hg, 0.23 * self._hg, box.size[2]])
         return parts, [OrientedBox(box.T_parent_box, size)]
 
-    def _around(self, share: Float[np.ndarray, " n"], standoff: float) -> TriangleMesh:
+    def _tube(
+        self, path: Float[np.ndarray, "n 3"], radii: Float[np.ndarray, "n 2"], sides: int | None = None
+    ) -> TriangleMesh:
+        """Return a body along ``path`` (m), with sections in between where the grain is fine."""
+        dense = smoothed(np.column_stack([path, radii]), self._grain.between)
+        return tube(dense[:, :3], dense[:, 3:], sides=sides or self._grain.limb)
+
+    def _around(self, share: Float[np.ndarray, " n"], standoff: float = 0.0) -> TriangleMesh:
         """Return the trunk between heights given as shares of stature, ``standoff`` (m) of the vest."""
         depth, breadth = self._trunk_radii(share)
-        return tube([(0.0, 0.0, z * self._h) for z in share], np.column_stack([depth, breadth]) + standoff, sides=28)
+        path = np.array([(0.0, 0.0, z * self._h) for z in share])
+        return self._tube(path, np.column_stack([depth, breadth]) + standoff, self._grain.trunk)
 
     def _trunk_radii(self, share: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         """Return half depth and half breadth (m) of the vest at heights given as shares of stature."""
-        depth, breadth = (self._hg * np.interp(share, _TRUNK[:, 0], _TRUNK[:, column]) for column in (1, 2))
+        profile = smoothed(_TRUNK, self._grain.between)
+        depth, breadth = (self._hg * np.interp(share, profile[:, 0], profile[:, column]) for column in (1, 2))
         return depth, breadth
 
     def _bands(self) -> list[TriangleMesh]:
@@ -185,7 +228,9 @@ class Figure:
             self._block(2.0, 2.0, (0.025, 0.098, 0.036), (x - 0.004, 0.0, eyes - 0.015), skin),
             self._block(3.0, 3.0, (0.10, 0.086, 0.018), (x + 0.010, 0.0, eyes), "guard_black"),
             self._block(2.5, 4.0, (0.10, 0.105, 0.007), (x + 0.048, 0.0, brim + 0.0035), helmet),
-            solid_part(lathe(_DOME), (0.142 * h, 0.118 * h, 0.072 * h), (x * h, 0.0, brim * h), helmet),
+            solid_part(
+                lathe(_DOME, self._grain.block[0]), (0.142 * h, 0.118 * h, 0.072 * h), (x * h, 0.0, brim * h), helmet
+            ),
         ]
         box = limb_box((0.025 * h, 0.0, _NECK * h), (0.025 * h, 0.0, h + HELMET), 1.0)
         return parts, [OrientedBox(box.T_parent_box, np.array([0.17 * h, 0.13 * h, box.size[2]]))]
@@ -198,17 +243,17 @@ class Figure:
         wrist = elbow + 0.146 * h * _down(pose.forearms[number]) - np.array([0.0, side * 0.004 * h, 0.0])
         cap = shoulder + np.array([0.0, -side * 0.030 * h, 0.021 * h])
         path = np.array([cap, shoulder, (shoulder + elbow) / 2, elbow, (elbow + wrist) / 2, wrist])
-        sleeve = tube(path, np.column_stack([_ARM, _ARM]) * self._hg)
+        sleeve = self._tube(path, np.column_stack([_ARM, _ARM]) * self._hg)
         reach = 0.085 * h * _down(pose.forearms[number])
         along = np.array([wrist - 0.1 * reach, wrist + 0.25 * reach, wrist + 0.65 * reach, wrist + reach])
-        hand = tube(along, np.array([(0.018, 0.011), (0.026, 0.016), (0.026, 0.016), (0.012, 0.007)]) * h)
+        hand = self._tube(along, np.array([(0.018, 0.011), (0.026, 0.016), (0.026, 0.016), (0.012, 0.007)]) * h)
         upper = limb_box(shoulder, elbow, 0.034 * self._hg, 0.015 * h)
         lower = limb_box(elbow, wrist + reach, 0.028 * self._hg, 0.01 * h)
         return [placed(sleeve, self.worker.sleeves), placed(hand, "guard_black")], [upper, lower]
 
     def _block(self, side: float, profile: float, size: Triple, at: Triple, material: str) -> Part:
         """Return a rounded block whose size and place are shares of stature."""
-        mesh = superellipsoid(side, profile, 24, 8)
+        mesh = superellipsoid(side, profile, *self._grain.block)
         return solid_part(mesh, self._h * np.asarray(size), self._h * np.asarray(at), material)
 
 

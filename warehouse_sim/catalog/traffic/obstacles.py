@@ -11,13 +11,16 @@ from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform, rotation_y
-from warehouse_sim.geometry.solids import lathe, superellipsoid, unit_cylinder
+from warehouse_sim.geometry.solids import Outline, lathe, superellipsoid, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 CONES = {"cone_500": (179, 0.50, 0.29, 1.5), "cone_750": (180, 0.75, 0.39, 3.2)}
 """Catalog name -> obj_id, height (m), edge of the base (m), mass (kg); the sizes of EN 13422, 0.75 m indoors."""
 WRAPS = {"hanging_wrap_short": (183, 0.8, 0.32), "hanging_wrap_long": (184, 1.5, 0.45)}
 """Catalog name -> obj_id, length and greatest width (m); film comes 450-500 mm wide and ropes together as it tears."""
+
+FINE_CONES = {"traffic_cone_500": (586, "cone_500"), "traffic_cone_750": (587, "cone_750")}
+"""Catalog name of a finely divided cone -> obj_id, the coarse one of its size."""
 
 _FILM = 0.0006  # some 20-30 layers of 20 um film roped together
 
@@ -30,20 +33,49 @@ def cone(name: str) -> ObjectModel:
     """
     if name not in CONES:
         raise UnknownNameError("cone", name, list(CONES))
-    obj_id, height, base, mass = CONES[name]
+    return _cone(name, *CONES[name], 24)
+
+
+def traffic_cone(name: str) -> ObjectModel:
+    """Build a traffic cone as ``cone`` does, of 72 sides, with a rounded top and a rim around its foot.
+
+    Raises:
+        UnknownNameError: There is no cone of this size.
+    """
+    if name not in FINE_CONES:
+        raise UnknownNameError("cone", name, list(FINE_CONES))
+    obj_id, coarse = FINE_CONES[name]
+    return _cone(name, obj_id, *CONES[coarse][1:], 72)
+
+
+def _cone(name: str, obj_id: int, height: float, base: float, mass: float, sides: int) -> ObjectModel:
+    """Build a cone of ``height`` on a base of edge ``base`` (m)."""
     foot, lower, upper = 0.05 * height, 0.36 * base, 0.075 * base
     slope = (upper - lower) / (height - foot)
 
     def radius(z: float) -> float:
         return lower + slope * (z - foot)
 
-    body = lathe(((0.0, foot), (lower, foot), (upper, height), (0.0, height)), 24)
+    profile: Outline = ((0.0, foot), (lower, foot), (upper, height), (0.0, height))
+    if sides > 24:
+        rim, lip = foot + 0.012, 0.25 * upper
+        top = ((upper, height - 0.012), (upper - 0.004, height - 0.003), (upper - lip, height))
+        bore = ((upper - lip - 0.002, height - 0.03), (0.0, height - 0.03))
+        profile = (
+            (0.0, foot),
+            (lower + 0.02, foot),
+            (lower + 0.02, rim),
+            (radius(rim + 0.01), rim + 0.01),
+            *top,
+            *bore,
+        )
+    body = lathe(profile, sides)
     parts = [placed(body, "cone_orange")]
     for low, high in ((0.38, 0.55), (0.70, 0.82)):
         a, b, standoff = low * height, high * height, 0.002
-        ring = lathe(((0.0, a), (radius(a) + standoff, a), (radius(b) + standoff, b), (0.0, b)), 24)
+        ring = lathe(((0.0, a), (radius(a) + standoff, a), (radius(b) + standoff, b), (0.0, b)), sides)
         parts.append(placed(ring, "reflective"))
-    corner = superellipsoid(6.0, 8.0, 24, 4)
+    corner = superellipsoid(6.0, 8.0, sides, 4)
     parts.append(solid_part(corner, (base, base, foot), (0.0, 0.0, foot / 2), "mast_black"))
     solids = [solid_box((base, base, foot), (0.0, 0.0, foot / 2))]
     for low, high in ((foot, 0.4 * height), (0.4 * height, 0.7 * height), (0.7 * height, height)):

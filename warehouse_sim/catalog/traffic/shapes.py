@@ -4,9 +4,11 @@ Objects are built with x forwards, y to the left and the floor at z = 0, and cen
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import PchipInterpolator
 
 from warehouse_sim.catalog.parts import Triple, fused, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -53,6 +55,12 @@ def assembled(
     )
 
 
+def centre_of(parts: Sequence[Part]) -> Float[np.ndarray, " 3"]:
+    """Return the centre (m) of the box around ``parts``: where ``assembled`` puts the origin."""
+    vertices = np.concatenate([part.mesh.vertices for part in fused(parts)])
+    return np.asarray((vertices.min(axis=0) + vertices.max(axis=0)) / 2)
+
+
 def tube(
     path: Sequence[Triple] | Float[np.ndarray, "n 3"],
     radii: Sequence[Sequence[float]] | Float[np.ndarray, "n 2"],
@@ -81,6 +89,19 @@ def tube(
         + np.sin(turn)[None, :, None] * (size[:, 1:] * second)[:, None]
     )
     return _lofted(rings)
+
+
+def smoothed(rows: Float[np.ndarray, "n k"], between: int) -> Float[np.ndarray, "m k"]:
+    """Return ``rows`` with ``between`` more between each two, on curves that overshoot nothing (Fritsch, Carlson 1980).
+
+    Rows are as far apart along the curve as their first three columns are, or evenly where these repeat.
+    """
+    if between == 0 or len(rows) < 3:
+        return rows
+    steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
+    at = np.concatenate([[0.0], np.cumsum(np.maximum(steps, 1e-6))])
+    dense = np.concatenate([np.linspace(a, b, between + 1, endpoint=False) for a, b in pairwise(at)] + [at[-1:]])
+    return np.asarray(PchipInterpolator(at, rows, axis=0)(dense))
 
 
 def rod(start: Triple, end: Triple, radius: float, sides: int = 12) -> TriangleMesh:

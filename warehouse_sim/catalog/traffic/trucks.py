@@ -89,7 +89,7 @@ def _forklift_body() -> list[Part]:
 
 
 def _forklift_solids() -> list[OrientedBox]:
-    solids = _fork_solids(_FORK_TOP)
+    solids = fork_solids(_FORK_TOP)
     solids += [
         solid_box((0.08, 1.0, 1.15), (-0.04, 0.0, _FORK_TOP + 0.595)),
         solid_box((0.16, 0.74, FORKLIFT_HEIGHT - 0.06), (-0.16, 0.0, (FORKLIFT_HEIGHT + 0.06) / 2)),
@@ -126,14 +126,14 @@ def reach_truck(name: str = "reach_truck") -> ObjectModel:
         box_part((0.20, 0.34, 0.16), (-0.55, -0.35, 1.06), "truck_grey"),
     ]
     parts += wheel((-1.05, 0.30, 0.17), 0.34, 0.12)
-    parts += _sideways_seat()
+    parts += sideways_seat()
     posts = [((-0.38, 0.58, 0.90), (-0.42, 0.50, 2.15)), ((-1.24, 0.58, 1.0), (-1.20, 0.50, 2.15))]
     parts += overhead_guard(posts, (-1.20, -0.42, 0.50, 0.50), 2.19, "mast_black")
     parts += steering((-0.62, -0.30, 0.90), (-0.72, -0.30, 1.16)) + beacon(-1.10, 0.30, 2.18)
-    return assembled(name, "forklift", 178, parts, _reach_solids(top), 3300.0)
+    return assembled(name, "forklift", 178, parts, reach_solids(top), 3300.0)
 
 
-def _sideways_seat() -> list[Part]:
+def sideways_seat() -> list[Part]:
     """Return the seat of the reach truck: its back to the left side, looking to the right."""
     cushion, back = superellipsoid(5.0, 3.5, 24, 8), superellipsoid(4.0, 3.5, 24, 8)
     return [
@@ -142,8 +142,9 @@ def _sideways_seat() -> list[Part]:
     ]
 
 
-def _reach_solids(top: float) -> list[OrientedBox]:
-    solids = _fork_solids(top)
+def reach_solids(top: float) -> list[OrientedBox]:
+    """Return the collision boxes of the reach truck whose blades have their top at ``top`` (m)."""
+    solids = fork_solids(top)
     solids += [
         solid_box((0.08, 0.8, 1.15), (-0.04, 0.0, top + 0.595)),
         solid_box((0.20, 0.74, REACH_HEIGHT - 0.06), (-0.19, 0.0, (REACH_HEIGHT + 0.06) / 2)),
@@ -163,7 +164,8 @@ def _reach_solids(top: float) -> list[OrientedBox]:
     return solids
 
 
-def _fork_solids(top: float) -> list[OrientedBox]:
+def fork_solids(top: float) -> list[OrientedBox]:
+    """Return the collision boxes of two fork arms whose blades have their top at ``top`` (m)."""
     solids = []
     for side in (-1.0, 1.0):
         y = side * FORK_SPREAD / 2

@@ -1,0 +1,92 @@
+"""Trucks at work: loads lie on the blades, drivers sit in their seats, and all is clear of the rest."""
+
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog.traffic.working import WORKING
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.layouts.hall import HallConfig
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import build_site
+from warehouse_sim.scene.trucks_at_work import KINDS, Crew, add_trucks_at_work, draw_crew
+from warehouse_sim.scene.unit_load import UnitLoadConfig
+
+
+def _stack(pieces: list) -> BoxStack:
+    return BoxStack.of([box.placed(T) for model, T in pieces for box in model.collision])
+
+
+def _drops(crew: Crew) -> list[float]:
+    """Return of each load the gap (m) between its pallet and what is under it; negative where it sinks in."""
+    carrier = _stack([piece for piece in crew.single if piece[0].class_name != "person"])
+    gaps = []
+    for load in crew.loads:
+        pallet = _stack(load[:1])
+        pairs = np.array([(a, b) for a in range(len(pallet.centre)) for b in range(len(carrier.centre))])
+        result = pallet.separation(carrier, pairs)
+        gaps.append(float(result.distance.min()))
+    return gaps
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_load_touches_its_truck_and_does_not_go_through_it(kind: str) -> None:
+    laden = 0
+    for seed in range(6):
+        crew = draw_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        laden += len(crew.loads)
+        for gap in _drops(crew):
+            assert -0.0005 < gap < 0.0005
+    assert laden >= 6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_loads_are_clear_of_drivers_and_of_each_other(kind: str) -> None:
+    for seed in range(4):
+        crew = draw_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        people = [piece for piece in crew.single if piece[0].class_name == "person"]
+        groups = [_stack(load) for load in crew.loads] + ([_stack(people)] if people else [])
+        for n, one in enumerate(groups):
+            for other in groups[:n]:
+                pairs = np.array([(a, b) for a in range(len(one.centre)) for b in range(len(other.centre))])
+                assert one.separation(other, pairs).distance.min() > 0.0
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if WORKING[KINDS[kind]].driver is not None])
+def test_drivers_are_within_reach_of_the_truck(kind: str) -> None:
+    for seed in range(3):
+        crew = draw_crew(kind, 0.0, UnitLoadConfig(), np.random.default_rng(seed))
+        truck, person = crew.single[0], next(piece for piece in crew.single if piece[0].class_name == "person")
+        shape, hull = _stack([person]), _stack([truck])
+        pairs = np.array([(a, b) for a in range(len(shape.centre)) for b in range(len(hull.centre))])
+        assert shape.separation(hull, pairs).distance.min() < 0.12
+        assert person[1][2, 3] - person[0].size[2] / 2 > -0.001
+
+
+def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
+    draft = SceneDraft()
+    site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
+    before = len(draft.instances)
+    rng = np.random.default_rng(3)
+    add_trucks_at_work(draft, 4, tuple(KINDS), 0.8, 0.3, UnitLoadConfig(), site.aisle, rng)
+    added = draft.instances[before:]
+    assert not any(item.dynamic for item in added)
+    trucks = [item for item in added if item.model in WORKING and item.model != "work_cart"]
+    assert len(trucks) >= 3
+    for item in trucks:
+        box = OrientedBox(item.T_world_object, draft.models[item.model].size)
+        assert box.corners()[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+        assert all(site.aisle.contains(corner) for corner in box.corners())
+        heading = np.degrees(np.arctan2(item.T_world_object[1, 0], item.T_world_object[0, 0]))
+        assert abs((heading + 45.0) % 90.0 - 45.0) < 15.0
+    others = BoxStack.of([OrientedBox(item.T_world_object, draft.models[item.model].size) for item in trucks])
+    pairs = np.array([(a, b) for a in range(len(trucks)) for b in range(a)])
+    assert others.separation(others, pairs).distance.min() >= 0.3 - 1e-9
+
+
+def test_none_use_up_nothing_of_the_stream() -> None:
+    rng, draft = np.random.default_rng(0), SceneDraft()
+    add_trucks_at_work(draft, 0, tuple(KINDS), 0.5, 0.3, UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
+    assert draft.instances == []
+    assert rng.random() == np.random.default_rng(0).random()
