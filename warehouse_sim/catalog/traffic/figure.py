@@ -131,6 +131,11 @@ class Figure:
             T = T_hip @ make_transform(translation=np.array([0.0, 0.0, -_HIP * self._h]))
         for piece in (self._trunk(), self._head(), self._arm(1.0, pose, 0), self._arm(-1.0, pose, 1)):
             self._add(piece, T)
+            if pose.lean and len(piece[1]) == 1:
+                # Upright, so that the model's own box cuts it where it stands out, and does not thin it.
+                corners = self.boxes.pop().corners()
+                low, high = corners.min(axis=0), corners.max(axis=0)
+                self.boxes.append(OrientedBox(make_transform(translation=(low + high) / 2), high - low))
 
     def _add(self, piece: Piece, T: Transform) -> None:
         self.parts += [_moved(part, T) for part in piece[0]]
@@ -147,7 +152,8 @@ class Figure:
         path = np.array([above, hip, (hip + knee) / 2, knee, knee + 0.35 * (ankle - knee), hem])
         trouser = placed(self._tube(path, np.array(_LEG) * self._hg), self.worker.trousers)
         shoe, boxes = self._shoe(ankle, pose.feet[number])
-        limbs = [limb_box(hip, knee, 0.049 * self._hg), limb_box(knee, ankle, 0.039 * self._hg)]
+        bent = 0.022 * h if self._grain.between else 0.0
+        limbs = [limb_box(hip, knee, 0.049 * self._hg, bent), limb_box(knee, ankle, 0.039 * self._hg)]
         return [trouser, *shoe], [*limbs, *boxes]
 
     def _shoe(self, ankle: Vector, pitch: float) -> Piece:
@@ -247,7 +253,8 @@ class Figure:
         reach = 0.085 * h * _down(pose.forearms[number])
         along = np.array([wrist - 0.1 * reach, wrist + 0.25 * reach, wrist + 0.65 * reach, wrist + reach])
         hand = self._tube(along, np.array([(0.018, 0.011), (0.026, 0.016), (0.026, 0.016), (0.012, 0.007)]) * h)
-        upper = limb_box(shoulder, elbow, 0.034 * self._hg, 0.015 * h)
+        raised = 0.03 if self._grain.between else 0.015
+        upper = limb_box(shoulder, elbow, 0.034 * self._hg, raised * h)
         lower = limb_box(elbow, wrist + reach, 0.028 * self._hg, 0.01 * h)
         return [placed(sleeve, self.worker.sleeves), placed(hand, "guard_black")], [upper, lower]
 

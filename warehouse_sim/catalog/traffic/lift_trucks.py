@@ -22,6 +22,7 @@ from warehouse_sim.catalog.traffic.trucks import (
     REACH_HEIGHT,
     REACH_WIDTH,
     fork_solids,
+    reach_solids,
     sideways_seat,
 )
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -120,3 +121,8 @@ def reach_parts() -> list[Part]:
     posts = [((-0.38, 0.58, 0.90), (-0.42, 0.50, 2.15)), ((-1.24, 0.58, 1.0), (-1.20, 0.50, 2.15))]
     parts += overhead_guard(posts, (-1.20, -0.42, 0.50, 0.50), 2.19, "mast_black")
     return parts + steering((-0.62, -0.30, 0.90), (-0.72, -0.30, 1.16)) + beacon(-1.10, 0.30, 2.18)
+
+
+def reach_truck_solids() -> list[OrientedBox]:
+    """Return the collision boxes of the reach truck, its display included."""
+    return [*reach_solids(REACH_TOP), solid_box((0.04, 0.24, 0.17), (-0.66, -0.05, 1.10))]

@@ -101,11 +101,11 @@ def hand_pallet_truck_solids(top: float) -> list[OrientedBox]:
         solid_box((0.22, 0.34, 0.40), (-0.11, 0.0, top + 0.16)),
         solid_box((0.24, 0.22, 0.44 + lift), (-0.20, 0.0, 0.22 + lift / 2)),
         limb_box((-0.255, 0.0, 0.30), (-0.43, 0.0, 1.02), 0.04),
-        limb_box((-0.43, 0.0, 1.0), (-0.475, 0.0, 1.21), 0.025),
+        solid_box((0.09, 0.39, 0.22), (-0.452, 0.0, 1.11)),
     ]
-    solids[-1].size[1] = 0.39
     for side in (-1.0, 1.0):
         y = side * JACK_SPREAD / 2
+        solids.append(solid_box((0.09, 0.17, 0.18), (-0.06, side * 0.16, top + 0.05)))
         solids.append(solid_box((FORK_LENGTH + 0.06, JACK_FORK, 0.05), ((FORK_LENGTH - 0.06) / 2, y, top - 0.025)))
         solids.append(solid_box((0.32, JACK_FORK - 0.02, top), (FORK_LENGTH - 0.26, y, top / 2)))
     return solids

@@ -12,7 +12,7 @@ from warehouse_sim.catalog.traffic import drive_trucks, lift_trucks, walked_truc
 from warehouse_sim.catalog.traffic.people import feet_of, hips_of
 from warehouse_sim.catalog.traffic.shapes import assembled, centre_of
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_SPREAD, FORK_WIDTH
-from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD, reach_solids
+from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD
 from warehouse_sim.catalog.traffic.walked_trucks import JACK_RAISED
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -75,7 +75,7 @@ WORKING = {
         Driver("seated", (-1.29, 0.0, 0.99), statures=("small", "medium")),
     ),
     "work_reach": WorkingTruck(
-        *(572, "forklift", 3300.0, lift_trucks.reach_parts, partial(reach_solids, lift_trucks.REACH_TOP)),
+        *(572, "forklift", 3300.0, lift_trucks.reach_parts, lift_trucks.reach_truck_solids),
         Place(lift_trucks.REACH_TOP, 0.02, _BLADES, 1400.0),
         Driver("seated", (-0.86, 0.40, 1.05), -np.pi / 2, ("small", "medium")),
     ),
