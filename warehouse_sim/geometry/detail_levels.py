@@ -39,7 +39,7 @@ def detail_levels(mesh: TriangleMesh) -> tuple[DetailLevel, ...]:
     for step in range(_MOST):
         gone = error <= _FIRST * 2.0**step
         left = len(found.faces) - 2 * np.count_nonzero(gone)
-        if 0 < left <= _FEWER * len(levels[-1].mesh.faces):
+        if gone.any() and 0 < left <= _FEWER * len(levels[-1].mesh.faces):
             kept = np.ones(len(found.faces), bool)
             kept[pair[gone].ravel()] = False
             levels.append(DetailLevel(TriangleMesh(mesh.vertices, found.faces[kept]), float(error[gone].max())))

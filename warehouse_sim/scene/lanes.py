@@ -136,7 +136,7 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
         if lane.clear_height - height < _LEAST_HEADROOM:
             break
     if rule and sum(load.has_goods for load, _ in stack) >= _HIGH_STACK:
-        return [(load.wrapped(), T_stack_load) for load, T_stack_load in stack]
+        return [(load.wrapped(loads.film, rng), T_stack_load) for load, T_stack_load in stack]
     return stack
 
 

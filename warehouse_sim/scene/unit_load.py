@@ -19,7 +19,7 @@ from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.pallet_choice import draw_pallet
-from warehouse_sim.scene.packing.securing import corner_posts, film_around
+from warehouse_sim.scene.packing.securing import FilmConfig, corner_posts, film_around
 from warehouse_sim.schema import ObjectModel
 
 INITIAL_AIR = 0.0005
@@ -93,13 +93,13 @@ class UnitLoad:
         """Return whether a piece of this class is in it."""
         return any(model.class_name == class_name for model, _ in self.pieces)
 
-    def wrapped(self) -> "UnitLoad":
+    def wrapped(self, film: FilmConfig, rng: np.random.Generator) -> "UnitLoad":
         """Return the load with film around its goods, itself where it has film or nothing to wrap."""
         if self.holds("wrap") or not self.has_goods:
             return self
         wrappable = [piece for piece in self.pieces[1:] if piece[0].class_name != "slip_sheet"]
-        film = film_around(wrappable, self.pallet.size.tolist(), float(self.pallet.size[2]))
-        return UnitLoad((*self.pieces, film))
+        around = film_around(wrappable, self.pallet.size.tolist(), float(self.pallet.size[2]), film, rng)
+        return UnitLoad((*self.pieces, around))
 
     def supports(self, pallet: ObjectModel, T_load_pallet: Transform) -> bool:
         """Return whether its uppermost pieces are level and broad enough for a pallet to stand on them."""
@@ -233,7 +233,8 @@ def _securing(
     if posts and len({model.name for model, _ in goods}) == 1 and goods[0][0].class_name == "carton":
         extras += corner_posts(goods, floor)
     if film:
-        extras.append(film_around([*goods, *extras], pallet.size.tolist(), float(pallet.size[2])))
+        deck, top = pallet.size.tolist(), float(pallet.size[2])
+        extras.append(film_around([*goods, *extras], deck, top, config.film, rng))
     return extras
 
 

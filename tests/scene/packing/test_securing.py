@@ -5,8 +5,9 @@ from warehouse_sim.catalog import carton
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.contents import Goods
-from warehouse_sim.scene.packing.securing import corner_posts, film_around
+from warehouse_sim.scene.packing.securing import FilmConfig, corner_posts, film_around
 
 FLOOR = 0.144
 DECK = (1.2, 0.8)
@@ -53,7 +54,7 @@ def test_there_are_no_posts_where_a_corner_is_missing() -> None:
 def test_film_holds_all_goods_and_the_edge_of_the_pallet(top: int) -> None:
     goods = block(3, top)
     goods += corner_posts(goods, FLOOR)
-    model, T_load_film = film_around(goods, DECK, FLOOR)
+    model, T_load_film = film_around(goods, DECK, FLOOR, FilmConfig(), np.random.default_rng(0))
     film = transform_points(T_load_film, model.mesh().vertices)
     inner = points(goods)
     assert np.all(film.max(axis=0)[:2] > inner.max(axis=0)[:2] + 0.002)
@@ -67,7 +68,33 @@ def test_film_holds_all_goods_and_the_edge_of_the_pallet(top: int) -> None:
 
 def test_film_around_a_load_far_from_the_edge_starts_on_the_pallet() -> None:
     goods = [(MODEL, make_transform(translation=np.array([0.0, 0.0, FLOOR + 0.15])))]
-    model, T_load_film = film_around(goods, DECK, FLOOR)
+    model, T_load_film = film_around(goods, DECK, FLOOR, FilmConfig(), np.random.default_rng(0))
     film = transform_points(T_load_film, model.mesh().vertices)
     assert film[:, 2].min() == pytest.approx(FLOOR)
     np.testing.assert_allclose(np.abs(film[:, :2]).max(axis=0), [0.303, 0.203], atol=0.003)
+
+
+@pytest.mark.parametrize("top", [4, 2, 1])
+def test_wound_film_follows_every_layer(top: int) -> None:
+    goods = block(3, top)
+    model, T_load_film = film_around(goods, DECK, FLOOR, FilmConfig("wound"), np.random.default_rng(0))
+    film, inner = transform_points(T_load_film, model.mesh().vertices), points(goods)
+    assert np.all(film.max(axis=0)[:2] > inner.max(axis=0)[:2] + 0.002)
+    assert np.all(film.max(axis=0)[:2] < inner.max(axis=0)[:2] + 0.025)
+    assert film[:, 2].min() == pytest.approx(FLOOR - 0.07)
+    assert film[:, 2].max() == pytest.approx(inner[:, 2].max(), abs=0.004)
+    if top == 1:
+        uppermost = film[film[:, 2] > inner[:, 2].max() - 0.05]
+        assert np.ptp(uppermost[:, 0]) < 0.64
+
+
+def test_level_bands_draw_nothing_and_loose_film_is_another() -> None:
+    goods, rng = block(2), np.random.default_rng(0)
+    before = rng.bit_generator.state
+    film_around(goods, DECK, FLOOR, FilmConfig(), rng)
+    assert rng.bit_generator.state == before
+    names = {
+        film_around(goods, DECK, FLOOR, FilmConfig("wound", Distribution.constant(slack)), rng)[0].name
+        for slack in (0.0, 1.0)
+    }
+    assert len(names) == 2

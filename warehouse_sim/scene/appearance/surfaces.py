@@ -72,6 +72,6 @@ SURFACES: dict[str, Surface] = {
         ("steel_paint_blue", "steel_paint_black", *_PLASTIC), "object", palettes.TOTES, frozenset({"clutter"}),
         apart=True, looks=2,
     ),
-    "film": Surface(("stretch_film",), "load", palettes.FILM, looks=3),
+    "film": Surface(("stretch_film", "stretch_film_thin", "stretch_film_dense"), "load", palettes.FILM, looks=3),
 }  # fmt: skip
 """Setting of ``scene.appearance`` -> what it changes."""

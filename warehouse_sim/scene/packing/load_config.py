@@ -13,6 +13,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig, drawn_pallets
 from warehouse_sim.scene.packing.patterns import Pattern
+from warehouse_sim.scene.packing.securing import FilmConfig
 from warehouse_sim.scene.packing.stacking import StackingConfig
 from warehouse_sim.schema import ObjectModel
 
@@ -102,6 +103,8 @@ class UnitLoadConfig:
     """How carefully pieces are stacked."""
     wrap_share: Share = 0.0
     """Share of the loads that are wrapped in stretch film, 0-1."""
+    film: FilmConfig = field(default_factory=FilmConfig)
+    """How film goes around them."""
     slip_sheet_share: Share = 0.0
     """Share of the loads that stand on a sheet of board, 0-1."""
     corner_post_share: Share = 0.0

@@ -1,7 +1,9 @@
 """What secures a load: posts at its corners, film around it. Both follow the goods; physics does not move them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -9,11 +11,15 @@ from jaxtyping import Float
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import CORNER_POSTS
 from warehouse_sim.catalog.loads.board import POST_BOARD, POST_LEG
+from warehouse_sim.catalog.loads.film_skin import Level
+from warehouse_sim.catalog.loads.film_winding import wound_film
 from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.convex import area, convex_hull, grown
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.scene.packing.contents import Goods
+from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.packing.bearing import Pieces
 from warehouse_sim.schema import ObjectModel
 
 _SLACK = 0.003
@@ -25,8 +31,23 @@ _LEVEL = 0.01
 _STEP_SHARE = 0.08
 """A level whose outline is smaller than the one below by more than this share has its own turns of film."""
 
+_LEAST_LAYER = 0.06
+"""Tops nearer to each other than this (m) are one for the film around each layer."""
 
-def corner_posts(goods: Goods, floor: float) -> Goods:
+
+@dataclass(frozen=True)
+@ranged
+class FilmConfig:
+    """How film goes around a load."""
+
+    style: Literal["bands", "wound"] = "bands"
+    """"bands": level turns of even film around where the load gets smaller. "wound": a spiral around the outline of
+    each layer, denser at foot and top, with folds, roped edges and a loose end."""
+    slack: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.constant(0.2))
+    """How loose wound film is, 0-1: its waves, and how far its turns sag."""
+
+
+def corner_posts(goods: Pieces, floor: float) -> list[tuple[ObjectModel, Transform]]:
     """Return four posts at the corners of a block of goods, from ``floor`` (m) up.
 
     There are none where the block is too low for the shortest post or its uppermost layer has no corners to hold.
@@ -50,20 +71,30 @@ def corner_posts(goods: Goods, floor: float) -> Goods:
     ]
 
 
-def film_around(goods: Goods, deck: Sequence[float], floor: float) -> tuple[ObjectModel, Transform]:
+def film_around(
+    goods: Pieces, deck: Sequence[float], floor: float, config: FilmConfig, rng: np.random.Generator
+) -> tuple[ObjectModel, Transform]:
     """Return film around ``goods`` and the upper edge of their pallet, with its pose in the load's frame.
 
     Args:
         goods: Pieces and posts in the load's frame.
         deck: Edges of the pallet along x and y (m).
         floor: Height of the pallet's top (m).
+        config: How it goes around.
+        rng: Stream to draw from; level bands need none of it.
     """
     corners = [_corners(item) for item in goods]
-    levels = _levels(corners, floor)
+    wound = config.style == "wound"
+    levels = _layers(corners, floor) if wound else _levels(corners, floor)
     sides = np.array([[sx * deck[0], sy * deck[1]] for sx in (-0.5, 0.5) for sy in (-0.5, 0.5)])
     foot = convex_hull(np.concatenate([levels[0].outline, sides]))
     # Around a load that stands far from the pallet's edge the film starts on the pallet.
     flush = area(foot) <= 1.1 * area(levels[0].outline)
+    if wound:
+        skirt = [Level(foot, floor - _SKIRT, floor)] if flush else []
+        around = [Level(level.outline, level.low, level.high) for level in levels]
+        model, centre = wound_film([*skirt, *around], config.slack.draw(rng))
+        return model, make_transform(translation=centre)
     slices = [Slice(grown(foot, _SLACK), floor - _SKIRT, floor + _SEAM)] if flush else []
     slices += [Slice(grown(level.outline, _SLACK), level.low, level.high) for level in levels]
     model, centre = stretch_wrap(slices)
@@ -80,6 +111,20 @@ def _levels(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[S
         if area(above) < (1.0 - _STEP_SHARE) * area(outline) and top - bounds[-1] > 0.05:
             bounds.append(float(top))
             outline = above
+    bounds.append(float(tops.max()))
+    return [
+        Slice(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
+        for low, high in pairwise(bounds)
+    ]
+
+
+def _layers(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[Slice]:
+    """Cut the load at the tops of its pieces; what reaches up through several layers is part of each."""
+    lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
+    bounds = [floor]
+    for top in np.unique(tops):
+        if top - bounds[-1] >= _LEAST_LAYER and tops.max() - top >= _LEAST_LAYER:
+            bounds.append(float(top))
     bounds.append(float(tops.max()))
     return [
         Slice(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)

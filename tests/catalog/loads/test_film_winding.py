@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, film_skin
+from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.schema import ObjectModel
+
+SQUARE = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])
+CORNER = SQUARE * 0.5 + [-0.3, -0.2]  # the quarter of the upper layer that is taken
+LEVELS = [Level(SQUARE, 0.1, 0.6), Level(SQUARE, 0.6, 1.0), Level(CORNER, 1.0, 1.4)]
+
+
+def part(model: ObjectModel, material: str) -> TriangleMesh:
+    return next(item.mesh for item in model.parts if item.material == material)
+
+
+def area_within(mesh: TriangleMesh, low: float, high: float) -> float:
+    """Return the area of upright faces whose centre lies between two heights (m)."""
+    level = mesh.vertices[mesh.faces].mean(axis=1)[:, 2]
+    upright = np.abs(mesh.face_normals()[:, 2]) < 0.2
+    return float(mesh.face_areas()[(level > low) & (level < high) & upright].sum())
+
+
+@pytest.mark.parametrize("slack", [0.0, 1.0])
+def test_film_keeps_outside_of_the_goods_of_every_layer_and_close_to_them(slack: float) -> None:
+    skin = film_skin(LEVELS, 0.004, slack, np.random.default_rng(0))
+    column, height = (grid.ravel() for grid in np.meshgrid(np.linspace(0, COLUMNS, 241), np.linspace(0.1, 1.4, 53)))
+    x, y, z = skin.points(column, height).T
+    over = np.maximum(np.maximum(-0.6 - x, x - 0.6), np.maximum(-0.4 - y, y - 0.4))
+    assert np.all(over[z <= 1.0] > 0.0)
+    assert np.all(over[z <= 1.0] < 0.008 + 0.014 * slack)
+    upper = z > 1.0
+    beside = np.maximum(np.maximum(-0.6 - x, x), np.maximum(-0.4 - y, y))[upper]
+    assert np.all(beside > 0.0)
+    # Drawn in from the broad layer: straight, and tight around the small one from halfway up.
+    assert np.all(beside[z[upper] > 1.2] < 0.008 + 0.014 * slack)
+    assert beside[z[upper] < 1.05].max() > 0.2
+
+
+def test_film_on_the_way_to_a_smaller_layer_is_straight() -> None:
+    skin = film_skin([Level(SQUARE, 0.0, 0.5), Level(SQUARE * 0.8, 0.5, 1.0)], 0.004, 0.0, np.random.default_rng(0))
+    rings = skin.points(np.full(5, COLUMNS / 8), np.linspace(0.5, skin.heights[2], 5))
+    steps = np.diff(rings[:, 1])
+    assert np.all(steps > 0.0)
+    np.testing.assert_allclose(steps, steps.mean(), atol=0.004)
+
+
+def test_foot_and_top_have_more_layers_and_turns_overlap_between() -> None:
+    model, centre = wound_film(LEVELS[:2], 0.0)
+    dense, double, thin = (part(model, name) for name in (DENSE, DOUBLE, THIN))
+    around = 4.0  # m of a turn
+    z = float(centre[2])
+    assert area_within(dense, 0.1 - z, 0.3 - z) > 0.19 * around
+    assert area_within(dense, 0.45 - z, 0.7 - z) < 0.1 * 0.25 * around
+    # Of 300 mm that the film rises in a turn, 200 mm lie over the turn before.
+    middle = [area_within(mesh, 0.37 - z, 0.77 - z) for mesh in (double, thin)]
+    assert sum(middle) == pytest.approx(0.4 * around, rel=0.15)
+    assert middle[0] / middle[1] == pytest.approx(2.0, rel=0.3)
+    opacities = [materials()[name].opacity for name in (THIN, DOUBLE, DENSE)]
+    assert opacities == sorted(opacities)
+    assert 0.0 < opacities[0] < opacities[2] < 1.0
+
+
+def test_film_faces_outwards_and_has_no_body() -> None:
+    model, centre = wound_film(LEVELS, 0.3)
+    for item in model.parts:
+        assert item.mesh.face_areas().min() > 0.0
+    mesh = part(model, DOUBLE)
+    middle, normal = mesh.vertices[mesh.faces].mean(axis=1) + centre, mesh.face_normals()
+    low = middle[:, 2] < 1.0
+    assert np.all((middle[low, :2] * normal[low, :2]).sum(axis=1) > 0.0)
+    assert model.collision == ()
+    assert (model.class_name, model.obj_id) == ("wrap", 60)
+    points = model.mesh().vertices
+    np.testing.assert_allclose(points.max(axis=0), model.size / 2)
+    np.testing.assert_allclose(points.min(axis=0), -model.size / 2)
+
+
+def test_equal_loads_have_equal_film() -> None:
+    one, two, loose = wound_film(LEVELS, 0.2)[0], wound_film(LEVELS, 0.2)[0], wound_film(LEVELS, 0.9)[0]
+    assert one.name == two.name
+    np.testing.assert_array_equal(one.mesh().vertices, two.mesh().vertices)
+    assert loose.name != one.name

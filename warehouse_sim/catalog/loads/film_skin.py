@@ -1,0 +1,164 @@
+"""The surface that stretch film takes around a load: the outline of each layer, and straight skin between layers.
+
+A turn of film is pulled tight, so that seen from above it is the convex outline of what it goes around; from a broad
+layer to a smaller one above it the skin runs straight inwards. Places on it are named by a column, which counts around
+the load from its corner at -x -y, counter-clockwise, and a height.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.geometry.convex import convex_hull, grown
+
+COLUMNS = 40
+"""Columns around a load; every ``COLUMNS / 4`` there is a corner."""
+_SIDE = COLUMNS // 4
+_ALONG = np.concatenate([[0.0, 0.022], np.linspace(0.022, 0.978, _SIDE - 1)[1:-1], [0.978]])
+"""Where the columns of a side stand, as shares of its length: close to the corners, so that these are rounded."""
+_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+_BLUNT = 0.3
+"""Share of its distance to the goods by which film cuts a corner short."""
+_DRAWN_IN = 1.3
+"""Height over which film is drawn in, over how far it is."""
+_SAME = 0.008
+"""Outlines that differ by less than this (m) are one."""
+_WAVES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A layer of goods with one outline."""
+
+    outline: Float[np.ndarray, "n 2"]
+    """Convex outline of the goods, counter-clockwise (m)."""
+    low: float
+    """Lower edge (m)."""
+    high: float
+    """Upper edge (m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class FilmSkin:
+    """Film around levels of goods, as a function of column and height."""
+
+    heights: Float[np.ndarray, " k"]
+    """Heights of the rings, rising (m)."""
+    rings: Float[np.ndarray, "k columns 2"]
+    """Where the columns stand at each of them (m)."""
+    waves: Float[np.ndarray, "waves 4"]
+    """Of each wave: turns around the load, turns in a metre of height, phase, amplitude (m)."""
+
+    @property
+    def low(self) -> float:
+        """Height of the lower edge (m)."""
+        return float(self.heights[0])
+
+    @property
+    def high(self) -> float:
+        """Height of the upper edge (m)."""
+        return float(self.heights[-1])
+
+    def points(
+        self, column: Float[np.ndarray, " n"], height: Float[np.ndarray, " n"], proud: float = 0.0
+    ) -> Float[np.ndarray, "n 3"]:
+        """Return places on the film (m), ``proud`` (m) outside of it, in waves that never go inwards."""
+        left = np.floor(column).astype(int)
+        share = (column - left)[:, None]
+        here, after = self._at(left % COLUMNS, height), self._at((left + 1) % COLUMNS, height)
+        along = self._at((left + 2) % COLUMNS, height) - self._at((left - 1) % COLUMNS, height)
+        out = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
+        far = proud + self._swell(column, height)
+        return np.column_stack([here + share * (after - here) + far[:, None] * out, height])
+
+    def _at(self, column: np.ndarray, height: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
+        """Return where whole columns stand at heights (m)."""
+        upper = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
+        low, high = self.heights[upper - 1], self.heights[upper]
+        share = np.clip((height - low) / (high - low), 0.0, 1.0)[:, None]
+        return np.asarray(self.rings[upper - 1, column] * (1.0 - share) + self.rings[upper, column] * share)
+
+    def _swell(self, column: Float[np.ndarray, " n"], height: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Return how far the film stands off its tight shape (m): in slanting waves, and not at all at corners."""
+        around, up, phase, size = self.waves.T
+        angle = 2 * np.pi * (np.outer(column / COLUMNS, around) + np.outer(height, up)) + phase
+        free = np.abs(np.sin(np.pi * column / _SIDE)) ** 0.7
+        return np.asarray(np.maximum((size * np.sin(angle)).sum(axis=1), 0.0) * free)
+
+
+def film_skin(levels: Sequence[Level], away: float, slack: float, rng: np.random.Generator) -> FilmSkin:
+    """Return the film around ``levels``, given from the ground up.
+
+    Args:
+        levels: Layers of goods that stand on each other.
+        away: Least distance of the film from them (m).
+        slack: How loose it is, 0-1.
+        rng: Stream to draw the waves from.
+    """
+    knots: list[tuple[float, np.ndarray]] = [(levels[0].low, _ring(levels[0].outline, away))]
+    for lower, upper in itertools.pairwise(levels):
+        below, above = _ring(lower.outline, away), _ring(upper.outline, away)
+        both = _ring(convex_hull(np.concatenate([lower.outline, upper.outline])), away)
+        knots += _drawn_in(lower, below, both, -1.0)
+        knots.append((upper.low, both))
+        knots += _drawn_in(upper, above, both, 1.0)
+    knots.append((levels[-1].high, _ring(levels[-1].outline, away)))
+    waves = np.column_stack([
+        rng.integers(3, 15, _WAVES) * rng.choice([-1, 1], _WAVES),
+        rng.uniform(0.6, 3.5, _WAVES),
+        rng.uniform(0.0, 2 * np.pi, _WAVES),
+        (0.0006 + 0.0022 * slack) * rng.uniform(0.5, 1.0, _WAVES),
+    ])  # fmt: skip
+    return FilmSkin(np.array([height for height, _ in knots]), np.array([ring for _, ring in knots]), waves)
+
+
+def _drawn_in(level: Level, own: np.ndarray, common: np.ndarray, sign: float) -> list[tuple[float, np.ndarray]]:
+    """Return the ring where film that leaves the ``common`` outline at an edge of ``level`` has reached its ``own``."""
+    gap = float(np.linalg.norm(own - common, axis=1).max())
+    if gap < _SAME:
+        return []
+    rise = min(_DRAWN_IN * gap, 0.45 * (level.high - level.low))
+    return [(level.low + rise if sign > 0 else level.high - rise, own)]
+
+
+def _ring(outline: Float[np.ndarray, "n 2"], away: float) -> Float[np.ndarray, "columns 2"]:
+    """Return ``COLUMNS`` points around a convex outline, ``away`` (m) from it; every tenth is one of its corners."""
+    wide = grown(_simplified(outline), away)
+    spans = np.ptp(wide, axis=0)
+    first = [int(np.argmax((wide / spans) @ corner)) for corner in _CORNERS]
+    ring = []
+    for start, end in zip(first, [*first[1:], first[0]], strict=True):
+        count = (end - start) % len(wide) if end != start else 0
+        ring.append(_side(wide[(start + np.arange(count + 1)) % len(wide)]))
+    points = np.concatenate(ring)
+    corners = points[::_SIDE]
+    points[::_SIDE] = corners + _BLUNT * away * -_CORNERS
+    return points
+
+
+def _side(path: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "side 2"]:
+    """Return the columns along a side from one corner of the load to before the next; every bend of it gets one."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    if lengths[-1] < 1e-9:
+        return np.repeat(path[:1], _SIDE, axis=0)
+    at = _ALONG * lengths[-1]
+    for bend in lengths[1:-1]:
+        at[1 + np.argmin(np.abs(at[1:] - bend))] = bend
+    return np.column_stack([np.interp(at, lengths, path[:, axis]) for axis in (0, 1)])
+
+
+def _simplified(outline: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
+    """Return the outline without corners that stand out by less than 2 mm; at least four are left."""
+    points = outline
+    while len(points) > 4:
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        chord = after - before
+        out = np.abs(chord[:, 0] * (points - before)[:, 1] - chord[:, 1] * (points - before)[:, 0])
+        height = out / np.linalg.norm(chord, axis=1)
+        if height.min() > 0.002:
+            break
+        points = np.delete(points, int(height.argmin()), axis=0)
+    return points
