@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog.traffic.working import WORKING
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
+from warehouse_sim.scene.traffic import TrafficConfig
 from warehouse_sim.scene.trucks_at_work import KINDS, Crew, add_trucks_at_work, draw_crew
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 
@@ -90,3 +92,8 @@ def test_none_use_up_nothing_of_the_stream() -> None:
     add_trucks_at_work(draft, 0, tuple(KINDS), 0.5, 0.3, UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
     assert draft.instances == []
     assert rng.random() == np.random.default_rng(0).random()
+
+
+def test_unknown_kinds_of_trucks_are_refused_with_those_there_are() -> None:
+    with pytest.raises(ConfigError, match=r"truck_kinds must list some of counterbalance, .*found .*tank"):
+        TrafficConfig(truck_kinds=("tank",))
