@@ -18,14 +18,14 @@ WRAP = "wrap"
 _CLASSES: dict[OccluderKind, tuple[str, ...]] = {
     "load": (
         *("carton", "tote", "drum", "sack", "slip_sheet", "corner_post", "wrap"),
-        *("gitterbox", "roll_container", "octabin", "big_bag", "ibc"),
+        *("gitterbox", "roll_container", "octabin", "big_bag", "ibc", "long_goods"),
     ),
     "pallet": ("pallet",),
     "rack": ("rack", "guard"),
     "traffic": ("person", "forklift", "pallet_jack", "tugger", "cart", "amr", "cone", "bollard", "sign", "clutter"),
     "building": (
         *("floor", "wall", "ceiling", "column", "door", "dock", "trailer"),
-        *("marking", "luminaire", "conveyor"),
+        *("marking", "luminaire", "conveyor", "bin", "fire_equipment"),
     ),
 }
 _KIND_OF: dict[str, OccluderKind] = {name: kind for kind, names in _CLASSES.items() for name in names}

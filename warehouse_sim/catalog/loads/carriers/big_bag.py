@@ -88,8 +88,10 @@ def _body(sku: BigBagSku) -> TriangleMesh:
         y = np.sign(sine) * np.abs(sine) ** power * folds * swell * sku.width / 2
         rings.append(np.column_stack([x, y, np.full(_AROUND, low + share * tall)]))
     points = np.array(rings)
-    spread = np.abs(points).max(axis=(0, 1))
-    points[..., :2] *= np.array([sku.length, sku.width]) / 2 / spread[:2]
+    low_xy, high_xy = points[..., :2].min(axis=(0, 1)), points[..., :2].max(axis=(0, 1))
+    points[..., :2] = (
+        (points[..., :2] - (low_xy + high_xy) / 2) * np.array([sku.length, sku.width]) / (high_xy - low_xy)
+    )
     return _closed(points)
 
 
@@ -127,6 +129,6 @@ def _loops(sku: BigBagSku) -> list[Part]:
 
 def _pouch(sku: BigBagSku) -> list[Part]:
     """Return the document pouch with its paper, flat on the bulge of the front."""
-    y = -sku.width / 2 + 0.004
+    y = -sku.width / 2 + 0.0045
     return [box_part((0.22, 0.008, 0.30), (0.0, y, 0.02), "label_paper"),
             box_part((0.16, 0.008, 0.04), (0.0, y - 0.0005, 0.10), "print_dark")]  # fmt: skip
