@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog.loads import SKUS
+from warehouse_sim.catalog.loads import ALL_SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, board_of, stuck_carton
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, SceneSpec
 
@@ -26,11 +26,11 @@ def print_cartons(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     """
     kinds = np.where(rng.random(LABELS) < _ARTICLE_SHARE, "article_label", "shipping_label")
     labels = [f"{kind}:{number}" for kind, number in zip(kinds, rng.integers(_NUMBERS, size=LABELS), strict=True)]
-    print_of = {sku: f"carton_print:{rng.integers(_NUMBERS)}" for sku in SKUS}
+    print_of = {sku: f"carton_print:{rng.integers(_NUMBERS)}" for sku in ALL_SKUS}
     ways: dict[str, list[ObjectModel]] = {}
     materials, instances = dict(scene.materials), []
     for item in scene.instances:
-        if item.model not in SKUS:
+        if item.model not in ALL_SKUS:
             instances.append(item)
             continue
         if item.model not in ways:

@@ -5,6 +5,7 @@ from warehouse_sim.catalog.loads import (
     CARRIERS,
     CORNER_POSTS,
     DRUMS,
+    HEAVY_SKUS,
     LOADS,
     SACK_SHAPES,
     SACKS,
@@ -24,7 +25,7 @@ CLASSES = {
     "wrap": WRAPS,
 }
 
-_FURTHER = {*CARRIERS, *SACK_SHAPES}
+_FURTHER = {*CARRIERS, *SACK_SHAPES, *HEAVY_SKUS}
 
 
 def test_every_load_has_the_class_of_its_list() -> None:
@@ -41,7 +42,7 @@ def test_numbers_are_those_reserved_for_loads_and_one_a_geometry() -> None:
 
 
 def test_goods_stand_on_their_whole_box() -> None:
-    for name in [*SKUS, *TOTES, *SACKS]:
+    for name in [*SKUS, *HEAVY_SKUS, *TOTES, *SACKS]:
         model = catalog_object(name)
         np.testing.assert_array_equal(model.collision[0].size, model.size, err_msg=name)
         assert len(model.collision) == 1, name

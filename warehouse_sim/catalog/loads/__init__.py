@@ -5,14 +5,14 @@ from warehouse_sim.catalog.loads.carriers import CARRIERS
 from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.skus import ALL_SKUS, HEAVY_SKUS, SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
 from warehouse_sim.catalog.loads.wrap import WRAPS
 
 LOADS = {
     name: f"warehouse_sim.catalog.loads.{target}"
     for names, target in (
-        (SKUS, "cartons:carton"),
+        (ALL_SKUS, "cartons:carton"),
         (TOTES, "totes:tote"),
         (DRUMS, "drums:drum"),
         (SACKS, "sacks:sack"),
@@ -26,9 +26,11 @@ LOADS = {
 """Catalog name -> builder of everything in this folder, as the registry names it."""
 
 __all__ = [
+    "ALL_SKUS",
     "CARRIERS",
     "CORNER_POSTS",
     "DRUMS",
+    "HEAVY_SKUS",
     "LOADS",
     "SACKS",
     "SACK_SHAPES",

@@ -14,7 +14,7 @@ from warehouse_sim.catalog.loads.artwork import (
     word,
     word_width,
 )
-from warehouse_sim.catalog.loads.skus import SKUS, Artwork, CartonSku
+from warehouse_sim.catalog.loads.skus import ALL_SKUS, Artwork, CartonSku
 from warehouse_sim.catalog.parts import box_part, fused, solid_box
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -40,11 +40,11 @@ def carton(sku: str) -> ObjectModel:
     """Build the carton called ``sku`` ("carton_600x400x300").
 
     Raises:
-        UnknownNameError: ``sku`` is not in ``SKUS``.
+        UnknownNameError: ``sku`` is not in ``ALL_SKUS``.
     """
-    if sku not in SKUS:
-        raise UnknownNameError("carton SKU", sku, list(SKUS))
-    item = SKUS[sku]
+    if sku not in ALL_SKUS:
+        raise UnknownNameError("carton SKU", sku, list(ALL_SKUS))
+    item = ALL_SKUS[sku]
     size = (item.length, item.width, item.height)
     return ObjectModel(
         name=sku,

@@ -2,10 +2,12 @@
 
 Footprints are the modules of ISO 3394:2012 (600 x 400, 600 x 500 and 550 x 366 mm) and submultiples of the first, or
 free sizes as products have them. Filled consumer cartons weigh 80-250 kg for each cubic metre of outer volume; one that
-is lifted by hand stays under 25 kg (EN 1005-2).
+is lifted by hand stays under 25 kg (EN 1005-2). Cans, bottles, tiles, paper and parts weigh 280-500 kg a cubic metre
+and come in double wall board; the larger ones of these are lifted by machine.
 """
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from warehouse_sim.catalog.loads.artwork import Mark
 
@@ -50,6 +52,8 @@ class CartonSku:
     """Material of the label."""
     artwork: Artwork | None = None
     """Print, marks and barcode; None for a carton with a plain band as label."""
+    walls: Literal[1, 2] = 1
+    """Fluted layers of the board."""
 
     @property
     def name(self) -> str:
@@ -92,3 +96,24 @@ SKUS = {
     )
 }  # fmt: skip
 """Catalog name -> SKU."""
+
+_HANDLED: tuple[Mark, ...] = ("up", "dry")
+HEAVY_SKUS = {
+    sku.name: sku
+    for sku in (
+        CartonSku(371, 0.6, 0.4, 0.32, 310.0, "kraft", _A5, walls=2,
+                  artwork=Artwork("CANTIL", "print_dark", _HANDLED, straps=True)),
+        CartonSku(372, 0.6, 0.4, 0.21, 460.0, "kraft_light", _A6, walls=2,
+                  artwork=Artwork("SOLPAN", "print_blue", ("dry",))),
+        CartonSku(373, 0.4, 0.4, 0.38, 380.0, "kraft", _A6, walls=2, artwork=Artwork("HASTO", "print_red", _HANDLED)),
+        CartonSku(374, 0.8, 0.6, 0.42, 285.0, "kraft_dark", _A5, walls=2,
+                  artwork=Artwork("PLATEN", "print_dark", _HANDLED, straps=True)),
+        CartonSku(375, 0.8, 0.6, 0.32, 350.0, "kraft", _A5, walls=2,
+                  artwork=Artwork("CUTONE", "print_dark", _HANDLED)),
+        CartonSku(376, 0.8, 0.4, 0.36, 320.0, "board_white", _A5, walls=2,
+                  artwork=Artwork("NEPTUS", "print_green", _HANDLED, band="print_green")),
+    )
+}  # fmt: skip
+"""Catalog name -> SKU of dense goods, which recipes list themselves."""
+ALL_SKUS = SKUS | HEAVY_SKUS
+"""Catalog name -> SKU of every carton."""

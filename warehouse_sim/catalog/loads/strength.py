@@ -2,8 +2,9 @@
 
 Cartons follow McKee, Gander and Wachuta, "Compression strength formula for corrugated boxes" (Paperboard Packaging
 48(8), 1963): BCT = 5.87 ECT sqrt(caliper x perimeter), whose constant has no unit. The board is single wall C flute of
-32 lb/in, the carriers' grade for contents up to 65 lb (Item 222 of the National Motor Freight Classification). What is
-left of it in a warehouse are the Fibre Box Association's multipliers (Fibre Box Handbook).
+32 lb/in, the carriers' grade for contents up to 65 lb (Item 222 of the National Motor Freight Classification); for
+dense goods it is double wall BC flute of 61 lb/in, the grade up to 140 lb. What is left of it in a warehouse are the
+Fibre Box Association's multipliers (Fibre Box Handbook).
 
 Drums bear what the stacking test of ADR 6.1.5.6 puts on them: their like, up to 3 m. Sacks lie at most ten high (IS
 4082:1996, so that cement does not lump). Makers give 250-600 kg for euro containers; the number here is common and
@@ -19,13 +20,11 @@ nothing on top where the crush rule holds.
 
 import math
 
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.skus import ALL_SKUS
 from warehouse_sim.schema import ObjectModel
 
-_EDGE_CRUSH = 5604.0
-"""Edge crush test of the board (N/m): 32 lb/in."""
-_CALIPER = 0.004
-"""Thickness of the board (m)."""
+_BOARDS = {1: (5604.0, 0.004), 2: (10683.0, 0.0065)}
+"""Walls -> edge crush test of the board (N/m), 32 and 61 lb/in, and its thickness (m)."""
 _GRAVITY = 9.81
 _KEPT = 0.60 * 0.80 * 0.90
 """What is left after 30 days, at 70 % humidity, on a pallet with gaps between its boards."""
@@ -43,7 +42,8 @@ GOODS = ("carton", "tote", "drum", "sack", *_CARRIERS)
 """Classes of goods."""
 _FIRST_OWN = 1000
 """Numbers of geometries from here on are not the package's own."""
-_FRAGILE = frozenset(sku.obj_id for sku in SKUS.values() if sku.artwork and "fragile" in sku.artwork.marks)
+_DOUBLE_WALL = frozenset(sku.obj_id for sku in ALL_SKUS.values() if sku.walls == 2)
+_FRAGILE = frozenset(sku.obj_id for sku in ALL_SKUS.values() if sku.artwork and "fragile" in sku.artwork.marks)
 
 
 def stacking_strength(model: ObjectModel, *, across: bool = False) -> float:
@@ -55,7 +55,8 @@ def stacking_strength(model: ObjectModel, *, across: bool = False) -> float:
     """
     if model.class_name == "carton":
         perimeter = 2.0 * float(model.size[0] + model.size[1])
-        crush = 5.87 * _EDGE_CRUSH * math.sqrt(_CALIPER * perimeter)
+        edge_crush, caliper = _BOARDS[2 if model.obj_id in _DOUBLE_WALL else 1]
+        crush = 5.87 * edge_crush * math.sqrt(caliper * perimeter)
         return crush * _KEPT * (_ACROSS if across else _IN_LINE) / _GRAVITY
     if model.class_name == "tote":
         return _TOTE

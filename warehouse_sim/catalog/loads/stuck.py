@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.catalog.loads.cartons import PRINT_SKIN, STRAP_WIDTH, TAPE_DROP, TAPE_WIDTH, carton
-from warehouse_sim.catalog.loads.skus import SKUS, CartonSku
+from warehouse_sim.catalog.loads.skus import ALL_SKUS, CartonSku
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import Material, ObjectModel, Part
@@ -35,7 +35,7 @@ def stuck_carton(sku: str, rng: np.random.Generator) -> ObjectModel:
     Raises:
         UnknownNameError: There is no such SKU.
     """
-    model, item = carton(sku), SKUS[sku]
+    model, item = carton(sku), ALL_SKUS[sku]
     parts = (*_body(item), *_prints(item, rng), *_label(item, rng))
     tag = zlib.crc32(b"".join(part.T_object_part.tobytes() + part.scale.tobytes() for part in parts))
     return replace(model, name=f"{sku}~{tag:08x}", parts=parts, materials=_FACES)
@@ -43,7 +43,7 @@ def stuck_carton(sku: str, rng: np.random.Generator) -> ObjectModel:
 
 def board_of(sku: str) -> str:
     """Return the material of the board of the carton called ``sku``."""
-    return SKUS[sku].board
+    return ALL_SKUS[sku].board
 
 
 def _body(item: CartonSku) -> list[Part]:
