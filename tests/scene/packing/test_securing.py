@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import carton
+from warehouse_sim.catalog import carton, catalog_object
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
@@ -98,3 +98,18 @@ def test_level_bands_draw_nothing_and_loose_film_is_another() -> None:
         for slack in (0.0, 1.0)
     }
     assert len(names) == 2
+
+
+def test_wound_film_is_as_tight_around_drums_however_they_are_turned() -> None:
+    drum = catalog_object("drum_steel_216_blue")
+    sizes = []
+    for turn in (0.0, np.pi / 4, 1.0):
+        goods = [
+            (drum, make_transform(rotation_z(turn), np.array([x, 0.0, FLOOR + drum.size[2] / 2]))) for x in (-0.3, 0.3)
+        ]
+        model, T_load_film = film_around(goods, DECK, FLOOR, FilmConfig("wound"), np.random.default_rng(0))
+        film = transform_points(T_load_film, model.mesh().vertices)
+        above = film[film[:, 2] > FLOOR + 0.3]
+        assert np.hypot(np.abs(above[:, 0]).clip(0.3) - 0.3, above[:, 1]).max() < 0.32
+        sizes.append(np.ptp(above[:, :2], axis=0))
+    np.testing.assert_allclose(sizes, [sizes[0]] * 3, atol=0.02)

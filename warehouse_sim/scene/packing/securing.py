@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -16,7 +17,7 @@ from warehouse_sim.catalog.loads.film_winding import wound_film
 from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.convex import area, convex_hull, grown
-from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.bearing import Pieces
@@ -83,8 +84,8 @@ def film_around(
         config: How it goes around.
         rng: Stream to draw from; level bands need none of it.
     """
-    corners = [_corners(item) for item in goods]
     wound = config.style == "wound"
+    corners = [_rims(item) if wound else _corners(item) for item in goods]
     levels = _layers(corners, floor) if wound else _levels(corners, floor)
     sides = np.array([[sx * deck[0], sy * deck[1]] for sx in (-0.5, 0.5) for sy in (-0.5, 0.5)])
     foot = convex_hull(np.concatenate([levels[0].outline, sides]))
@@ -101,7 +102,7 @@ def film_around(
     return model, make_transform(translation=centre)
 
 
-def _levels(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[Slice]:
+def _levels(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Slice]:
     """Cut the load where its outline gets clearly smaller; pieces are given by their corners (m)."""
     lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
     bounds = [floor]
@@ -118,7 +119,7 @@ def _levels(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[S
     ]
 
 
-def _layers(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[Slice]:
+def _layers(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Slice]:
     """Cut the load at the tops of its pieces; what reaches up through several layers is part of each."""
     lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
     bounds = [floor]
@@ -132,7 +133,7 @@ def _layers(corners: Sequence[Float[np.ndarray, "8 3"]], floor: float) -> list[S
     ]
 
 
-def _outline(corners: Sequence[Float[np.ndarray, "8 3"]], chosen: np.ndarray) -> Float[np.ndarray, "n 2"]:
+def _outline(corners: Sequence[Float[np.ndarray, "_ 3"]], chosen: np.ndarray) -> Float[np.ndarray, "n 2"]:
     return convex_hull(
         np.concatenate([box[:, :2] for box, is_chosen in zip(corners, chosen, strict=True) if is_chosen])
     )
@@ -141,3 +142,17 @@ def _outline(corners: Sequence[Float[np.ndarray, "8 3"]], chosen: np.ndarray) ->
 def _corners(item: tuple[ObjectModel, Transform]) -> Float[np.ndarray, "8 3"]:
     model, T_load_piece = item
     return OrientedBox(T_load_piece, model.size).corners()
+
+
+def _rims(item: tuple[ObjectModel, Transform]) -> Float[np.ndarray, "n 3"]:
+    """Return the outline of an upright piece seen from above, at its lower and its upper edge (m)."""
+    model, T_load_piece = item
+    outline = _outline_of(model)
+    half = model.size[2] / 2
+    rims = [np.column_stack([outline, np.full(len(outline), z)]) for z in (-half, half)]
+    return transform_points(T_load_piece, np.concatenate(rims))
+
+
+@lru_cache(maxsize=256)
+def _outline_of(model: ObjectModel) -> Float[np.ndarray, "n 2"]:
+    return convex_hull(model.mesh().vertices[:, :2])
