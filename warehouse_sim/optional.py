@@ -7,7 +7,7 @@ from types import ModuleType
 from warehouse_sim.errors import MissingPackageError
 
 EXTRAS = {
-    "generate": ("mujoco", "moderngl", "glcontext", "embreex"),
+    "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("matplotlib", "jinja2"),

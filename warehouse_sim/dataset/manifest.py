@@ -28,6 +28,7 @@ _PACKAGES = (
     "trimesh",
     "moderngl",
     "embreex",
+    "segno",
 )
 
 
