@@ -1,9 +1,13 @@
 """One family of errors: each says what, where and what to do, in one line."""
 
+import difflib
+from collections.abc import Sequence
 from typing import Any
 
 _LONGEST = 80
 """Characters of a value that a message quotes."""
+_MOST_NAMES, _NEAREST = 100, 12
+"""Names that a message lists all, and how many of those most like what was written where there are more."""
 
 
 def shown(value: Any) -> str:
@@ -28,15 +32,22 @@ class RecipeError(ConfigError):
 
 
 class UnknownNameError(WarehouseSimError):
-    """A name is not registered; the message lists the known ones."""
+    """A name is not registered; the message lists the known ones, or those most like it where they are many."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        super().__init__(f"unknown {kind} {shown(name)}; known: {', '.join(sorted(known)) or '(none)'}")
+        super().__init__(f"unknown {kind} {shown(name)}; known: {_listed(name, sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:
         """Pickle by the arguments, so that the error crosses from a worker process."""
         return type(self), (self.kind, self.name, self.known)
+
+
+def _listed(name: str, known: Sequence[str]) -> str:
+    if len(known) <= _MOST_NAMES:
+        return ", ".join(known)
+    near = difflib.get_close_matches(str(name)[:_LONGEST], known, _NEAREST, cutoff=0.0)
+    return f"{', '.join(near)} and {len(known) - len(near)} more"
 
 
 class MissingPackageError(WarehouseSimError):
