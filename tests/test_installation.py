@@ -17,7 +17,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 HEAVY = {"open3d", "mitsuba", "usd-core", "onnxruntime", "onnx", "pyrender2", "pytest", "mypy", "dash", "plotly"}
 """What the way from recipe to report does without; together more than the rest."""
-OPTIONAL = sorted({"mujoco", "moderngl", "embreex", "segno", "torch", "safetensors", "tensorboardX", "matplotlib", "jinja2"})
+OPTIONAL = sorted(
+    {"mujoco", "moderngl", "embreex", "segno", "torch", "safetensors", "tensorboardX", "matplotlib", "jinja2"}
+)
 WITHOUT = f"""
 import sys
 class Blocked:
