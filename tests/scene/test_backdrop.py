@@ -35,7 +35,7 @@ def test_it_rests_and_overlaps_nothing(targets: tuple[str, ...]) -> None:
     parts = [item for item in drawn.instances if not item.dynamic]
     fixed = [replace(item, dynamic=is_backdrop(item)) for item in parts]
     state = contact_state(replace(drawn, instances=tuple(fixed), viewpoints=()))
-    assert state.loose.size > 100
+    assert state.loose.size > 80
     assert state.max_overlap < 1e-6
     assert state.max_gap < 1e-6
 

@@ -131,12 +131,15 @@ def _fill_bay(
     rng: np.random.Generator,
     first: list[UnitLoad] | None = None,
 ) -> list[tuple[UnitLoad, Transform]]:
-    """Draw neighbouring loads, ``first`` those given, and their poses; loads that fit in no try are drawn again."""
+    """Draw neighbouring loads, ``first`` those given, and their poses; loads that fit in no try are drawn again.
+
+    What is drawn again is no carrier of its own: those on pallets of 1,000 mm along the beams leave no room for three.
+    """
     to_slots = [structure.distances_to(slot.T_world_slot[:3, 3]) for slot in slots]
     near = structure.subset(np.min(to_slots, axis=0) < _REACH)
     for _ in range(_LOAD_TRIES):
         drawn = first or [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in slots]
-        first = None
+        first, loads = None, replace(loads, carrier_share=0.0)
         for _ in range(_BAY_TRIES):
             poses = _place_all(slots, drawn, near, config, rng)
             if poses is not None:
