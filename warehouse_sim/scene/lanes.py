@@ -125,7 +125,7 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
                 break  # the stack ends where its goods are too high for the rest of the room, or too heavy
             raise
         T_stack_load = _on_top(height, config, rng, stacked=bool(stack))
-        if stack and not (load.mass <= spare and _stands_on(stack[-1], load, T_stack_load)):
+        if stack and not (load.mass <= spare and _stands_on(stack[-1], load, T_stack_load) and _is_of(load, loads)):
             break
         if rule and stack and load.holds("drum") and not stack[-1][0].holds("drum"):
             break
@@ -138,6 +138,11 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
     if rule and sum(load.has_goods for load, _ in stack) >= _HIGH_STACK:
         return [(load.wrapped(loads.film, rng), T_stack_load) for load, T_stack_load in stack]
     return stack
+
+
+def _is_of(load: UnitLoad, loads: UnitLoadConfig) -> bool:
+    """Return whether a load is a carrier where the lane holds nothing else."""
+    return loads.carrier_share < 1.0 or any(model.name in loads.carriers for model, _ in load.pieces)
 
 
 def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: Transform) -> bool:
