@@ -59,3 +59,10 @@ def test_presets_and_stops_may_be_left_open() -> None:
 def test_what_makes_no_light_is_refused_by_name(text: str, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         read(text)
+
+
+def test_compensation_comes_on_top_of_the_presets_and_both_stay_in_range() -> None:
+    assert read("{preset: harsh, compensation: 0.75}").resolved().exposure.compensation == pytest.approx(0.25)
+    assert read("preset: harsh").resolved() == PRESETS["harsh"]
+    with pytest.raises(ConfigError, match="compensation must be"):
+        read("{exposure: {compensation: 4}, compensation: 2}")

@@ -45,10 +45,13 @@ class LightingConfig:
     """Colour temperature that the camera takes for white (K), 1,700-20,000."""
     exposure: ExposureConfig | None = None
     """How the camera is exposed."""
+    compensation: Annotated[float, Range(-3, 3, "stops")] = 0.0
+    """Stops by which metered images are brighter than the preset or ``exposure`` says, -3 to 3."""
 
     def __post_init__(self) -> None:
         if self.lux is not None and self.flux is not None:
             raise ValueError("lux and flux cannot both be given: all light is scaled to lux, or is what flux gives")
+        self.resolved()  # both compensations together must be within the range of one
 
     def resolved(self) -> Preset:
         """Return the preset with what this recipe says otherwise."""
@@ -62,4 +65,6 @@ class LightingConfig:
             "white_balance": self.white_balance,
             "exposure": self.exposure,
         }
-        return replace(preset, **{name: value for name, value in own.items() if value is not None})
+        preset = replace(preset, **{name: value for name, value in own.items() if value is not None})
+        stops = preset.exposure.compensation + self.compensation
+        return replace(preset, exposure=replace(preset.exposure, compensation=stops)) if self.compensation else preset
