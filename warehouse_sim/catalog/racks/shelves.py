@@ -56,7 +56,8 @@ def shelf_bay(name: str = "shelf_bay") -> ObjectModel:
         )
         for number, side in enumerate((-1.0, 1.0))
     ]
-    return rack_model(name, 530, SHELF_SIZE, [*posts, *shelves, *bars], collision_boxes([*posts, *shelves]))
+    parts = [*posts, *shelves, *bars]
+    return rack_model(name, 530, SHELF_SIZE, parts, collision_boxes(parts))
 
 
 BINS = {
