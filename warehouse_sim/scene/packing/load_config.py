@@ -8,7 +8,7 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import CARRIERS, DRUMS, SACKS, SKUS, TOTES
 from warehouse_sim.catalog.pallets.wear import WearConfig
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.errors import UnknownNameError, shown
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig, drawn_pallets
@@ -124,7 +124,7 @@ class UnitLoadConfig:
         for setting in ("pallets", "cartons", "totes", "drums", "sacks"):
             self._require_class(setting, setting.removesuffix("s"))
         if unknown := [name for name in self.carriers if name not in CARRIERS]:
-            raise ValueError(f"carriers must list some of {', '.join(CARRIERS)}, found {unknown}")
+            raise ValueError(f"carriers must list some of {', '.join(CARRIERS)}, found {shown(unknown[0])}")
 
     def pallet(self, name: str) -> ObjectModel:
         """Return the pallet called ``name``, unworn.
