@@ -49,7 +49,7 @@ class RackAisleConfig(Layout):
     tolerances: bool = False
     """Whether frames and beams are off their drawing as far as EN 15620 allows."""
     levels: Annotated[int, Range(0, 7)] = 0
-    """Beam levels at equal distances, as many as fit under the roof, 1-7, instead of ``beam_levels``; 0 = those."""
+    """Beam levels at equal distances, 0-7, as many of them as fit under the roof; 0 = those of ``beam_levels``."""
     level_pitch: Annotated[float, Range(0.8, 3, "m")] = 1.5
     """Distance from beam level to beam level (m) where ``levels`` is given, rounded to 50 mm, 0.8-3."""
     bay_load: Annotated[float, Range(300, 12_000, "kg")] | None = None
