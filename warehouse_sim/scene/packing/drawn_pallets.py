@@ -27,8 +27,8 @@ class DrawnPalletsConfig:
     """Different pallets, 0-300; each has its own obj_id, CAD surface and pockets in the dataset."""
     share: Share = 0.5
     """Share of the pallets in a scene that are these, 0-1; the others are those of ``loads.pallets``."""
-    seed: Annotated[int, Range(0, 2**31)] = 0
-    """Another seed draws other pallets; that of the dataset changes none, so that splits and sets share their CAD."""
+    seed: Annotated[int, Range(0, 1_000_000)] = 0
+    """Another seed, 0-1,000,000, draws other pallets; that of the dataset changes none: sets share their CAD."""
     kinds: tuple[PalletKind, ...] = ("skids", "perimeter", "stringers", "notched_stringers", "runners", "feet")
     """How they are built; a kind given twice is drawn twice as often."""
     length: Annotated[Distribution, Range(0.5, 2, "m")] = field(default=Distribution.uniform(0.95, 1.3))
