@@ -4,12 +4,12 @@ Board only ever goes inwards from the nominal box, so that a battered carton nev
 frame, size, mass and collision boxes. Print, tape and labels follow the board that they are on.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int, Int32
 
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import invert, transform_points
@@ -17,10 +17,20 @@ from warehouse_sim.ranges import Range, Share, check_ranges
 from warehouse_sim.schema import ObjectModel, Part
 
 _FACET = 0.035
-"""Longest edge of the triangles that board is bent in (m)."""
+"""Longest edge of the triangles that board is bent in where it was hit (m)."""
+_WIDE_FACET = 0.15
+"""Longest edge elsewhere, where board only bulges (m)."""
 _MOST_ROUNDS = 5
 _SKIN_DEPTH = 0.03
 """How far below a side's surface a dent is still felt (m)."""
+
+_PATTERNS = (
+    [[0, 1, 2]],
+    [[0, 3, 2], [3, 1, 2]],
+    [[0, 3, 2], [3, 4, 2], [3, 1, 4]],
+    [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+)
+"""Triangles that remain of one with so many cut edges; corners 0-2, middles 3-5 of the edges 01, 12, 20."""
 
 Points = Float[np.ndarray, "n 3"]
 
@@ -60,7 +70,7 @@ def battered(model: ObjectModel, wear: CartonWearConfig, rng: np.random.Generato
             moved = moved + hit.shift(points)
         return np.clip(moved, -half, half)
 
-    parts = tuple(_bent_part(part, bent) for part in model.parts)
+    parts = tuple(_bent_part(part, bent, hits) for part in model.parts)
     return replace(model, name=f"{model.name}~{rng.integers(1 << 32):08x}", parts=parts)
 
 
@@ -70,7 +80,7 @@ class _Dent:
 
     axis: int
     sign: float
-    centre: Points
+    place: Points
     radius: float
     depth: float
 
@@ -82,7 +92,7 @@ class _Dent:
         return cls(axis, sign, centre, rng.uniform(0.25, 0.7) * float(half.min() * 2), depth * rng.uniform(0.3, 1.0))
 
     def shift(self, points: Points) -> Points:
-        away = points - self.centre
+        away = points - self.place
         below = np.abs(away[:, self.axis])
         away[:, self.axis] = 0.0
         near = np.clip(1.0 - (away**2).sum(axis=1) / self.radius**2, 0.0, 1.0) ** 1.5
@@ -119,25 +129,47 @@ def _bulged(points: Points, half: np.ndarray, depth: float) -> Points:
     return moved
 
 
-def _bent_part(part: Part, bent: Callable[[Points], Points]) -> Part:
+def _bent_part(part: Part, bent: Callable[[Points], Points], hits: Sequence["_Dent | _Corner"]) -> Part:
     """Return ``part`` cut into small triangles and bent in the object's frame; its own frame stays."""
-    fine = _cut(TriangleMesh(part.mesh.vertices * part.scale, part.mesh.faces))
-    placed = bent(transform_points(part.T_object_part, fine.vertices))
-    return replace(
-        part, mesh=TriangleMesh(transform_points(invert(part.T_object_part), placed), fine.faces), scale=np.ones(3)
-    )
+    fine = _cut(part.placed(), hits)
+    vertices = transform_points(invert(part.T_object_part), bent(fine.vertices))
+    return replace(part, mesh=TriangleMesh(vertices, fine.faces), scale=np.ones(3))
 
 
-def _cut(mesh: TriangleMesh) -> TriangleMesh:
-    """Return ``mesh`` with every triangle cut in four, over and over, until none is too large."""
+def _cut(mesh: TriangleMesh, hits: Sequence["_Dent | _Corner"]) -> TriangleMesh:
+    """Return ``mesh`` with long edges halved, over and over, until the board can be bent in its triangles.
+
+    An edge is cut for all its triangles or none, so that a closed mesh stays closed, and a thin strip is cut along its
+    length alone; far from all ``hits`` triangles stay large.
+    """
     for _ in range(_MOST_ROUNDS):
-        corners = mesh.vertices[mesh.faces]
-        if np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() <= _FACET:
+        ends = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).astype(np.int64)
+        keys, number = np.unique(ends[..., 0] * len(mesh.vertices) + ends[..., 1], return_inverse=True)
+        a, b = (mesh.vertices[end] for end in np.divmod(keys, len(mesh.vertices)))
+        middle, length = (a + b) / 2, np.linalg.norm(a - b, axis=1)
+        cut = length > _WIDE_FACET
+        for hit in hits:
+            near = np.linalg.norm(middle - hit.place, axis=1) < hit.radius + length / 2
+            cut |= near & (length > _FACET)
+        if not cut.any():
             break
-        edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-        known, number = np.unique(edges, axis=0, return_inverse=True)
-        a, b, c = mesh.faces.T
-        ab, bc, ca = (len(mesh.vertices) + number.reshape(-1, 3)).T
-        faces = np.stack([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]).transpose(2, 0, 1).reshape(-1, 3)
-        mesh = TriangleMesh(np.concatenate([mesh.vertices, mesh.vertices[known].mean(axis=1)]), faces.astype(np.int32))
+        middles = np.where(cut, len(mesh.vertices) + np.cumsum(cut) - 1, -1)
+        faces = _halved(mesh.faces, middles[number.reshape(-1, 3)])
+        mesh = TriangleMesh(np.concatenate([mesh.vertices, middle[cut]]), faces)
     return mesh
+
+
+def _halved(faces: Int[np.ndarray, "m 3"], middles: Int[np.ndarray, "m 3"]) -> Int32[np.ndarray, "k 3"]:
+    """Return the triangles that remain when some edges are cut.
+
+    Args:
+        faces: Vertices a, b, c of each triangle.
+        middles: Vertices in the middle of the edges ab, bc, ca; -1 where an edge stays whole.
+    """
+    count = (middles >= 0).sum(axis=1)
+    # Turned so that the only cut edge comes first, or the only whole one last.
+    turn = np.select([count == 1, count == 2], [(middles >= 0).argmax(axis=1), (middles < 0).argmax(axis=1) + 1], 0)
+    order = (np.arange(3) + turn[:, None]) % 3
+    corners = np.concatenate([np.take_along_axis(side, order, axis=1) for side in (faces, middles)], axis=1)
+    cut = [corners[count == n][:, pattern].reshape(-1, 3) for n, pattern in enumerate(_PATTERNS)]
+    return np.concatenate(cut).astype(np.int32)
