@@ -1,15 +1,18 @@
 """What turns light in a scene: a coarse copy, in which small curved parts are boxes and tiny ones are left out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import Material, Part, SceneSpec
 
+JOINED_GOODS = "goods"
+"""Class of the goods of a load that are one object: what comes first in them fills their box."""
 _TINY = 0.15
 """Parts that fit into a ball of this radius (m) turn no light that matters."""
 _SMALL = 0.75
@@ -77,16 +80,20 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
     for instance in scene.instances:
         if scene.model_of(instance).class_name == OUTDOORS:
             continue  # rays that leave the hall meet the even sky
-        for part in scene.painted_model_of(instance).parts:
+        parts = scene.painted_model_of(instance).parts
+        if scene.model_of(instance).class_name == JOINED_GOODS:
+            parts = (_as_box(parts[0]),)
+        for part in parts:
             if scene.materials[part.material].opacity >= 1.0:
                 groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
+    returned = {name: returned_share(material) for name, material in scene.materials.items()}
     vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
     for mesh, members in groups.items():
         scale = np.stack([part.scale for _, part in members])
         low, high = mesh.vertices.min(axis=0) * scale, mesh.vertices.max(axis=0) * scale
         radius = np.linalg.norm(high - low, axis=1) / 2
         T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
-        base = np.array([returned_share(scene.materials[part.material]) for _, part in members])
+        base = np.array([returned[part.material] for _, part in members])
         detailed = (radius < _SMALL) & (len(mesh.faces) > _MANY_FACES)
         as_box, turns = detailed & (_fill(mesh) > _FULL), (radius > _TINY) & ~(detailed & (_fill(mesh) < _EMPTY))
         box = (low + high)[:, None] / 2 + unit_box().vertices * (high - low)[:, None]
@@ -102,6 +109,13 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
             albedo.append(np.repeat(base[rows], len(shape.faces), axis=0))
             count += placed.shape[0] * placed.shape[1]
     return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(albedo)
+
+
+def _as_box(part: Part) -> Part:
+    """Return the bounding box of ``part`` in its own frame."""
+    low, high = (side * part.scale for side in (part.mesh.vertices.min(axis=0), part.mesh.vertices.max(axis=0)))
+    T_object_part = part.T_object_part @ make_transform(translation=(low + high) / 2)
+    return replace(part, mesh=unit_box(), scale=high - low, T_object_part=T_object_part)
 
 
 def _fill(mesh: TriangleMesh) -> float:

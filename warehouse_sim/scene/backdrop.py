@@ -9,7 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.catalog.loads import SKUS
+from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS, sack
+from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, stuck_carton
+from warehouse_sim.catalog.parts import fused
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
 from warehouse_sim.scene.resting import lowered_load
@@ -23,6 +27,10 @@ _MOST_PIECES = 30
 """Pieces on one pallet."""
 _OBJ_ID = 510
 """Of the goods of a load as one object, whatever they are."""
+_WAYS = 3
+"""Ways in which the cartons of a load are labelled."""
+_OUTSIDE = 0.03
+"""How far below the outside of a load (m) print is still seen."""
 _SLACK = 0.02
 """How far a load may be off its slot, along the beams and across (m)."""
 
@@ -50,7 +58,8 @@ def fill_backdrop(
     """
     if not slots:
         return
-    kinds = [_draw(min(slot.headroom for slot in slots), loads, apart, number, rng) for number in range(_KINDS)]
+    looks = rng.spawn(1)[0]
+    kinds = [_draw(min(slot.headroom for slot in slots), loads, apart, number, rng, looks) for number in range(_KINDS)]
     taken = rng.random(len(slots)) >= config.empty_slot_share
     for slot in (slot for slot, is_taken in zip(slots, taken, strict=True) if is_taken):
         pieces = kinds[int(rng.integers(_KINDS))]
@@ -71,11 +80,48 @@ def _add_fixed(draft: SceneDraft, model: ObjectModel, T_world_object: Transform,
     draft.instances[-1] = replace(instance, dynamic=False)
 
 
-def _draw(headroom: float, loads: UnitLoadConfig, apart: bool, number: int, rng: np.random.Generator) -> Pieces:
-    """Draw a load at rest, its goods one object unless they stay ``apart``."""
+def _draw(
+    headroom: float,
+    loads: UnitLoadConfig,
+    apart: bool,
+    number: int,
+    rng: np.random.Generator,
+    looks: np.random.Generator,
+) -> Pieces:
+    """Draw a load at rest, its goods one object unless they stay ``apart``; ``looks`` sticks labels on its cartons."""
     config = replace(loads, max_cartons=min(loads.max_cartons, _MOST_PIECES), worn_share=0.0, mixed_share=0.0)
     pieces = lowered_load(build_unit_load(headroom, config, rng).pieces)
-    return pieces if apart else _joined(pieces, number)
+    if apart:
+        return pieces
+    pieces = [(sack(model.name, every=2) if model.name in SACKS | SACK_SHAPES else model, T) for model, T in pieces]
+    return _joined(_stuck(pieces, looks) if loads.prints == "drawn" else pieces, number)
+
+
+def _stuck(pieces: Pieces, rng: np.random.Generator) -> Pieces:
+    """Return ``pieces`` with labels and prints on the sides of cartons that lie on the outside of the load.
+
+    A scene lays pictures on them; letters as geometry would be most of all triangles in sight.
+    """
+    cartons = [(model, T) for model, T in pieces if model.name in SKUS]
+    if not cartons:
+        return pieces
+    box = UnitLoad(tuple(cartons)).envelope
+    half, T_box_load = box.size / 2, invert(box.T_parent_box)
+    ways = {name: [stuck_carton(name, rng) for _ in range(_WAYS)] for name in sorted({m.name for m, _ in cartons})}
+
+    def outside(T_load_part: Transform) -> bool:
+        place = (T_box_load @ T_load_part)[:3, 3]
+        return bool((np.abs(place) > half - _OUTSIDE).any())
+
+    def dressed(model: ObjectModel, T: Transform) -> ObjectModel:
+        if model.name not in SKUS:
+            return model
+        way = ways[model.name][rng.integers(_WAYS)]
+        faces = (LABEL_FACE, BOARD_FACE)
+        parts = (part for part in way.parts if part.material not in faces or outside(T @ part.T_object_part))
+        return replace(way, parts=tuple(parts))
+
+    return [(dressed(model, T), T) for model, T in pieces]
 
 
 def _joined(pieces: Pieces, number: int) -> Pieces:
@@ -86,15 +132,16 @@ def _joined(pieces: Pieces, number: int) -> Pieces:
         return [pieces[0], *rest]
     box = UnitLoad(tuple(goods)).envelope
     T_goods_load = make_transform(translation=-box.T_parent_box[:3, 3])
-    parts = tuple(
+    parts = [
         replace(part, T_object_part=T_goods_load @ T @ part.T_object_part) for model, T in goods for part in model.parts
-    )
+    ]
+    pictured = tuple(part for part in parts if part.material in (LABEL_FACE, BOARD_FACE))
     whole = ObjectModel(
         name=f"goods of load kind {number + 1}",
         class_name="goods",
         obj_id=_OBJ_ID,
         size=box.size,
-        parts=parts,
+        parts=(*fused([part for part in parts if part not in pictured]), *pictured),
         collision=(replace(box, T_parent_box=np.eye(4)),),
         mass=float(sum(model.mass for model, _ in goods)),
         materials=tuple({item.name: item for model, _ in goods for item in model.materials}.values()),

@@ -29,14 +29,21 @@ def print_cartons(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     print_of = {sku: f"carton_print:{rng.integers(_NUMBERS)}" for sku in ALL_SKUS}
     ways: dict[str, list[ObjectModel]] = {}
     materials, instances = dict(scene.materials), []
+    goods = {name: board for name, model in scene.models.items() if (board := _stuck_board(model)) is not None}
+    print_of |= {name: f"carton_print:{rng.integers(_NUMBERS)}" for name in goods}
     for item in scene.instances:
+        if item.model in goods:
+            label, board = labels[rng.integers(LABELS)], goods[item.model]
+            instances.append(_labelled(item, scene.models[item.model], label, print_of[item.model], board, materials))
+            continue
         if item.model not in ALL_SKUS:
             instances.append(item)
             continue
         if item.model not in ways:
             ways[item.model] = [stuck_carton(item.model, rng) for _ in range(WAYS)]
         model, label = ways[item.model][rng.integers(WAYS)], labels[rng.integers(LABELS)]
-        instances.append(_labelled(item, model, label, print_of[item.model], materials))
+        board = board_of(item.model)
+        instances.append(_labelled(item, model, label, print_of[item.model], board, materials))
     stuck = {model.name: model for group in ways.values() for model in group}
     used = {item.model for item in instances}
     models = {name: model for name, model in (scene.models | stuck).items() if name in used}
@@ -45,11 +52,19 @@ def print_cartons(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     return replace(scene, models=models, materials=materials, instances=tuple(instances))
 
 
+def _stuck_board(model: ObjectModel) -> str | None:
+    """Return the board of goods whose cartons wait for pictures; None for all else."""
+    faces = (LABEL_FACE, BOARD_FACE)
+    if model.name in SKUS or not any(part.material in faces for part in model.parts):
+        return None
+    boards = {board_of(name) for name in SKUS}
+    return next((part.material for part in model.parts if part.material in boards), None)
+
+
 def _labelled(
-    item: ObjectInstance, model: ObjectModel, label: str, on_board: str, materials: dict[str, Material]
+    item: ObjectInstance, model: ObjectModel, label: str, on_board: str, board: str, materials: dict[str, Material]
 ) -> ObjectInstance:
-    """Return a carton under its new look; what that needs is added to ``materials``."""
-    board = board_of(item.model)
+    """Return a carton, or goods of several, under its new look; what that needs is added to ``materials``."""
     looks = {LABEL_FACE: ("label_paper", label), BOARD_FACE: (item.paint.get(board, board), on_board)}
     paint = dict(item.paint)
     for face, (base, picture) in looks.items():

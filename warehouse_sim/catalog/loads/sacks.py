@@ -76,8 +76,13 @@ def shapes_of(name: str) -> tuple[str, ...]:
     return (name, *(f"{name}_{shape + 2}" for shape in range(_SHAPES) if name in SACKS))
 
 
-def sack(name: str) -> ObjectModel:
+def sack(name: str, every: int = 1) -> ObjectModel:
     """Build the sack called ``name`` ("sack_paper_600x400x110").
+
+    Args:
+        name: Of its SKU.
+        every: Keep each how manieth point of its outlines, along and around: 2 has a quarter of the triangles, for
+            what stands far away.
 
     Raises:
         UnknownNameError: ``name`` is neither in ``SACKS`` nor in ``SACK_SHAPES``.
@@ -88,9 +93,10 @@ def sack(name: str) -> ObjectModel:
     sku, material = known[name]
     size = np.array([sku.length, sku.width, sku.height])
     rings = (_rings(sku.obj_id) if name in SACKS else _slumped(_rings(sku.obj_id), sku.obj_id)) * size / 2
+    rings = rings[::every, ::every]
     # The print is a length of the body itself, lifted off it, so that it follows every wrinkle.
     printed = rings + np.sign(rings) * [0.0, _PRINT, _PRINT]
-    fields = [_skin(printed[first : last + 1]) for first, last in sku.fields]
+    fields = [_skin(printed[first // every : max(last // every, first // every + 1) + 1]) for first, last in sku.fields]
     body, field = _fitted([_skin(rings), merge(fields)], size)
     return ObjectModel(
         name=name,

@@ -10,6 +10,8 @@ from warehouse_sim.schema import Material, ObjectModel
 
 _SKIN = 0.0015
 """What reaches no farther than this out of a box (m) has no shadow that a map would show."""
+_PRINT = ("print_", "label_", "board_face", "tape", "strap")
+"""How materials are called that lie on something else, which has the shadow."""
 
 
 def shadow_casters(model: ObjectModel, materials: dict[str, Material]) -> Bool[np.ndarray, " n"]:
@@ -20,9 +22,10 @@ def shadow_casters(model: ObjectModel, materials: dict[str, Material]) -> Bool[n
     if model.class_name == OUTDOORS:
         return np.zeros(len(model.parts), dtype=bool)
     casts = np.array([materials[part.material].opacity >= 1.0 for part in model.parts])
+    printed = np.array([part.material.startswith(_PRINT) for part in model.parts])
+    if not printed.all():
+        casts &= ~printed
     boxes = [number for number, part in enumerate(model.parts) if casts[number] and part.mesh is unit_box()]
-    if len(boxes) == len(model.parts):
-        return casts  # bare boards and the like
     corners = _corners(model)
     # From the largest box on, so that of two boxes in the same place one stays.
     for box in sorted(boxes, key=lambda number: -float(np.prod(model.parts[number].scale))):
