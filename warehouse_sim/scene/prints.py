@@ -55,9 +55,9 @@ def print_cartons(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
 def _stuck_board(model: ObjectModel) -> str | None:
     """Return the board of goods whose cartons wait for pictures; None for all else."""
     faces = (LABEL_FACE, BOARD_FACE)
-    if model.name in SKUS or not any(part.material in faces for part in model.parts):
+    if model.name in ALL_SKUS or not any(part.material in faces for part in model.parts):
         return None
-    boards = {board_of(name) for name in SKUS}
+    boards = {board_of(name) for name in ALL_SKUS}
     return next((part.material for part in model.parts if part.material in boards), None)
 
 
