@@ -100,7 +100,7 @@ def _draw(
 def _stuck(pieces: Pieces, rng: np.random.Generator) -> Pieces:
     """Return ``pieces`` with labels and prints on the sides of cartons that lie on the outside of the load.
 
-    A scene lays pictures on them; letters as geometry would be most of all triangles in sight.
+    A scene lays pictures on them, which need no triangles for letters.
     """
     cartons = [(model, T) for model, T in pieces if model.name in SKUS]
     if not cartons:
