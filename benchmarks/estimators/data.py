@@ -48,7 +48,7 @@ class Data:
         return self.name or self.recipe
 
 
-SCORED = (Data("industrial", 0), Data("mixed_pallets", 0))
+SCORED = (Data("industrial-v1", 0, "industrial"), Data("mixed_pallets", 0))
 """Their train split is trained on, val calibrates, test is scored: scenes that nothing has seen."""
 CARTONS = (
     Data("industrial_cartons", 3, "industrial_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
