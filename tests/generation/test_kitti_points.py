@@ -23,4 +23,6 @@ def test_a_sweep_in_a_hall_has_about_as_many_points_as_kittis(name: str) -> None
         T_world_lidar = viewpoint.T_world_camera @ rig.mounted()["lidar"].T_camera_sensor(viewpoint)
         points = scan(caster, rig.lidar, T_world_lidar, np.random.default_rng(number)).points
         # Walls and a roof close the view, so that nearly every one of the 133,312 pulses comes back.
-        assert 1.05 * KITTI_POINTS < len(points) < 1.15 * KITTI_POINTS
+        # In an aisle of 3 m racks stand within the least range of the sensor (0.9 m), from where nothing comes back.
+        least = 0.95 if name == "selective_rack" else 1.05
+        assert least * KITTI_POINTS < len(points) < 1.15 * KITTI_POINTS

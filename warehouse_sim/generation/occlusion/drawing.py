@@ -101,7 +101,8 @@ class OccluderSampler:
         Raises:
             PlacementError: No goods that were tried carry a pallet, or none are light enough to stand on them.
         """
-        upper = on_these(loads, [self.draw_pallet()])
+        # Carriers stand on their own: a load of another kind finds no level deck on one.
+        upper = replace(on_these(loads, [self.draw_pallet()]), carrier_share=0.0)
         level = replace(upper.stacking, top_layer_share=Distribution.constant(1.0))
         full = replace(upper, mixed_share=0.0, sack_share=0.0, stacking=level)
         for _ in range(_PAIRS):

@@ -49,5 +49,5 @@ def _pallets(model: ObjectModel, config: UnitLoadConfig) -> list[ObjectModel | N
     """Return the pallets that a carrier may stand on, those of the recipe first; None for one that needs none."""
     if model.class_name in WITHOUT_PALLET:
         return [None]
-    listed = [catalog_object(name) for name in config.pallet_names]
+    listed = [config.pallet(name) for name in config.pallet_names]
     return [pallet for pallet in listed if np.all(model.size[:2] <= pallet.size[:2] + _OVER)]
