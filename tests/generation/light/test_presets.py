@@ -25,7 +25,10 @@ NOTICEABLE = {"brightness": 0.35, "contrast": 0.5, "warmth": 0.2, "variety": 0.3
 
 @pytest.fixture(scope="module")
 def statistics() -> dict[str, dict[str, float]]:
-    scene = replace(draw_scene(load_recipe("demo"), 0, 0).scene, viewpoints=(VIEW,))
+    # Without a roof: under one, the ends of a hall that is lit over its aisle alone are dark under every preset.
+    recipe = load_recipe("demo")
+    recipe = replace(recipe, scene=replace(recipe.scene, hall=replace(recipe.scene.hall, roof=False)))
+    scene = replace(draw_scene(recipe, 0, 0).scene, viewpoints=(VIEW,))
     caster, found = RayCaster(scene), {}
     with open_renderer("raster") as renderer:
         for preset in PRESETS:
@@ -59,13 +62,13 @@ def test_any_two_presets_differ_noticeably(statistics: dict[str, dict[str, float
 def test_each_preset_is_what_its_name_says(statistics: dict[str, dict[str, float]]) -> None:
     nominal = statistics["nominal"]
     assert 80 < nominal["middle"] < 160
-    # Under a roof the ends of the hall are dark but where a door is open: backlit is the more even one.
-    lamps = [item["contrast"] for name, item in statistics.items() if name != "backlit"]
-    assert nominal["contrast"] == min(lamps)
+    assert nominal["contrast"] == min(item["contrast"] for item in statistics.values())
     assert statistics["dim"]["brightness"] < nominal["brightness"] - 0.8
-    assert statistics["harsh"]["contrast"] > nominal["contrast"] + 0.5
+    assert statistics["harsh"]["contrast"] > nominal["contrast"] + 1.5
     assert statistics["backlit"]["white"] == max(item["white"] for item in statistics.values()) > 0.005
     assert statistics["backlit"]["middle"] < 0.6 * nominal["middle"]
     assert statistics["night"]["middle"] == min(item["middle"] for item in statistics.values()) < 25
-    assert statistics["mixed_colour"]["variety"] == max(item["variety"] for item in statistics.values())
+    # Dim images lie near the least grey that counts, where colours of all that is lit at all spread.
+    bright = [item["variety"] for name, item in statistics.items() if name != "dim"]
+    assert statistics["mixed_colour"]["variety"] == max(bright) > nominal["variety"] + 0.4
     assert statistics["failing"]["contrast"] > nominal["contrast"] + 0.6
