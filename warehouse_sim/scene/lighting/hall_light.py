@@ -27,13 +27,13 @@ _RADIUS = 0.3
 """Radius of the disk that stands for some metres of row (m)."""
 
 
-def fill_lights(scene: SceneSpec, lux: float, color: tuple[float, float, float]) -> tuple[Light, ...]:
+def fill_lights(scene: SceneSpec, lux: float, colors: Sequence[tuple[float, float, float]]) -> tuple[Light, ...]:
     """Return the lights of the rows of a scene.
 
     Args:
         scene: Its instances count.
         lux: Mean illuminance (lx) that they are to give the floor under them.
-        color: Linear RGB of unit luminance-like scale.
+        colors: Linear RGB of unit luminance-like scale, of one row after the other; repeated.
     """
     rows = [item for item in scene.instances if item.model.startswith(ROW)]
     if not rows or lux <= 0.0:
@@ -41,8 +41,8 @@ def fill_lights(scene: SceneSpec, lux: float, color: tuple[float, float, float])
     lengths = [float(scene.model_of(item).size[0]) for item in rows]
     pitch = max(_LEAST_PITCH, sum(lengths) / max(_MOST - len(rows) / 2, 1))
     places = [
-        item.T_world_object[:3, 3] + item.T_world_object[:3, 0] * along
-        for item, length in zip(rows, lengths, strict=True)
+        (item.T_world_object[:3, 3] + item.T_world_object[:3, 0] * along, colors[number % len(colors)])
+        for number, (item, length) in enumerate(zip(rows, lengths, strict=True))
         for along in _along(length, pitch)
     ]
     area = pitch * _spacing([item.T_world_object[:3, 3] for item in rows])
@@ -61,7 +61,7 @@ def fill_lights(scene: SceneSpec, lux: float, color: tuple[float, float, float])
             radius=_RADIUS,
             fill=True,
         )
-        for place in places
+        for place, color in places
     )
 
 

@@ -47,7 +47,7 @@ def draw_lighting(
     if electric and config.hall_share > 0.0:
         # Dark luminaires are as many in the hall as over the aisle: the rows are dimmed by them.
         in_aisle = float(unshadowed_illuminance(electric, floor, up).mean())
-        fill = fill_lights(scene, config.hall_share * in_aisle, electric[0].color)
+        fill = fill_lights(scene, config.hall_share * in_aisle, list(dict.fromkeys(light.color for light in electric)))
     ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
     return SceneLighting(
         name=config.preset,
