@@ -11,7 +11,8 @@ from warehouse_sim.ranges import Range, ranged
 class ImuConfig:
     """Bias and noise of a consumer MEMS unit; the defaults are those of the BMI055 in Intel's D435i depth camera.
 
-    Source: Bosch Sensortec, BMI055 data sheet BST-BMI055-DS000-08 (2014), typical values; rates of the D435i.
+    Source: Bosch Sensortec, BMI055 data sheet BST-BMI055-DS000-08 (2014), typical values, unverified: its table was
+    not at hand; rates of the D435i.
     """
 
     accel_noise_ug: Annotated[float, Range(0, 100_000, "ug/sqrt(Hz)")] = 150.0
