@@ -16,7 +16,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture, Motion
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
-from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.color import COLOR_PRESETS, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import MODELS
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
 from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
@@ -51,8 +51,8 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         **{f"depth: {kind}": (model().read, buffers, capture, rng) for kind, model in MODELS.items()},
         "colour": (read_color, buffers, capture, ColorConfig(), rng),
         "colour, moving": (read_color, buffers, moving, ColorConfig(), rng),
-        "colour, with filter": (read_color, buffers, capture, ColorConfig(bayer=True), rng),
-        "colour, with JPEG": (read_color, buffers, capture, ColorConfig(jpeg_quality=90), rng),
+        "colour, raw": (read_color, buffers, capture, COLOR_PRESETS["raw"], rng),
+        "colour, plain": (read_color, buffers, capture, COLOR_PRESETS["plain"], rng),
     }
     costs = {name: _cost(repeats, *call) for name, call in cases.items()}
     costs["right picture: drawn"] = drawn

@@ -16,7 +16,7 @@ from docs.figures.sensor_views import CAMERA, View, scene_before_pallet, see
 from warehouse_sim.dataset.overlay import draw_caption
 from warehouse_sim.render import open_renderer
 from warehouse_sim.sensors.capture import Motion
-from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.color import COLOR_PRESETS, IDEAL_COLOR, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 OUT = Path(__file__).parents[1] / "images" / "sensors"
@@ -65,15 +65,17 @@ def color_sheet(view: View) -> Image:
     alone = IDEAL_COLOR
     noise = replace(alone, noise_scale=1.0)
     moving = replace(view.capture, motion=Motion(np.array([0.6, 0.0, 1.5]), np.array([0.0, 0.3, 0.0])))
+    dim = replace(view.capture, exposure_ev=4.0)
+    passing = replace(view.capture, motion=Motion(np.array([1.5, 0.0, 0.0])))
     cases = [
         ("clean", alone, view.capture),
         ("as by default", ColorConfig(), view.capture),
-        ("EV 8: ISO 156", noise, replace(view.capture, exposure_ev=8.0)),
-        ("EV 5: ISO 1250", noise, replace(view.capture, exposure_ev=5.0)),
-        ("EV 2: ISO 10000", noise, replace(view.capture, exposure_ev=2.0)),
+        ("EV 4, as by default", ColorConfig(), dim),
+        ("EV 4, raw", COLOR_PRESETS["raw"], dim),
+        ("EV 4, noise alone", noise, dim),
         ("1.5 m/s ahead, 0.6 m/s aside, 17 deg/s, 10 ms", replace(alone, motion_blur=True), moving),
-        ("vignetting 1", replace(alone, vignetting=1.0), view.capture),
-        ("colour filter, EV 5", replace(noise, bayer=True), replace(view.capture, exposure_ev=5.0)),
+        ("1.5 m/s aside, rolling shutter of 30 ms", replace(alone, rolling_shutter_ms=30.0), passing),
+        ("glare 0.2, saturation 0.5", replace(alone, glare=0.2, saturation=0.5), view.capture),
         ("JPEG 40", replace(alone, jpeg_quality=40), view.capture),
     ]
     tiles = []

@@ -89,16 +89,51 @@ def test_jpeg_and_the_colour_filter_change_details_only() -> None:
 def test_the_ideal_camera_and_yaml() -> None:
     assert read_color(GREY, capture_of(CAMERA), IDEAL_COLOR, np.random.default_rng(0)) is GREY.rgb
     assert ColorConfig.from_plain("ideal", "here") == IDEAL_COLOR
-    config = ColorConfig(jpeg_quality=90, bayer=True)
+    config = ColorConfig(jpeg_quality=80, bayer=False)
     assert from_mapping(ColorConfig, to_mapping(config), "here") == config
-    with pytest.raises(ConfigError, match="here: 'iedal' is no colour camera; known: ideal"):
+    with pytest.raises(ConfigError, match="here: 'iedal' is no colour camera; known: ideal, plain, raw"):
         ColorConfig.from_plain("iedal", "here")
+
+
+def test_a_mapping_may_start_from_a_preset() -> None:
+    changed = ColorConfig.from_plain({"preset": "raw", "bits": 10}, "here")
+    assert changed == replace(ColorConfig.from_plain("raw", "here"), bits=10)
+    assert changed.jpeg_quality is None
+    with pytest.raises(ConfigError, match="here"):
+        ColorConfig.from_plain({"preset": "raw", "bitz": 10}, "here")
+
+
+def test_flicker_draws_from_a_stream_of_its_own() -> None:
+    """An exposure of a whole period sees no flicker; then nothing else may have changed."""
+    base = ColorConfig(max_shutter_ms=10.0)
+    images = [
+        read_color(GREY, capture_of(CAMERA), replace(base, flicker=flicker), np.random.default_rng(5))
+        for flicker in (0.0, 0.5)
+    ]
+    assert np.abs(images[0].astype(int) - images[1]).max() <= 1
+
+
+def test_a_stored_image_keeps_the_brightness_and_the_place_of_things() -> None:
+    """Each step by default: the mean is that of the light through the camera's curve, and edges stay where they are."""
+    edges = GREY.rgb.copy()
+    edges[:, 160:] = 60
+    still = replace(ColorConfig(), exposure_error=0.0, white_balance_error=0.0, vignetting=0.0, glare=0.0, flicker=0.0)
+    images = [
+        read_color(replace(GREY, rgb=edges), capture_of(CAMERA), still, np.random.default_rng(seed)).astype(float)
+        for seed in range(8)
+    ]
+    mean = np.mean(images, axis=0)[..., 1].mean(axis=0)
+    bright, dark = mean[20:150].mean(), mean[170:300].mean()
+    crossing = np.interp(-0.5 * (bright + dark), -mean[150:170], np.arange(150, 170))
+    assert crossing == pytest.approx(159.5, abs=0.25)
 
 
 @pytest.mark.parametrize(
     ("setting", "value"),
     [("shot_noise", -1.0), ("noise_scale", float("nan")), ("f_number", 0.0), ("max_shutter_ms", -2.0),
-     ("vignetting", 1.5), ("jpeg_quality", 0)],
+     ("vignetting", 1.5), ("jpeg_quality", 0),
+     ("bits", 7), ("saturation", 0.0), ("black_level", 0.9), ("red_gain", 0.5), ("glare", 1.5), ("flicker_hz", 0.0),
+     ("rolling_shutter_ms", -1.0), ("blur_px", float("inf")), ("denoise", -1.0), ("sharpen", 9.0)],
 )  # fmt: skip
 def test_impossible_settings_are_refused_by_name(setting: str, value: float) -> None:
     with pytest.raises(ConfigError, match=setting):

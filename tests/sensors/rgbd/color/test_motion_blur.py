@@ -82,3 +82,32 @@ def test_blocks_that_look_at_few_places_are_as_blurred_as_ones_that_look_at_many
     # Nothing tells where blocks meet.
     step = np.abs(np.diff(error, axis=1))
     assert step[:, 127].mean() < 1.5 * step.mean()
+
+
+def test_a_rolling_shutter_leans_what_passes() -> None:
+    """Sideways at 2 m/s, 2 m away, f = 500 px: 500 px/s, so 15 px from the first row to the last one in 30 ms."""
+    camera = PinholeCamera.from_focal(160, 90, 500.0)
+    light = np.zeros((90, 160, 3), np.float32)
+    light[:, 80:] = 1.0
+    motion = Motion(velocity=np.array([2.0, 0.0, 0.0]))
+    rolled = blur_by_motion(light, plane(2.0, camera=camera).depth, camera, motion, 0.0, 0.030)
+    edge = 160 - rolled[..., 0].sum(axis=1)  # columns that are dark
+    time = ((np.arange(90) + 0.5) / 90 - 0.5) * 0.030
+    # The camera moves right, so what is seen moves left with time.
+    np.testing.assert_allclose(edge, 80 - 500 * time, atol=0.15)
+
+
+def test_a_rolling_shutter_and_blur_are_the_mean_over_each_rows_own_exposure() -> None:
+    camera = PinholeCamera.from_focal(160, 90, 500.0)
+    light = cv2.GaussianBlur(RNG.uniform(0.0, 1.0, (90, 160, 3)).astype(np.float32), (0, 0), 2.0)
+    motion = Motion(velocity=np.array([1.0, 0.4, 0.0]))
+    depth = plane(2.0, camera=camera).depth
+    flow = image_flow(depth, camera, motion)
+    time = ((np.arange(90) + 0.5) / 90 - 0.5) * 0.030
+    places = np.stack(np.meshgrid(np.arange(160.0), np.arange(90.0)), axis=-1)
+    exact = np.zeros_like(light)
+    for share in (np.arange(65) + 0.5) / 65 - 0.5:
+        moments = (time + share * 0.010)[:, None, None]
+        exact += cv2.remap(light, (places - moments * flow).astype(np.float32), None, cv2.INTER_LINEAR) / 65
+    rolled = blur_by_motion(light, depth, camera, motion, 0.010, 0.030)
+    assert np.abs(rolled - exact)[20:-20, 20:-20].max() < 0.02

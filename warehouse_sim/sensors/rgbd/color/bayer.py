@@ -2,10 +2,7 @@
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
-
-_WHITE = 8.0
-"""Linear value at the sensor's largest number, 16 bits."""
+from jaxtyping import Float32, UInt8
 
 
 def mosaic(linear: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w"]:
@@ -16,8 +13,7 @@ def mosaic(linear: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w"]:
     return seen
 
 
-def demosaic(raw: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w 3"]:
+def demosaic(codes: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w 3"]:
     """Return colours from a mosaic, along edges where there are any (OpenCV's edge-aware interpolation)."""
-    steps = cv2.multiply(raw, 65535.0 / _WHITE, dtype=cv2.CV_16U)
     # OpenCV names patterns by the second row's second and third pixel: RGGB is its BG.
-    return cv2.demosaicing(steps, cv2.COLOR_BayerBG2RGB_EA).astype(np.float32) * np.float32(_WHITE / 65535.0)
+    return cv2.demosaicing(codes, cv2.COLOR_BayerBG2RGB_EA)

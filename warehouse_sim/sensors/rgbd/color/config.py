@@ -1,6 +1,6 @@
 """Settings of a colour camera."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from warehouse_sim.config import from_mapping
@@ -11,7 +11,11 @@ from warehouse_sim.ranges import Range, Share, ranged
 @dataclass(frozen=True)
 @ranged
 class ColorConfig:
-    """Light and errors of a colour camera; in YAML also ``ideal``, which reads the clean image."""
+    """Light and errors of a colour camera that stores a developed image; in YAML also the name of a preset.
+
+    ``ideal`` reads the clean image, ``raw`` stores the mosaic interpolated and nothing more, ``plain`` has noise and
+    vignetting alone.
+    """
 
     shot_noise: Annotated[float, Range(0, 1)] = 0.0001
     """Variance of linear light (1 = saturation) per linear value at ISO 100, 0-1; 1 / full well in electrons."""
@@ -31,23 +35,55 @@ class ColorConfig:
     """Share of the natural falloff cos^4 that the lens and its correction leave, 0-1."""
     motion_blur: bool = True
     """Whether what moves in the image while the shutter is open is blurred."""
-    bayer: bool = False
+    rolling_shutter_ms: Annotated[float, Range(0, 1000, "ms")] = 0.0
+    """Time from the first row's exposure to the last one's (ms), 0-1,000; the middle row is taken at the observation's
+    time. 0 = a global shutter."""
+    blur_px: Annotated[float, Range(0, 10, "px")] = 0.4
+    """Standard deviation of the point spread of lens and pixel (px), 0-10."""
+    glare: Share = 0.02
+    """Share of the light that lens and housing scatter over the image, 0-1."""
+    flicker: Share = 0.08
+    """Depth of modulation of the light on the mains, 0-1; exposures of whole periods do not see it."""
+    flicker_hz: Annotated[float, Range(1, 100_000, "Hz")] = 100.0
+    """Frequency of that (Hz), 1-100,000: twice that of the mains."""
+    saturation: Annotated[float, Range(0.1, 8)] = 1.0
+    """Linear light at which a pixel is full, 0.1-8: stored as white. Above 7.2 the display curve saturates first."""
+    bits: Annotated[int, Range(8, 16)] = 10
+    """Bits of a pixel's number, 8-16."""
+    black_level: Annotated[float, Range(0, 0.5)] = 0.0625
+    """Share of the numbers that lies below black and keeps the lower half of the noise, 0-0.5."""
+    red_gain: Annotated[float, Range(1, 8)] = 2.0
+    """Amplification of red, after the noise, that makes white white, 1-8."""
+    blue_gain: Annotated[float, Range(1, 8)] = 1.7
+    """Amplification of blue, 1-8."""
+    bayer: bool = True
     """Whether each pixel sees one colour only, and the others are interpolated."""
-    jpeg_quality: Annotated[int, Range(1, 100)] | None = None
+    denoise: Annotated[float, Range(0, 10)] = 1.2
+    """Fine detail that is taken for noise and removed, in standard deviations of the noise of a mid grey, 0-10."""
+    sharpen: Annotated[float, Range(0, 4)] = 0.7
+    """Share of the remaining fine detail that is added once more, 0-4."""
+    jpeg_quality: Annotated[int, Range(1, 100)] | None = 90
     """Quality at which the image was compressed, 1-100; null = it was not."""
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "ColorConfig":
-        """Read the name ``ideal`` or a mapping of settings.
+        """Read the name of a preset, or a mapping of settings.
+
+        A mapping may hold ``preset`` and settings that replace its own.
 
         Raises:
             ConfigError: Unknown name or setting.
         """
+        if isinstance(data, dict) and "preset" in data:
+            settings = {key: value for key, value in data.items() if key != "preset"}
+            preset = cls.from_plain(data["preset"], f"{where}: preset")
+            changed = from_mapping(cls, settings, where)
+            return replace(preset, **{name: getattr(changed, name) for name in settings})
         if not isinstance(data, str):
             return from_mapping(cls, data, where)
-        if data != "ideal":
-            raise ConfigError(f"{where}: {shown(data)} is no colour camera; known: ideal")
-        return IDEAL_COLOR
+        if data not in COLOR_PRESETS:
+            raise ConfigError(f"{where}: {shown(data)} is no colour camera; known: {', '.join(COLOR_PRESETS)}")
+        return COLOR_PRESETS[data]
 
     def shutter_and_gain(self, exposure_ev: float | None) -> tuple[float, float]:
         """Return for how long the shutter is open (s), and the gain over ISO 100.
@@ -64,7 +100,22 @@ class ColorConfig:
         return min(wanted, longest), max(wanted / longest, 1.0)
 
 
-IDEAL_COLOR = ColorConfig(
-    noise_scale=0.0, exposure_error=0.0, white_balance_error=0.0, vignetting=0.0, motion_blur=False
+_UNDEVELOPED = ColorConfig(bits=12, denoise=0.0, sharpen=0.0, jpeg_quality=None)
+_PLAIN = replace(
+    _UNDEVELOPED,
+    blur_px=0.0,
+    glare=0.0,
+    flicker=0.0,
+    saturation=8.0,
+    bits=16,
+    black_level=0.0,
+    red_gain=1.0,
+    blue_gain=1.0,
+    bayer=False,
+)
+IDEAL_COLOR = replace(
+    _PLAIN, noise_scale=0.0, exposure_error=0.0, white_balance_error=0.0, vignetting=0.0, motion_blur=False
 )
 """A camera that reads the clean image."""
+COLOR_PRESETS = {"ideal": IDEAL_COLOR, "plain": _PLAIN, "raw": _UNDEVELOPED}
+"""Colour cameras by the name that a recipe may give."""

@@ -23,56 +23,69 @@ def blur_by_motion(
     camera: PinholeCamera,
     motion: Motion,
     shutter: float,
+    readout: float = 0.0,
 ) -> Float32[np.ndarray, "h w 3"]:
     """Return the mean of the light along each pixel's way through the image, a few places per way.
 
-    Each pixel follows its own surface; what passes before it at the edge of a nearer thing is left out. Ways are long
-    where things are near: each block of pixels looks at as many places as its own longest way asks for.
+    A rolling shutter takes rows one after the other: each looks at the way's part of its own time. Each pixel follows
+    its own surface; what passes before it at the edge of a nearer thing is left out. Ways are long where things are
+    near: each block of pixels looks at as many places as its own longest way asks for.
 
     Args:
-        linear: Light at the middle of the exposure.
+        linear: Light at the middle of the exposure of the middle row.
         depth: True z-depth (m), 0 = infinitely far.
         camera: Intrinsics.
         motion: Of the camera.
         shutter: For how long the shutter is open (s).
+        readout: From the first row's exposure to the last one's (s); 0 = all at once.
     """
     if not motion.velocity.any() and not motion.rotation.any():
         return linear
-    flow = image_flow(depth, camera, motion)
-    flow *= np.float32(shutter)
-    u, v = flow[..., 0], flow[..., 1]
+    rate = image_flow(depth, camera, motion)
+    u, v = rate[..., 0], rate[..., 1]
     square = u * u + v * v
-    if square.max() < _LEAST_PX**2:
+    if square.max() * max(shutter, readout / 2) ** 2 < _LEAST_PX**2:
         return linear
+    time = ((np.arange(camera.height, dtype=np.float32) + 0.5) / camera.height - 0.5) * np.float32(readout)
     blurred = np.empty_like(linear)
     for top in range(0, camera.height, _BLOCK_PX):
         for left in range(0, camera.width, _BLOCK_PX):
             block = slice(top, top + _BLOCK_PX), slice(left, left + _BLOCK_PX)
-            longest = float(np.sqrt(square[block].max()))
-            blurred[block] = _mean_along(linear, flow[block], (left, top), longest)
+            fastest = float(np.sqrt(square[block].max()))
+            # What a row sees at its time was at the middle row's time where the way came from.
+            late = time[block[0], None, None] * -rate[block] if readout * fastest > _LEAST_PX else None
+            flow = rate[block] * np.float32(shutter)
+            blurred[block] = _mean_along(linear, flow, late, (left, top), shutter * fastest)
     return blurred
 
 
 def _mean_along(
-    linear: Float32[np.ndarray, "h w 3"], flow: Float32[np.ndarray, "b c 2"], corner: tuple[int, int], longest: float
+    linear: Float32[np.ndarray, "h w 3"],
+    flow: Float32[np.ndarray, "b c 2"],
+    late: Float32[np.ndarray, "b c 2"] | None,
+    corner: tuple[int, int],
+    longest: float,
 ) -> Float32[np.ndarray, "b c 3"]:
     """Return the mean of the light along the ways of a block of pixels; ``flow`` is used up.
 
     Args:
         linear: The whole image.
         flow: Of the block's pixels while the shutter is open (px).
+        late: From each pixel to the middle of its way (px); None = it is the middle.
         corner: Column and row of the block's first pixel.
         longest: Length of its longest way (px).
     """
     height, width = flow.shape[:2]
     left, top = corner
-    if longest < _LEAST_PX:
+    if longest < _LEAST_PX and late is None:
         return linear[top : top + height, left : left + width]
-    taps = int(np.clip(np.ceil(longest / _SPACING_PX) + 1, 3, _MOST_TAPS))
+    taps = int(np.clip(np.ceil(longest / _SPACING_PX) + 1, 3, _MOST_TAPS)) if longest >= _LEAST_PX else 1
     flow *= np.float32(1.0 / taps)
     place = flow * np.float32((1 - taps) / 2)
     place[..., 0] += np.arange(left, left + width, dtype=np.float32)
     place[..., 1] += np.arange(top, top + height, dtype=np.float32)[:, None]
+    if late is not None:
+        place += late
     total = np.zeros((height, width, 3), np.float32)
     for _ in range(taps):
         coarse, fine = cv2.convertMaps(place, None, cv2.CV_16SC2)  # 1/32 px, and faster than an exact map

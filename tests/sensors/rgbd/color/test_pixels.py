@@ -1,0 +1,85 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warehouse_sim.color import linear_from_srgb
+from warehouse_sim.render.display import inverse_tone_map, tone_map
+from warehouse_sim.sensors.rgbd.color import ColorConfig
+from warehouse_sim.sensors.rgbd.color.pixels import noise_in_codes, read_pixels
+
+BARE = ColorConfig(noise_scale=0.0, bayer=False, bits=16, black_level=0.0, red_gain=1.0, blue_gain=1.0)
+"""Pixels without noise or filter."""
+
+
+def read(value: object, config: ColorConfig, gain: float = 1.0) -> np.ndarray:
+    light = np.broadcast_to(np.asarray(value, np.float32), (200, 300, 3)).copy()
+    return read_pixels(light, [], config, gain, np.random.default_rng(0))
+
+
+def light_behind(codes: np.ndarray, saturation: float = 1.0) -> np.ndarray:
+    """Linear light by the inverse of the sRGB curve and of the tone curve that ends at saturation."""
+    return inverse_tone_map(linear_from_srgb(codes / 255.0) * tone_map(np.array(saturation)))
+
+
+def test_what_exceeds_saturation_is_white_and_cannot_be_told_apart() -> None:
+    assert (read(1.0, BARE) == 255).all()
+    assert np.array_equal(read(1.01, BARE), read(7.0, BARE))
+    assert read(0.9, BARE).max() < 255
+    assert (read(2.0, replace(BARE, saturation=4.0)) < 255).all()
+
+
+def test_a_full_pixel_is_white_and_not_the_colour_of_its_gains() -> None:
+    assert (read(3.0, replace(BARE, red_gain=2.0, blue_gain=1.7)) == 255).all()
+
+
+@pytest.mark.parametrize("bits", [8, 10, 12])
+def test_a_ramp_has_as_many_steps_as_the_converter(bits: int) -> None:
+    config = replace(BARE, bits=bits, black_level=0.25)
+    ramp = np.linspace(0.0, 0.02, 60_000, dtype=np.float32).reshape(200, 300, 1).repeat(3, axis=2)
+    codes = read_pixels(ramp, [], config, 1.0, np.random.default_rng(0))
+    steps = int(0.02 * 0.75 * (2**bits - 1)) + 1
+    found = len(np.unique(codes))
+    assert found <= steps + 1
+    if bits < 12:
+        assert found >= steps - 1
+
+
+def test_noise_is_that_of_emva_1288_and_more_of_it_where_a_gain_follows() -> None:
+    """Red is half as bright on its pixels and amplified twice: shot noise has twice the variance, read noise four."""
+    config = replace(BARE, noise_scale=1.0, red_gain=2.0, blue_gain=1.0, bits=12, black_level=0.0625)
+    x, gain = 0.3, 4.0
+    found = light_behind(read(x, config, gain).astype(float)).var(axis=(0, 1))
+    quantised = np.diff(light_behind(np.array([170.0, 171.0])))[0] ** 2 / 12
+    green = gain * 1e-4 * x + gain**2 * 2e-8
+    red = 4.0 * (gain * 1e-4 * x / 2.0 + gain**2 * 2e-8)
+    assert found[1] == pytest.approx(green + quantised, rel=0.08)
+    assert found[0] == pytest.approx(red + quantised, rel=0.08)
+    assert found[0] > 1.8 * found[1]
+
+
+def test_black_keeps_its_mean_because_the_converter_starts_below_it() -> None:
+    noisy = replace(BARE, noise_scale=30.0, bits=10)
+    pedestal = read(0.0, replace(noisy, black_level=0.0625))
+    assert pedestal.min() == 0
+    # Half of the noise is below black and shown as black, so just half of the pixels are not black.
+    assert (light_behind(pedestal.astype(float)) > 0).mean() == pytest.approx(0.5, abs=0.1)
+
+
+def test_the_noise_of_a_mid_grey_is_told_in_codes() -> None:
+    config = replace(BARE, noise_scale=2.0, bits=12)
+    for gain in (4.0, 16.0):
+        assert noise_in_codes(config, gain) == pytest.approx(read(0.18, config, gain).std(), rel=0.1)
+
+
+def test_factors_reach_the_pixels_of_their_channels_behind_the_filter() -> None:
+    tint = np.array([0.5, 1.0, 0.25], np.float32)
+    rows = np.linspace(0.5, 1.0, 200, dtype=np.float32)[:, None, None]
+    light = np.full((200, 300, 3), 0.5, np.float32)
+    for factors in ([tint], [rows], [tint * rows]):
+        product = light.copy()
+        for factor in factors:
+            product *= factor
+        expected = read_pixels(product, [], replace(BARE, bayer=True), 1.0, np.random.default_rng(0))
+        got = read_pixels(light, factors, replace(BARE, bayer=True), 1.0, np.random.default_rng(0))
+        assert np.array_equal(got, expected)

@@ -1,0 +1,104 @@
+"""From light on the pixels to the numbers that they give, and on to the codes of an image."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8, UInt16
+
+from warehouse_sim.color import srgb_from_linear
+from warehouse_sim.render.display import tone_map
+from warehouse_sim.sensors.rgbd.color.bayer import demosaic, mosaic
+from warehouse_sim.sensors.rgbd.color.config import ColorConfig
+from warehouse_sim.sensors.rgbd.color.noise import add_noise
+
+_LARGEST = 65535
+
+
+def read_pixels(
+    linear: Float32[np.ndarray, "h w 3"],
+    factors: Sequence[Float32[np.ndarray, "..."]],
+    config: ColorConfig,
+    gain: float,
+    rng: np.random.Generator,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """Return the codes of an image: what its pixels see, with noise and in steps, and what the filter hides.
+
+    Pixels see less red and blue than green; the channels' gains come after the noise. The renderer's display curve ends
+    at saturation. Hidden colours are interpolated in codes, which costs a third of doing it in light.
+
+    Args:
+        linear: Light (1 = saturation of green at ISO 100).
+        factors: On it, each of a shape that broadcasts to (h, w, 3).
+        config: Noise, saturation, bits, filter.
+        gain: Amplification over ISO 100.
+        rng: Source of the noise.
+    """
+    sites = _filter_sites(config.bayer)
+    gains = np.array([config.red_gain, 1.0, config.blue_gain], np.float32)
+    light = mosaic(linear) if config.bayer else linear.copy()
+    for factor in [*factors, *([] if (gains == 1.0).all() else [1.0 / gains])]:
+        _scale(light, factor, sites)
+    scale = config.noise_scale**2
+    noisy = add_noise(light, rng, gain=gain, shot=scale * config.shot_noise, read=scale * config.read_noise)
+    numbers = _converted(noisy, config)
+    codes = np.empty(numbers.shape, np.uint8)
+    for place, channel in sites:
+        table = _code_of_number(config.saturation, config.black_level, float(gains[channel]))
+        np.take(table, numbers[place], out=codes[place], mode="clip")
+    return demosaic(codes) if config.bayer else codes
+
+
+def noise_in_codes(config: ColorConfig, gain: float) -> float:
+    """Return the standard deviation of the noise of a grey of 18 % of saturation, in codes of the image."""
+    grey, scale = 0.18 * config.saturation, config.noise_scale**2
+    sigma = np.sqrt(scale * (gain * config.shot_noise * grey + gain * gain * config.read_noise))
+    table = _code_of_number(config.saturation, config.black_level, 1.0)
+    per_light = (1.0 - config.black_level) / config.saturation * _LARGEST
+    at = round(_LARGEST * config.black_level + grey * per_light)
+    slope = (float(table[at + 1500]) - float(table[at - 1500])) / 3000.0
+    return float(sigma * per_light * slope)
+
+
+def _filter_sites(bayer: bool) -> list[tuple[Any, int]]:
+    """Return the places of an array that see one channel, and which."""
+    if not bayer:
+        return [((..., channel), channel) for channel in range(3)]
+    channels = [[0, 1], [1, 2]]
+    return [((slice(v, None, 2), slice(u, None, 2)), channels[v][u]) for v in (0, 1) for u in (0, 1)]
+
+
+def _scale(light: Float32[np.ndarray, "*s"], factor: Float32[np.ndarray, "..."], sites: list[tuple[Any, int]]) -> None:
+    """Multiply what pixels see by a factor that broadcasts to (h, w, 3), in place."""
+    if light.ndim == 3:
+        np.multiply(light, factor, out=light)
+    elif factor.ndim == 3 and factor.shape[2] == 1:
+        np.multiply(light, factor[..., 0], out=light)
+    else:
+        for place, channel in sites:
+            light[place] *= factor[channel] if factor.ndim == 1 else factor[place[0], :, channel]
+
+
+def _converted(light: Float32[np.ndarray, "*s"], config: ColorConfig) -> UInt16[np.ndarray, "*s"]:
+    """Return the converter's steps, in 16 bits; it saturates at both ends."""
+    share, base = (1.0 - config.black_level) / config.saturation, config.black_level
+    if config.bits == 16:
+        if base == 0:
+            return cv2.multiply(light, _LARGEST / config.saturation, dtype=cv2.CV_16U)
+        return cv2.addWeighted(light, _LARGEST * share, light, 0.0, _LARGEST * base, dtype=cv2.CV_16U)
+    most = 2**config.bits - 1
+    steps = cv2.addWeighted(light, most * share, light, 0.0, most * base, dtype=cv2.CV_16U)
+    np.minimum(steps, most, out=steps)
+    return cv2.multiply(steps, _LARGEST / most, dtype=cv2.CV_16U)
+
+
+@lru_cache(maxsize=16)
+def _code_of_number(saturation: float, black_level: float, gain: float) -> UInt8[np.ndarray, " 65536"]:
+    """Return the code of each number: black taken away, the channel's gain, the display curve up to saturation."""
+    share = (np.arange(_LARGEST + 1) / _LARGEST - black_level) / (1.0 - black_level)
+    linear = saturation * np.clip(gain * share, 0.0, 1.0)
+    table = np.rint(255.0 * srgb_from_linear(tone_map(linear) / tone_map(np.array(saturation)))).astype(np.uint8)
+    table.setflags(write=False)
+    return table
