@@ -6,7 +6,7 @@ import numpy as np
 
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.light.meter import LightMeter
-from warehouse_sim.generation.light.metering import metered_exposure
+from warehouse_sim.generation.light.metering import following, metered_exposure
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import LightingConfig, floor_points
@@ -39,6 +39,8 @@ def light_scene(
         lighting = _dimmed(lighting, lighting.lux, scene, caster)
     meter = LightMeter(lighting.applied(scene), caster)
     views = tuple(_exposed(viewpoint, lighting, meter, camera) for viewpoint in scene.viewpoints)
+    if config.exposure_lag > 0:
+        views = tuple(following(views, config.exposure_lag))
     # For whoever looks from elsewhere; the scene's own viewpoints have theirs.
     middle = float(np.median([view.exposure for view in views])) if views else scene.exposure
     return replace(lighting.applied(scene), exposure=middle, viewpoints=views)

@@ -47,6 +47,8 @@ class LightingConfig:
     """How the camera is exposed."""
     compensation: Annotated[float, Range(-3, 3, "stops")] = 0.0
     """Stops by which metered images are brighter than the preset or ``exposure`` says, -3 to 3."""
+    exposure_lag: Annotated[float, Range(0, 60, "s")] = 0.0
+    """Time constant (s) with which metered exposure follows the view within a drive, 0-60. No source: a prior."""
 
     def __post_init__(self) -> None:
         if self.lux is not None and self.flux is not None:
