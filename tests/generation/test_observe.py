@@ -20,7 +20,7 @@ from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
 from warehouse_sim.sensors.rgbd import RgbdCamera, RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
 from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
-from warehouse_sim.sensors.rig import FurtherSensor, Mount
+from warehouse_sim.sensors.rig import FurtherSensor, Mount, SensorChoice
 from warehouse_sim.sensors.stereo import StereoCamera, StereoConfig
 from warehouse_sim.sensors.view import SensorView
 
@@ -124,12 +124,12 @@ def test_a_pair_that_is_mounted_askew_is_refused(scene: SceneSpec, renderer: Ren
 
 def test_a_twin_depends_on_no_other_twin_nor_on_the_call_before(scene: SceneSpec, renderer: Renderer) -> None:
     rig = replace(load_recipe("smoke").sensors, more={"ring": RING})
-    base = base_variant(scene, rig.rgbd)
+    base = base_variant(scene, SensorChoice("", rig.rgbd))
     lights = tuple(replace(light, intensity=light.intensity * 0.5) for light in scene.lights)
-    dim = Variant("dim", replace(scene, lights=lights), rig.rgbd)
+    dim = Variant("dim", replace(scene, lights=lights), base.sensor)
     rough = replace(scene.materials["kraft"], roughness=0.2, remission=0.9)
-    shiny = Variant("shiny", replace(scene, materials=scene.materials | {"kraft": rough}), rig.rgbd)
-    again = Variant("again", scene, rig.rgbd, noise_draw=1)
+    shiny = Variant("shiny", replace(scene, materials=scene.materials | {"kraft": rough}), base.sensor)
+    again = Variant("again", scene, base.sensor, noise_draw=1)
     all_at_once = list(observe_scene(scene, rig, renderer, (base, dim, shiny, again)))
     count = len(scene.viewpoints)
     for place, twin in ((1, dim), (2, shiny), (3, again)):

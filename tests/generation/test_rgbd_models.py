@@ -15,6 +15,7 @@ from warehouse_sim.generation.twins import base_variant
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rig import SensorChoice
 
 pytestmark = pytest.mark.gl
 
@@ -27,7 +28,7 @@ def observed() -> Callable[[dict[str, Any]], Observation]:
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
 
     def observe(plain: dict[str, Any]) -> Observation:
-        variant = base_variant(scene, from_mapping(RgbdConfig, plain, "sensors: rgbd"))
+        variant = base_variant(scene, SensorChoice("", from_mapping(RgbdConfig, plain, "sensors: rgbd")))
         with open_renderer() as renderer:
             return next(observe_scene(scene, recipe.sensors, renderer, (variant,)))
 

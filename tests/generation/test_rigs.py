@@ -23,7 +23,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Observation, SceneSpec
 from warehouse_sim.sensors.lidar import scan
 from warehouse_sim.sensors.rgbd.color import ColorConfig
-from warehouse_sim.sensors.rig import RigConfig
+from warehouse_sim.sensors.rig import RigConfig, SensorChoice
 
 pytestmark = pytest.mark.gl
 
@@ -178,7 +178,7 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
 def test_the_right_image_has_a_noise_stream_of_its_own_and_twins_share_what_light_leaves_alone() -> None:
     rig, scene = rig_of("kitti"), scene_of("level")
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
-    base = base_variant(scene, rig.rgbd)
+    base = base_variant(scene, SensorChoice("", rig.rgbd))
     noisier = replace(base, name="another draw", noise_draw=1)
     with open_renderer() as renderer:
         first, twin = observe_scene(scene, rig, renderer, (base, noisier))

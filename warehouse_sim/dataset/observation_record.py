@@ -121,6 +121,7 @@ def _read_conditions(data: Any, where: str) -> Conditions:
         exposure_ev=take_if_given(data, "exposure_ev", float, where, _EXPOSURES),
         variant=take(data, "variant", str, where),
         twin_group=take_if_given(data, "twin_group", int, where, WHOLE),
+        sensor=take_if_given(data, "sensor", str, where) or "",
         absent=tuple(int(number) for number in take_numbers(data, "absent", len(absent), where, WHOLE)),
     )
 

@@ -113,12 +113,19 @@ def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:
     noise = take_if_given(twins, "noise", list, f"{where}: twins") or []
     cameras = {"sensors.": sensors} | {f"twins.noise[{i}].": twin for i, twin in enumerate(noise)}
     found = {}
-    for prefix, owner in cameras.items():
-        rgbd = take_if_given(owner, "rgbd", dict, f"{where}: {prefix[:-1]}") or {}
-        depth = take_if_given(rgbd, "depth", dict, f"{where}: {prefix}rgbd") or {}
-        largest = take_if_given(depth, "max_range", float, f"{where}: {prefix}rgbd.depth", PLACES)
+    readers = {
+        f"{prefix}rgbd": take_if_given(owner, "rgbd", dict, f"{where}: {prefix[:-1]}") or {}
+        for prefix, owner in cameras.items()
+    }
+    choices = take_if_given(sensors, "choices", list, f"{where}: sensors") or []
+    if choices:  # of which one is drawn instead of the rig's own
+        del readers["sensors.rgbd"]
+    readers |= {f"sensors.choices[{i}]": choice for i, choice in enumerate(choices)}
+    for name, rgbd in readers.items():
+        depth = take_if_given(rgbd, "depth", dict, f"{where}: {name}") or {}
+        largest = take_if_given(depth, "max_range", float, f"{where}: {name}.depth", PLACES)
         if largest is not None:
-            found[f"{prefix}rgbd.depth"] = largest
+            found[f"{name}.depth"] = largest
     return found
 
 

@@ -45,9 +45,9 @@ def render_contact_sheet(
         backend: Render backend.
         backend_options: Its options, see ``render.option_settings``.
     """
-    scene = prepare_scene(recipe, seed, scene_index).scene
+    prepared = prepare_scene(recipe, seed, scene_index)
     with open_renderer(backend, **backend_options) as renderer:
-        observation = next(observe_scene(scene, recipe.sensors, renderer))
+        observation = next(observe_scene(prepared.scene, recipe.sensors, renderer, prepared.variants[:1]))
     make_folder(out.parent)
     write_bytes(out, encode_rgb(contact_sheet(observation)))
 

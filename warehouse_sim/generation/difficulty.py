@@ -43,7 +43,8 @@ def with_difficulty(recipe: Recipe, difficulty: float) -> Recipe:
     plain["occlusion"] = (plain["occlusion"] or {}) | {"visible_fraction": visible}
     for key in EASY_TO_HARD:
         if not key.startswith("occlusion."):
-            _put(plain, key, _value(key, difficulty))
+            for holder, inner in _holders(plain, key):
+                _put(holder, inner, _value(key, difficulty))
     moved: Recipe = from_mapping(Recipe, plain, f"{recipe.name or 'recipe'} at difficulty {difficulty:g}")
     return moved
 
@@ -55,6 +56,13 @@ def _value(key: str, difficulty: float) -> float:
     if key.startswith(_IN_FACTORS):
         return float(easy * (hard / easy) ** difficulty)
     return easy + difficulty * (hard - easy)
+
+
+def _holders(plain: dict[str, Any], key: str) -> list[tuple[dict[str, Any], str]]:
+    """Return where a key is: in the recipe, and what is a camera's setting in each one of those drawn from, too."""
+    of_camera = key.removeprefix("sensors.rgbd.")
+    choices = plain["sensors"].get("choices", []) if of_camera != key else []
+    return [(plain, key), *((choice, of_camera) for choice in choices)]
 
 
 def _put(plain: dict[str, Any], key: str, value: float) -> None:

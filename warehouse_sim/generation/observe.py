@@ -30,7 +30,7 @@ from warehouse_sim.schema import (
     SceneSpec,
     Viewpoint,
 )
-from warehouse_sim.sensors.rig import MountedSensor, RigConfig
+from warehouse_sim.sensors.rig import MountedSensor, RigConfig, SensorChoice
 from warehouse_sim.sensors.view import CleanImages, SensorView
 
 Readings = Mapping[str, MountedReading[Reading]]
@@ -54,7 +54,7 @@ def observe_scene(
     Raises:
         ValueError: A level camera is asked for, but does not see what the tilted one sees.
     """
-    variants = variants or (base_variant(scene, rig.rgbd),)
+    variants = variants or (base_variant(scene, SensorChoice("", rig.rgbd)),)
     camera = rig.make_camera()
     seeing = renderer if camera.distortion is None else LensRenderer(renderer)
     first: list[tuple[_Unlit, _Unlit | None]] = []
@@ -63,7 +63,7 @@ def observe_scene(
         change = SceneChange.between(None if base is None else base.scene, variant.scene)
         instruments = Instruments.of(variant.scene, base, change)
         base = base or instruments
-        sensors = replace(rig, rgbd=variant.rgbd).mounted()
+        sensors = replace(rig, rgbd=variant.sensor.rgbd).mounted()
         for index, viewpoint in enumerate(variant.scene.viewpoints):
             lit = variant.scene.seen_from(viewpoint)
             if loaded is None or _needs_reload(loaded, lit):
@@ -228,5 +228,5 @@ def _annotated(context: _Context, readings: Readings, buffers: RenderBuffers, un
         buffers=buffers,
         annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
         viewpoint=viewpoint,
-        conditions=replace(measured, variant=variant.name, absent=variant.absent),
+        conditions=replace(measured, variant=variant.name, absent=variant.absent, sensor=variant.sensor.name),
     )

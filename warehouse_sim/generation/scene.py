@@ -52,5 +52,6 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
         lights = overlaid(settings.lights, changed, f"{recipe.name}: twins.lights")
         return light_scene(dark, lights, caster, camera, drawn.stream("lighting"))
 
-    variants = make_variants(relight(scene, {}), recipe.twins, recipe.sensors.rgbd, occluders, relight)
+    sensor = recipe.sensors.draw_sensor(drawn.stream("sensor"))
+    variants = make_variants(relight(scene, {}), recipe.twins, sensor, occluders, relight)
     return PreparedScene(variants, drawn.report, occlusion)

@@ -39,6 +39,8 @@ class Conditions:
     """Observations of a scene with the same number differ in the variant only; None = no twins."""
     absent: tuple[int, ...] = ()
     """Instance ids of the scene's objects that are taken away in this variant."""
+    sensor: str = ""
+    """Name of the camera that a recipe drew for the scene; empty = the rig's only one."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.twins import TwinsConfig, make_variants
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation, SceneSpec
+from warehouse_sim.sensors.rig import SensorChoice
 
 pytestmark = pytest.mark.gl
 
@@ -36,7 +37,9 @@ def made() -> tuple[int, dict[str, list[Observation]]]:
     recipe = load_recipe("smoke")
     scene = draw_scene(recipe, 0, 0).scene
     occluder = next(item.instance_id for item in scene.instances if scene.model_of(item).class_name == "carton")
-    variants = make_variants(scene, from_mapping(TwinsConfig, PLAIN, "twins"), recipe.sensors.rgbd, [occluder], dimmed)
+    variants = make_variants(
+        scene, from_mapping(TwinsConfig, PLAIN, "twins"), SensorChoice("", recipe.sensors.rgbd), [occluder], dimmed
+    )
     found: dict[str, list[Observation]] = {variant.name: [] for variant in variants}
     with open_renderer() as renderer:
         for number, observation in enumerate(observe_scene(scene, recipe.sensors, renderer, variants)):

@@ -45,6 +45,10 @@ def test_what_is_written_is_read_back() -> None:
         ({"lidars": {"ids": {"lidar": "vlp16"}}}, "not ids or beams; found 'ids'"),
         ({"lidars": {"a_b": {"lidar": "vlp16"}}}, "is small letters and digits, not ids or beams; found 'a_b'"),
         ({"lidar": None, "lidars": {"a": {"lidar": "vlp16"}}}, "give lidar, too"),
+        ({"choices": ["d455", "d455"]}, "every one of choices needs a name of its own, found ['d455', 'd455']"),
+        ({"choices": ["d456"]}, "d456"),
+        ({"choices": [{"depth": "d455"}]}, "expected a depth preset's name, or {name: ..., depth: ..., color: ...}"),
+        ({"choices": [{"name": "a", "weight": 0}]}, "weight must be"),
         ({"camera_height": 0.05}, "camera_height must be 0.1-20 m, found 0.05"),
         (
             {"lidar_mount": {"carrier": "roof"}},

@@ -14,12 +14,12 @@ def rig(data: dict) -> RigConfig:
     return RigConfig.from_plain(data, "here")
 
 
-def test_four_rigs_are_shipped_and_are_no_recipes() -> None:
-    assert rig_names() == ["amr", "forklift_forks", "forklift_mast", "kitti"]
+def test_six_rigs_are_shipped_and_are_no_recipes() -> None:
+    assert rig_names() == ["amr", "dissertation", "forklift_forks", "forklift_mast", "kitti", "warehouse"]
     assert not set(rig_names()) & set(recipe_names())
 
 
-@pytest.mark.parametrize("name", ["amr", "forklift_forks", "forklift_mast", "kitti"])
+@pytest.mark.parametrize("name", rig_names())
 def test_a_shipped_rig_is_resolved_and_read_back(name: str) -> None:
     found = rig({"rig": name})
     plain = to_mapping(found)
@@ -68,7 +68,7 @@ def test_an_unknown_rig_is_named(name: object, message: str) -> None:
 
 
 def test_a_recipe_takes_the_rigs_camera_height_unless_it_names_one(tmp_path: Path) -> None:
-    text = (data_folder("scenes") / "smoke.yaml").read_text().replace("camera: kitti", "rig: kitti")
+    text = (data_folder("scenes") / "smoke.yaml").read_text().replace("rig: dissertation", "rig: kitti")
     path = tmp_path / "with_height.yaml"
     path.write_text(text)
     assert load_recipe(str(path)).scene.viewpoints == load_recipe("smoke").scene.viewpoints

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from warehouse_sim.catalog import materials
-from warehouse_sim.generation.twins.config import MaterialTwin, TwinsConfig
+from warehouse_sim.generation.twins.config import MaterialTwin, NoiseTwin, TwinsConfig
 from warehouse_sim.schema import Material, SceneSpec
-from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rig import SensorChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +18,8 @@ class Variant:
     """"base" for the scene itself."""
     scene: SceneSpec
     """What is drawn."""
-    rgbd: RgbdConfig
-    """Noise of the RGB-D camera."""
+    sensor: SensorChoice
+    """The RGB-D camera."""
     noise_draw: int = 0
     """Which draw of the noise of all that reads light; 0 is the base's."""
     absent: tuple[int, ...] = ()
@@ -30,24 +30,24 @@ Relight = Callable[[SceneSpec, dict[str, Any]], SceneSpec]
 """Return a scene under settings that replace some of the recipe's ``scene.lights``."""
 
 
-def base_variant(scene: SceneSpec, rgbd: RgbdConfig) -> Variant:
+def base_variant(scene: SceneSpec, sensor: SensorChoice) -> Variant:
     """Return the scene itself as its only variant."""
-    return Variant("base", scene, rgbd)
+    return Variant("base", scene, sensor)
 
 
 def make_variants(
-    scene: SceneSpec, config: TwinsConfig, rgbd: RgbdConfig, occluders: Sequence[int], relight: Relight
+    scene: SceneSpec, config: TwinsConfig, sensor: SensorChoice, occluders: Sequence[int], relight: Relight
 ) -> tuple[Variant, ...]:
     """Return the base and its twins in the order of ``config.names()``.
 
     Args:
         scene: Settled, lit, with its final viewpoints.
         config: What to change.
-        rgbd: The rig's own noise.
+        sensor: The rig's own camera in this scene.
         occluders: Instance ids of the objects that were put before targets on request.
         relight: Sets another light.
     """
-    base = base_variant(scene, rgbd)
+    base = base_variant(scene, sensor)
     variants = [base]
     if config.without_occluders:
         gone = frozenset(occluders)
@@ -57,10 +57,14 @@ def make_variants(
     variants += [replace(base, name=twin.name, scene=relight(scene, twin.settings)) for twin in config.lights]
     variants += [replace(base, name=twin.name, scene=_resurfaced(scene, twin)) for twin in config.materials]
     variants += [
-        replace(base, name=twin.name, rgbd=rgbd if twin.rgbd is None else twin.rgbd, noise_draw=twin.draw)
-        for twin in config.noise
+        replace(base, name=twin.name, sensor=_renoised(sensor, twin), noise_draw=twin.draw) for twin in config.noise
     ]
     return tuple(variants)
+
+
+def _renoised(sensor: SensorChoice, twin: NoiseTwin) -> SensorChoice:
+    """Return the camera with the twin's own settings, which go by the twin's name where it has any."""
+    return sensor if twin.rgbd is None else SensorChoice(twin.name, twin.rgbd)
 
 
 def _resurfaced(scene: SceneSpec, twin: MaterialTwin) -> SceneSpec:

@@ -1,6 +1,7 @@
 """The sensors of one vehicle and how they are mounted."""
 
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
+from warehouse_sim.sensors.rig.choice import SensorChoice
 from warehouse_sim.sensors.rig.config import RigConfig
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
@@ -14,5 +15,6 @@ __all__ = [
     "MountedLidar",
     "MountedSensor",
     "RigConfig",
+    "SensorChoice",
     "rig_names",
 ]

@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any
 
+import numpy as np
+
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -14,6 +16,7 @@ from warehouse_sim.sensors.imu import ImuConfig
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
+from warehouse_sim.sensors.rig.choice import SensorChoice, drawn_choice
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import rig_settings
@@ -37,6 +40,8 @@ class RigConfig:
     """A preset's name (kitti) or width, height, focal_px."""
     rgbd: RgbdConfig = field(default_factory=RgbdConfig)
     """Noise of colour and depth."""
+    choices: tuple[SensorChoice, ...] = ()
+    """Cameras of which each scene draws one instead of ``rgbd``: names of depth presets, or name, depth and color."""
     lidar: LidarConfig | None = field(default_factory=LidarConfig)
     """Beams and noise of the main LiDAR; null = none."""
     lidar_position: Annotated[tuple[float, float, float], Range(-20, 20, "m")] = (-0.27, 0.0, 0.08)
@@ -62,6 +67,9 @@ class RigConfig:
                 raise ValueError(
                     f"the name of a LiDAR is small letters and digits, not ids or beams; found {shown(name)}"
                 )
+        named = [choice.name for choice in self.choices]
+        if len(set(named)) < len(named):
+            raise ValueError(f"every one of choices needs a name of its own, found {shown(named)}")
         if len(self.lidars) > _MOST_LIDARS:
             raise ValueError(f"lidars must be at most {_MOST_LIDARS} beside the main one, found {len(self.lidars)}")
         if self.lidars and self.lidar is None:
@@ -98,13 +106,17 @@ class RigConfig:
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
-        added = ("lidar_mount", "lidars", "right", "more", "clean", "camera_height")
+        added = ("choices", "lidar_mount", "lidars", "right", "more", "clean", "camera_height")
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         return {name: value for name, value in plain.items() if name not in added or value}
 
     def make_camera(self) -> PinholeCamera:
         """Return the rig's camera."""
         return self.camera.make()
+
+    def draw_sensor(self, rng: np.random.Generator) -> SensorChoice:
+        """Return the RGB-D camera of one scene: one of ``choices``; without any the rig's own, which has no name."""
+        return drawn_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
 
     def mounted(self) -> dict[str, MountedSensor]:
         """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""
