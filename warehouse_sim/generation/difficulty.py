@@ -9,6 +9,7 @@ from warehouse_sim.generation.recipe import Recipe
 EASY_TO_HARD: dict[str, tuple[float, float]] = {
     "scene.traffic.people": (0, 2),
     "scene.traffic.pallet_jacks": (0, 1),
+    "scene.traffic.trucks": (0, 2),
     "scene.traffic.cartons": (0, 3),
     "scene.traffic.cones": (0, 2),
     "scene.shelving.empty_slot_share": (0.5, 0.05),

@@ -59,7 +59,8 @@ def fill_backdrop(
     if not slots:
         return
     looks = rng.spawn(1)[0]
-    kinds = [_draw(min(slot.headroom for slot in slots), loads, apart, number, rng, looks) for number in range(_KINDS)]
+    headroom, most_mass = min(slot.headroom for slot in slots), min(slot.most_mass for slot in slots)
+    kinds = [_draw(headroom, most_mass, loads, apart, number, rng, looks) for number in range(_KINDS)]
     taken = rng.random(len(slots)) >= config.empty_slot_share
     for slot in (slot for slot, is_taken in zip(slots, taken, strict=True) if is_taken):
         pieces = kinds[int(rng.integers(_KINDS))]
@@ -82,6 +83,7 @@ def _add_fixed(draft: SceneDraft, model: ObjectModel, T_world_object: Transform,
 
 def _draw(
     headroom: float,
+    most_mass: float,
     loads: UnitLoadConfig,
     apart: bool,
     number: int,
@@ -90,7 +92,7 @@ def _draw(
 ) -> Pieces:
     """Draw a load at rest, its goods one object unless they stay ``apart``; ``looks`` sticks labels on its cartons."""
     config = replace(loads, max_cartons=min(loads.max_cartons, _MOST_PIECES), worn_share=0.0, mixed_share=0.0)
-    pieces = lowered_load(build_unit_load(headroom, config, rng).pieces)
+    pieces = lowered_load(build_unit_load(headroom, config, rng, most_mass=most_mass).pieces)
     if apart:
         return pieces
     pieces = [(sack(model.name, every=2) if model.name in SACKS | SACK_SHAPES else model, T) for model, T in pieces]

@@ -37,12 +37,12 @@ RACKS = {
             "pallet_support_bar",
             "upright_guard",
             "rack_end_guard",
-            "load_notice",
             "beam_label",
             "frame_label",
             "row_spacer",
         )
     },
+    "load_notice": f"{_ROOM}.load_notice:load_notice",
     **{name: f"{_ROOM}.drive_in:{name}" for name in ("drive_in_rail", "drive_in_tie")},
     **dict.fromkeys(CANTILEVERS, f"{_ROOM}.cantilever:cantilever_column"),
     "cantilever_brace": f"{_ROOM}.cantilever:cantilever_brace",

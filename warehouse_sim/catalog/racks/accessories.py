@@ -1,4 +1,4 @@
-"""What is added to frames and beams: mesh decks, pallet support bars, guards and the load notice.
+"""What is added to frames and beams: mesh decks, pallet support bars, guards and labels.
 
 Frame of all: x along the aisle, y into the rack, z up, origin at the centre of the bounding box.
 """
@@ -95,27 +95,6 @@ def rack_end_guard(name: str = "rack_end_guard") -> ObjectModel:
         parts=fused(parts),
         collision=collision_boxes([*posts, *feet, *solid]),
         mass=28.0,
-    )
-
-
-def load_notice(name: str = "load_notice") -> ObjectModel:
-    """Build the notice of safe loads that EN 15635 wants at every rack: a white plate, face at -y, 600 x 400 mm."""
-    size = (0.6, 0.004, 0.4)
-    ink = 0.0005
-    plate = box_part((0.6, 0.004 - ink, 0.4), (0.0, ink / 2, 0.0), "sign_white")
-    face = -size[1] / 2 + ink / 2
-    marks = [((0.56, ink, 0.06), (0.0, face, 0.15), "print_blue")]
-    marks += [((0.16, ink, 0.20), (-0.18, face, -0.02), "print_red")]
-    marks += [((0.30, ink, 0.012), (0.10, face, z), "print_dark") for z in np.linspace(0.08, -0.12, 6)]
-    marks += [((0.56, ink, 0.02), (0.0, face, -0.17), "print_dark")]
-    return ObjectModel(
-        name=name,
-        class_name="sign",
-        obj_id=121,
-        size=np.array(size),
-        parts=(plate, *fused([box_part(*mark) for mark in marks])),
-        collision=(solid_box(size),),
-        mass=1.3,
     )
 
 

@@ -124,7 +124,7 @@ def _hang_aisle_signs(draft: SceneDraft, roof: Roof, aisle: Area, rng: np.random
 def _notify_loads(draft: SceneDraft) -> None:
     """Hang the notice of safe loads on the outer frames of each row of racks, facing out of the row."""
     model = catalog_object("load_notice")
-    if any(item.model == model.name for item in draft.instances):
+    if any(item.model.startswith(model.name) for item in draft.instances):
         return  # the layout has hung its own
     frames = [item for item in draft.instances if item.model.startswith("rack_frame")]
     rows: dict[float, list[ObjectInstance]] = {}

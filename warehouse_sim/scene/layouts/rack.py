@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import HEIGHT as PALLET_HEIGHT
 from warehouse_sim.catalog.racks import (
     BEAM_DEPTH,
@@ -21,11 +22,13 @@ from warehouse_sim.catalog.racks import (
     STEP_HEIGHT,
     UPRIGHT_WIDTH,
 )
+from warehouse_sim.catalog.racks.load_notice import load_notice_of
 from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, frame_pose
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.rack_fittings import add_beam_labels, add_frame_signs, add_guards
 from warehouse_sim.scene.layouts.site import Slot
+from warehouse_sim.schema import ObjectModel
 
 LOAD_CLEARANCE = 0.1
 """Free height between a load and the beam above it (m)."""
@@ -81,6 +84,13 @@ class Rack:
         """Height of the frames (m)."""
         return _frame_above(max(self.levels, default=1.0))[1]
 
+    @property
+    def notice(self) -> ObjectModel:
+        """The load notice: what a level, a bay and a pallet may weigh."""
+        if np.isinf(self.bay_load):
+            return catalog_object("load_notice")
+        return load_notice_of(int(self.bay_load), len(self.levels), len(self.places))
+
 
 def build_rack(
     draft: SceneDraft, rack: Rack, T_world_rack: Transform, first_bay: int, rng: np.random.Generator | None
@@ -108,7 +118,7 @@ def build_rack(
     if rack.guards:
         add_guards(draft, rack.bays, rack.pitch, T_world_rack)
     if rack.signs:
-        add_frame_signs(draft, rack.levels, T_world_feet)
+        add_frame_signs(draft, rack.levels, T_world_feet, rack.notice)
     return slots
 
 

@@ -11,6 +11,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.racks import BEAM_HEIGHT, FRAME_DEPTH, UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.schema import ObjectModel
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -42,21 +43,24 @@ def add_upright_guards(draft: SceneDraft, xs: Sequence[float], T_world_rack: Tra
         draft.add("upright_guard", T_world_rack @ make_transform(translation=at))
 
 
-def add_frame_signs(draft: SceneDraft, levels: Sequence[float], T_world_feet: Sequence[Transform]) -> None:
+def add_frame_signs(
+    draft: SceneDraft, levels: Sequence[float], T_world_feet: Sequence[Transform], notice: ObjectModel
+) -> None:
     """Hang the load notice on both end frames, facing outwards, and a bay's number on each front upright.
 
     Args:
         draft: Where to add them.
         levels: Heights of the beams' tops (m); numbers hang between them.
         T_world_feet: Middle of each frame's foot, from one end to the other; y into the rack, z along the frame.
+        notice: The load notice, which says what the rack's levels carry.
     """
-    notice, number = catalog_object("load_notice"), catalog_object("frame_label")
+    number = catalog_object("frame_label")
     half = UPRIGHT_WIDTH / 2 + _OFF + notice.size[1] / 2
     for T_world_foot, side, rotation in (
         (T_world_feet[0], -1.0, _QUARTER_TURN.T),
         (T_world_feet[-1], 1.0, _QUARTER_TURN),
     ):
-        draft.add("load_notice", T_world_foot @ make_transform(rotation, np.array([side * half, 0.0, _EYES])))
+        draft.add(notice, T_world_foot @ make_transform(rotation, np.array([side * half, 0.0, _EYES])))
     # Connectors cover the upright beside each beam, from its top down.
     free = [z for z in np.arange(_LOWEST, _EYES, 0.05) if all(not top - 0.3 < z < top + 0.1 for top in levels)]
     at = np.array([0.0, -FRAME_DEPTH / 2 - number.size[1] / 2 - _OFF, max(free, default=_LOWEST)])
