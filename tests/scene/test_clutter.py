@@ -10,11 +10,13 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution, sample_scene
-from warehouse_sim.scene.clutter import ClutterConfig, add_clutter
+from warehouse_sim.scene.clutter import ClutterConfig, add_clutter, clutter_shelves
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import build_site
+from warehouse_sim.scene.layouts.site import Layout, build_site
+from warehouse_sim.scene.layouts.small_parts import SmallPartsConfig
+from warehouse_sim.scene.resting import drop_to_rest
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -53,3 +55,37 @@ def test_it_moves_nothing_else() -> None:
     for a, b in zip(bare.instances, full.instances, strict=False):
         assert a.model == b.model
         assert np.array_equal(a.T_world_object, b.T_world_object)
+
+
+SHELVES: tuple[Layout, ...] = (
+    SmallPartsConfig(bays=4, rows=2, fill=0.7),
+    RackAisleConfig(beams="step", mesh_decks=True, bays=3),
+)
+
+
+@pytest.mark.parametrize("layout", SHELVES, ids=lambda layout: layout.kind)
+def test_clutter_on_shelves_rests_there_and_touches_nothing_else(layout: Layout) -> None:
+    draft = SceneDraft()
+    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    before = len(draft.instances)
+    config = ClutterConfig(on_shelves=Distribution.constant(12))
+    clutter_shelves(draft, config, site.strips, np.random.default_rng(1))
+    added = draft.instances[before:]
+    assert len(added) >= 6
+    solids = draft.solids()
+    for item in added:
+        assert draft.models[item.model].class_name == "clutter"
+        mine = solids.of_objects([item.instance_id])
+        near = solids.near(*solids.extent_of([item.instance_id]), 0.05) & ~mine
+        assert drop_to_rest(solids.boxes.subset(mine), solids.boxes.subset(near)) == pytest.approx(0.0, abs=1e-6)
+        pairs = solids.boxes.subset(mine).pairs(solids.boxes.subset(near), 0.0)
+        deep = solids.boxes.subset(mine).separation(solids.boxes.subset(near), pairs).distance
+        assert deep.min(initial=0.0) > -1e-6
+
+
+def test_no_clutter_on_shelves_unless_asked_for() -> None:
+    draft = SceneDraft()
+    site = build_site(draft, SHELVES[0], HallConfig(), np.random.default_rng(0))
+    before = len(draft.instances)
+    clutter_shelves(draft, ClutterConfig(), site.strips, np.random.default_rng(1))
+    assert len(draft.instances) == before

@@ -1,5 +1,6 @@
-"""Clutter: small things that stand about on the floor of the aisle, most of them beside what stands along it."""
+"""Clutter: small things that stand about, most on the floor beside what stands along the aisle, some on shelves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -13,12 +14,18 @@ from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.layouts.site import Strip
 
 _TRIES = 40
 _EDGE = 0.9
 """Width of the strip along either side of the aisle that is its edge (m)."""
 _LOW, _HIGH = 0.011, 2.0
 """Paint up to the first height, and what begins above the second, is in nobody's way (m)."""
+_HANDY = ("bucket", "canister", "extension_reel", "film_heap", "film_roll", "film_rolls", "flat_cartons", "strap_roll",
+          "toolbox")  # fmt: skip
+"""What people put down on a shelf."""
+_LIFT, _AIR = 0.003, 0.002
+"""By how much the room of a thing on a shelf is lifted off it, and its least distance to all else (m)."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +37,8 @@ class ClutterConfig:
     """Things on the floor of the aisle, 0-60; fewer where no more find a place."""
     beside_share: Share = 0.85
     """Share of them that stand along the aisle's sides, 0-1; the others stand anywhere."""
+    on_shelves: Annotated[Distribution, Range(0, 200, whole=True)] = field(default=Distribution.constant(0))
+    """Things left on shelves and on rack decks, 0-200; fewer where no more find a place."""
     clearance: Annotated[float, Range(0.02, 1, "m")] = 0.05
     """Least distance between any two of them and to everything else (m), 0.02-1."""
 
@@ -70,3 +79,43 @@ def _draw_place(height: float, area: Area, beside: bool, rng: np.random.Generato
         into = rng.uniform(0.0, depth)
         y = area.y_min + into if rng.random() < 0.5 else area.y_max - into
     return make_transform(rotation_z(yaw), np.array([x, y, height / 2]))
+
+
+def clutter_shelves(
+    draft: SceneDraft, config: ClutterConfig, strips: Sequence[Strip], rng: np.random.Generator
+) -> None:
+    """Leave clutter on shelves and decks, clear of everything there; what finds no place is left out.
+
+    Args:
+        draft: Where to add it.
+        config: How much of it.
+        strips: Surfaces that it may stand on.
+        rng: Where, which and which way.
+    """
+    count = config.on_shelves.draw_count(rng)
+    if count == 0 or not strips:
+        return
+    there, placed = draft.solids().boxes, []
+    for _ in range(count):
+        for _ in range(_TRIES):
+            model = catalog_object(_HANDY[int(rng.integers(len(_HANDY)))])
+            T_world_object = _draw_on_shelf(strips[int(rng.integers(len(strips)))], model.size, rng)
+            if T_world_object is None:
+                continue
+            lifted = make_transform(translation=np.array([0.0, 0.0, _LIFT])) @ T_world_object
+            box = OrientedBox(lifted, model.size)
+            if there.clear_of(box, _AIR) and BoxStack.of(placed).clear_of(box, _AIR):
+                draft.add(model, T_world_object)
+                placed.append(box)
+                break
+
+
+def _draw_on_shelf(strip: Strip, size: np.ndarray, rng: np.random.Generator) -> Transform | None:
+    """Return the pose of something of ``size`` (m) within a strip; None where it is too large for it as it lies."""
+    turn = rotation_z(rng.uniform(-np.pi, np.pi))
+    half = np.abs(turn) @ size / 2
+    room = np.array([strip.length / 2 - half[0], strip.depth / 2 - half[1], strip.headroom - 2 * half[2] - _LIFT])
+    if room.min() < 0.0:
+        return None
+    at = np.array([rng.uniform(-room[0], room[0]), strip.depth / 2 + rng.uniform(-room[1], room[1]), half[2]])
+    return strip.T_world_strip @ make_transform(turn, at)

@@ -63,6 +63,8 @@ class SceneRecipe:
     """Filled in on reading: the settings that are drawn anew for each scene."""
 
     def __post_init__(self) -> None:
+        if self.layout.wants_goods and not self.loads.goods:
+            raise ValueError("layout.goods_share needs articles; list them under loads.goods")
         own = {catalog_object(name).class_name for name in (*self.traffic.objects, *self.loads.goods)}
         known = {"pallet", "carton", *own}
         if not self.targets or not known.issuperset(self.targets):

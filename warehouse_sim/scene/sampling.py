@@ -6,7 +6,8 @@ from warehouse_sim.catalog import materials_of
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.appearance import paint_scene
 from warehouse_sim.scene.backdrop import fill_backdrop
-from warehouse_sim.scene.clutter import add_clutter
+from warehouse_sim.scene.bare_goods import stock_strips
+from warehouse_sim.scene.clutter import add_clutter, clutter_shelves
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
@@ -53,10 +54,12 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
             draft, site.backdrop, recipe.shelving, recipe.loads, "carton" in recipe.targets, stream("backdrop")
         )
         fill_lanes(draft, site.lanes, recipe.lanes, recipe.loads, stream("lanes"))
+        stock_strips(draft, site.strips, recipe.loads, stream("bare goods"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_trucks(draft, recipe.traffic, recipe.loads, area, stream("trucks"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
+        clutter_shelves(draft, recipe.clutter, site.strips, stream("shelf clutter"))
         batter_cartons(draft, recipe.carton_wear, stream("carton wear"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)

@@ -7,10 +7,10 @@ import numpy as np
 
 from warehouse_sim.catalog.building import CONVEYORS
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import mark_line
-from warehouse_sim.scene.layouts.site import Layout, Side, Slot
+from warehouse_sim.scene.layouts.site import Layout, Side, Slot, Strip
 
 _PALLETS, _CARTONS = "pallet_conveyor", "roller_conveyor"
 _BACK = 1.6
@@ -34,6 +34,10 @@ class ConveyorPickupConfig(Layout):
     """Height that a load may take, pallet included (m), 0.6-2.5."""
     carton_line: bool = True
     """Whether a conveyor for cartons runs behind."""
+    carton_fill: Share = 0.0
+    """Share of that conveyor's length that cartons (``loads.cartons``) take, 0-1."""
+    goods_share: Share = 0.0
+    """Share of those that are goods of your own (``loads.goods``) instead, 0-1."""
 
     @property
     def length(self) -> float:
@@ -44,6 +48,11 @@ class ConveyorPickupConfig(Layout):
     def depth(self) -> float:
         """Extent away from the aisle (m)."""
         return _BACK + CONVEYORS[_PALLETS].width if self.carton_line else CONVEYORS[_PALLETS].width
+
+    @property
+    def wants_goods(self) -> bool:
+        """Whether goods of the user's own are on the line."""
+        return self.goods_share > 0.0
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the conveyors; their places lie lengthwise on the pallets' one, its whole length one bay."""
@@ -56,7 +65,23 @@ class ConveyorPickupConfig(Layout):
         height = CONVEYORS[_PALLETS].height
         places = [np.array([(index - (count - 1) / 2) * self.pitch, y, height]) for index in range(count)]
         slots = [Slot(T_world_side @ make_transform(translation=at), self.headroom, first_bay) for at in places]
-        return Side(slots=slots)
+        return Side(slots=slots, strips=self._carton_strips(T_world_side, y + _BACK))
+
+    def _carton_strips(self, T_world_side: Transform, y: float) -> list[Strip]:
+        """Return the upper side of the carton line's rollers, in the middle of ``y`` (m); none where it stays bare."""
+        if not self.carton_line or self.carton_fill == 0.0:
+            return []
+        kind = CONVEYORS[_CARTONS]
+        depth = kind.lane
+        T_side_strip = make_transform(translation=np.array([0.0, y - depth / 2, kind.height]))
+        return [
+            Strip(
+                *(T_world_side @ T_side_strip, self.length, depth, 1.0),
+                fill=self.carton_fill,
+                own_share=self.goods_share,
+                one_kind=False,
+            )
+        ]
 
     def _add_line(self, draft: SceneDraft, T_world_side: Transform, name: str, y: float) -> None:
         kind = CONVEYORS[name]

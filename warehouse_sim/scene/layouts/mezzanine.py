@@ -12,7 +12,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
-from warehouse_sim.scene.layouts.site import Layout, Side
+from warehouse_sim.scene.layouts.site import Layout, Side, Strip
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _FREE_EDGE = 0.35
@@ -34,6 +34,8 @@ class MezzanineConfig(Layout):
     """Panels away from the aisle, 1-4."""
     fill: Share = 0.85
     """Share of the shelves' width that is taken, 0-1."""
+    goods_share: Share = 0.0
+    """Share of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
 
     @property
     def length(self) -> float:
@@ -44,6 +46,11 @@ class MezzanineConfig(Layout):
     def depth(self) -> float:
         """Depth of the platform (m)."""
         return self.panel_rows * PANEL[1]
+
+    @property
+    def wants_goods(self) -> bool:
+        """Whether shelves are kept for goods of the user's own."""
+        return self.goods_share > 0.0
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the platform and the shelving; there are no places for pallets."""
@@ -57,13 +64,14 @@ class MezzanineConfig(Layout):
             draft.add("platform_railing", T_world_side @ make_transform(translation=at))
         self._add_columns(draft, T_world_side)
         bays = int((self.length - 0.3) / SHELF_SIZE[0])
+        strips: list[Strip] = []
         for front, floor in ((_FREE_EDGE, 0.0), (_WALK, DECK_TOP)):
             for number, y in enumerate(np.arange(front, self.depth - SHELF_SIZE[1], SHELF_SIZE[1] + 0.5)):
                 turned = number % 2 == 1
                 at = np.array([0.0, y + (SHELF_SIZE[1] if turned else 0.0), floor])
                 T_side_row = make_transform(_HALF_TURN if turned else None, at)
-                add_shelf_row(draft, T_world_side @ T_side_row, bays, self.fill, rng)
-        return Side()
+                strips += add_shelf_row(draft, T_world_side @ T_side_row, bays, self.fill, rng, self.goods_share)
+        return Side(strips=strips)
 
     def _add_columns(self, draft: SceneDraft, T_world_side: Transform) -> None:
         """Add columns under the platform's front edge, at every other panel's joint and at both ends."""

@@ -57,6 +57,11 @@ class MixedConfig(Layout):
         """The back."""
         return self.back
 
+    @property
+    def wants_goods(self) -> bool:
+        """Whether a side does."""
+        return self.front.wants_goods or self.back.wants_goods
+
     def under(self, clear_height: float) -> "MixedConfig":
         """Return both sides as they fit the hall."""
         return replace(self, front=self.front.under(clear_height), back=self.back.under(clear_height))

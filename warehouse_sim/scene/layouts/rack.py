@@ -15,6 +15,7 @@ from warehouse_sim.catalog.racks import (
     BEAM_DEPTH,
     BEAM_HEIGHT,
     CONNECTOR_HEIGHT,
+    DECK_DEPTH,
     DECK_WIDTH,
     FRAME_DEPTH,
     FRAME_HEIGHTS,
@@ -27,7 +28,7 @@ from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, fr
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.rack_fittings import add_beam_labels, add_frame_signs, add_guards
-from warehouse_sim.scene.layouts.site import Slot
+from warehouse_sim.scene.layouts.site import Slot, Strip
 from warehouse_sim.schema import ObjectModel
 
 LOAD_CLEARANCE = 0.1
@@ -120,6 +121,19 @@ def build_rack(
     if rack.signs:
         add_frame_signs(draft, rack.levels, T_world_feet, rack.notice)
     return slots
+
+
+def deck_strips(rack: Rack, T_world_rack: Transform) -> list[Strip]:
+    """Return what the decks of a rack offer to things without a pallet, bay by bay; nothing without decks."""
+    if not rack.mesh_decks:
+        return []
+    y, length = (FRAME_DEPTH - DECK_DEPTH) / 2, rack.bay_width - UPRIGHT_WIDTH
+    xs = [(bay - (rack.bays - 1) / 2) * rack.pitch for bay in range(rack.bays)]
+    return [
+        Strip(T_world_rack @ make_transform(translation=np.array([x, y, top])), length, DECK_DEPTH, 1.0)
+        for x in xs
+        for top in rack.levels
+    ]
 
 
 def height_over_all(top: float) -> float:

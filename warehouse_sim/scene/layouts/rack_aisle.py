@@ -10,7 +10,7 @@ from warehouse_sim.catalog.racks import BAY_WIDTHS, FRAME_DEPTH, HOLE_PITCH, UPR
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.rack import LOAD_CLEARANCE, Rack, build_rack, height_over_all
+from warehouse_sim.scene.layouts.rack import LOAD_CLEARANCE, Rack, build_rack, deck_strips, height_over_all
 from warehouse_sim.scene.layouts.rack_fittings import add_row_spacers
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
 
@@ -120,7 +120,7 @@ class RackAisleConfig(Layout):
                 T_side_back = make_transform(translation=at - [0.0, FRAME_DEPTH + FLUE, 0.0])
                 add_row_spacers(draft, rack.frames, rack.frame_height, T_world_side @ T_side_back)
             backdrop += build_rack(draft, rack, T_world_side @ T_side_rack, first_bay + row * 1000, None)
-        return Side(slots=slots, backdrop=backdrop)
+        return Side(slots=slots, backdrop=backdrop, strips=deck_strips(rack, T_world_side))
 
     def _rack(self) -> Rack:
         """Return the drawing that all rows share."""

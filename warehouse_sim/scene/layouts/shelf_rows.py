@@ -12,10 +12,13 @@ from warehouse_sim.catalog.loads import SKUS, TOTES
 from warehouse_sim.catalog.racks.shelves import BINS, SHELF_ROOM, SHELF_SIZE, shelf_tops
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.site import Strip
 from warehouse_sim.schema import ObjectModel
 
 _CLEAR = SHELF_SIZE[0] - 0.06
 """Width of a shelf between the posts (m)."""
+_DEPTH = SHELF_SIZE[1] - 0.02
+"""Depth of a shelf before the cross of bars (m)."""
 _PLAY = (0.004, 0.05)
 """Least and largest gap between two things on a shelf (m)."""
 _BEHIND_EDGE = (0.01, 0.04)
@@ -23,15 +26,25 @@ _BEHIND_EDGE = (0.01, 0.04)
 _QUARTER_TURN = rotation_z(np.pi / 2)
 
 
-def add_shelf_row(draft: SceneDraft, T_world_row: Transform, bays: int, fill: float, rng: np.random.Generator) -> None:
-    """Add ``bays`` bays centred on x = 0 and fill ``fill`` (0-1) of each shelf, one kind of thing a shelf."""
+def add_shelf_row(
+    draft: SceneDraft, T_world_row: Transform, bays: int, fill: float, rng: np.random.Generator, own_share: float = 0.0
+) -> list[Strip]:
+    """Add ``bays`` bays centred on x = 0 and fill ``fill`` (0-1) of each shelf, one kind of thing a shelf.
+
+    Return the shelves; the share ``own_share`` (0-1) of them is left to goods of the user's own.
+    """
+    strips = []
     for bay in range(bays):
         x = (bay - (bays - 1) / 2) * SHELF_SIZE[0]
         at = np.array([x, SHELF_SIZE[1] / 2, SHELF_SIZE[2] / 2])
         draft.add("shelf_bay", T_world_row @ make_transform(translation=at))
         for top in shelf_tops()[:-1]:
-            T_row_shelf = make_transform(translation=np.array([x, 0.0, top]))
-            _fill_shelf(draft, T_world_row @ T_row_shelf, fill, rng)
+            T_world_shelf = T_world_row @ make_transform(translation=np.array([x, 0.0, top]))
+            is_own = own_share > 0.0 and bool(rng.random() < own_share)
+            if not is_own:
+                _fill_shelf(draft, T_world_shelf, fill, rng)
+            strips.append(Strip(T_world_shelf, _CLEAR, _DEPTH, SHELF_ROOM, fill if is_own else 0.0))
+    return strips
 
 
 def _fill_shelf(draft: SceneDraft, T_world_shelf: Transform, fill: float, rng: np.random.Generator) -> None:

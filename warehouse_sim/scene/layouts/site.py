@@ -68,6 +68,26 @@ class Lane:
 
 
 @dataclass(frozen=True, eq=False)
+class Strip:
+    """A bare level surface on which things stand without a pallet: a shelf, decks on beams, a line of rollers."""
+
+    T_world_strip: Transform
+    """On the surface amid its front edge; x along it, y to its back, z up."""
+    length: float
+    """Free edge along x (m)."""
+    depth: float
+    """Free edge along y (m)."""
+    headroom: float
+    """Free height (m)."""
+    fill: float = 0.0
+    """Share of its length that goods of the recipe shall take, 0-1; 0 for what the layout has filled."""
+    own_share: float = 1.0
+    """Share of those that are the user's own, 0-1; the others are cartons."""
+    one_kind: bool = True
+    """Whether it holds one article."""
+
+
+@dataclass(frozen=True, eq=False)
 class Side:
     """What was built along one side of the aisle."""
 
@@ -75,6 +95,8 @@ class Side:
     lanes: Sequence[Lane] = ()
     backdrop: Sequence[Slot] = ()
     """Slots of racks behind the one along the aisle, which nothing in the aisle reaches."""
+    strips: Sequence[Strip] = ()
+    """Bare surfaces, filled or to be filled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +111,8 @@ class Site:
     """The floor between the inner faces of the hall's walls."""
     backdrop: tuple[Slot, ...] = ()
     """Slots that are seen and not reached; what stands there is fixed."""
+    strips: tuple[Strip, ...] = ()
+    """Bare surfaces, filled or to be filled."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +166,11 @@ class Layout(ABC):
     def opposite(self) -> "Layout | None":
         """What stands on the other side of the aisle; None for a wall at the hall's end."""
         return None
+
+    @property
+    def wants_goods(self) -> bool:
+        """Whether it keeps room for goods of the user's own (``loads.goods``)."""
+        return False
 
     def under(self, clear_height: float) -> "Layout":
         """Return the layout as it fits a hall of ``clear_height`` (m) over the floor; most fit as they are."""
@@ -224,7 +253,8 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     lanes = tuple(lane for side in sides for lane in side.lanes)
     add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
     backdrop = tuple(slot for side in sides for slot in side.backdrop)
-    return Site(aisle_area(layout), slots, lanes, walls, backdrop)
+    strips = tuple(strip for side in sides for strip in side.strips)
+    return Site(aisle_area(layout), slots, lanes, walls, backdrop, strips)
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:

@@ -10,7 +10,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
-from warehouse_sim.scene.layouts.site import Layout, Side
+from warehouse_sim.scene.layouts.site import Layout, Side, Strip
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _BETWEEN = 0.06
@@ -32,6 +32,8 @@ class SmallPartsConfig(Layout):
     """Rows on a side, 1-6, two and two back to back."""
     fill: Share = 0.85
     """Share of the shelves' width that is taken, 0-1."""
+    goods_share: Share = 0.0
+    """Share of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
     sides: Literal["one", "both"] = "one"
     """Shelves on one side of the aisle, with a wall behind, or on both."""
 
@@ -50,14 +52,20 @@ class SmallPartsConfig(Layout):
         """The same rows again, when there are two sides."""
         return self if self.sides == "both" else None
 
+    @property
+    def wants_goods(self) -> bool:
+        """Whether shelves are kept for goods of the user's own."""
+        return self.goods_share > 0.0
+
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the rows; there are no places for pallets."""
+        strips: list[Strip] = []
         for row in range(self.rows):
             turned = row % 2 == 1
             at = np.array([0.0, self._front(row) + (SHELF_SIZE[1] if turned else 0.0), 0.0])
             T_side_row = make_transform(_HALF_TURN if turned else None, at)
-            add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng)
-        return Side()
+            strips += add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng, self.goods_share)
+        return Side(strips=strips)
 
     @staticmethod
     def _front(row: int) -> float:
