@@ -1,6 +1,7 @@
 import numpy as np
 
 from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -34,3 +35,15 @@ def test_no_load_is_a_valid_count() -> None:
     config = StagingConfig(count=Distribution.constant(0))
     stage_loads(draft, config, UnitLoadConfig(), Area(-1, 1, -2, 0), np.random.default_rng(0))
     assert draft.instances == []
+
+
+def test_loads_keep_clear_of_what_is_fixed_on_the_floor() -> None:
+    for seed in range(20):
+        draft = SceneDraft()
+        for x in (-2.0, 0.0, 2.0):
+            draft.add("rubbish_bin", make_transform(translation=np.array([x, -3.0, 0.533])))
+        config = StagingConfig(count=Distribution.constant(4), clearance=0.1, depth=Distribution.uniform(1.6, 4.4))
+        stage_loads(draft, config, UnitLoadConfig(), Area(-4, 4, -6, 0), np.random.default_rng(seed))
+        bins = BoxStack.of([OrientedBox(i.T_world_object, draft.models[i.model].size) for i in draft.instances[:3]])
+        for item in draft.instances[3:]:
+            assert bins.clear_of(OrientedBox(item.T_world_object, draft.models[item.model].size), -1e-9)

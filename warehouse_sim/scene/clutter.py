@@ -95,7 +95,8 @@ def clutter_shelves(
     count = config.on_shelves.draw_count(rng)
     if count == 0 or not strips:
         return
-    there, placed = draft.solids().boxes, []
+    there = draft.solids().boxes
+    placed: list[OrientedBox] = []
     for _ in range(count):
         for _ in range(_TRIES):
             model = catalog_object(_HANDY[int(rng.integers(len(_HANDY)))])

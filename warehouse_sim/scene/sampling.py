@@ -48,7 +48,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle
         add_luminaires(draft, recipe.lights, site, recipe.hall.clear_height)
-        equip_hall(draft, recipe.hall, site.aisle, site.hall, stream("services"))
+        equip_hall(draft, recipe.hall, site.aisle, site.hall, stream("services"), site.places_of_loads())
         fill_rack(draft, site.slots, recipe.shelving, recipe.loads, stream("shelving"))
         fill_backdrop(
             draft, site.backdrop, recipe.shelving, recipe.loads, "carton" in recipe.targets, stream("backdrop")

@@ -50,6 +50,7 @@ def stage_loads(
     """
     count = config.count.draw_count(rng)
     standing: list[OrientedBox] = []
+    fixed = draft.solids().boxes  # bins, rails and signs stand on the floor before loads come
     for number in range(count):
         headroom = _CARRIER_HEADROOM if loads.carrier_share > 0.0 else _HEADROOM
         load, stack = build_unit_load(headroom, loads, rng, on_floor=True), BoxStack.of(standing)
@@ -57,7 +58,7 @@ def stage_loads(
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
             T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)
             box = load.envelope.placed(T_world_load)
-            if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance):
+            if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance) and fixed.clear_of(box, 0.0):
                 break
         else:
             raise PlacementError(

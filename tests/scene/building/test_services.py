@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from tests.scene.building.halls import ALL_SERVICES, hall_scene
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.building.config import ServicesConfig
+from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.layouts.hall import HallConfig, equip_hall
+from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import SceneSpec
 
@@ -108,3 +114,20 @@ def test_rows_of_light_glow_with_the_luminaires_and_are_dark_with_them() -> None
     )
     assert on.materials["led_row"].emission > 100.0
     assert off.materials["led_row"].emission == 0.0
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_nothing_is_hung_or_stood_in_the_place_of_a_load(index: int) -> None:
+    draft = SceneDraft()
+    hall = HallConfig(roof=True, length=24.0, width=12.0, height=8.0, services=ServicesConfig(
+        bins=8, fire_equipment=True, guards=True, signs=True
+    ))  # fmt: skip
+    site = build_site(draft, RackAisleConfig(bays=6), hall, np.random.default_rng(index))
+    before = len(draft.instances)
+    equip_hall(draft, hall, site.aisle, site.hall, np.random.default_rng(index), site.places_of_loads())
+    rooms = BoxStack.of(site.places_of_loads())
+    added = draft.instances[before:]
+    assert any(item.model == "rubbish_bin" for item in added)
+    for item in added:
+        if draft.models[item.model].class_name not in ("marking", "sign"):
+            assert rooms.clear_of(OrientedBox(item.T_world_object, draft.models[item.model].size), 0.0), item.model

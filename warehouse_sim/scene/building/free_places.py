@@ -1,18 +1,21 @@
 """Places that are still free, along the walls and on the floor."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.schema import ObjectModel
 
 _AIR = 0.004
 """Between a thing and the wall that it hangs on (m): ribs and frames stand out no farther than the wall's face."""
-
+_BESIDE_LOADS = 0.05
+"""Least distance to the places of loads (m)."""
 _BEFORE_DOOR = np.array([0.0, 0.3, 0.0])
 """What stays free before doors beyond their own box (m)."""
 
@@ -53,10 +56,11 @@ class FreePlaces:
 
     Args:
         draft: What stands so far; paint on the floor is in nobody's way.
+        kept: Places of loads that are still to come.
     """
 
-    def __init__(self, draft: SceneDraft) -> None:
-        self._draft = draft
+    def __init__(self, draft: SceneDraft, kept: Sequence[OrientedBox] = ()) -> None:
+        self._draft, self._kept = draft, BoxStack.of(list(kept))
 
     def add(self, model: ObjectModel, pose: Transform, room: float = 0.1) -> bool:
         """Add ``model`` unless something comes nearer than ``room`` (m); return whether it was added."""
@@ -67,6 +71,8 @@ class FreePlaces:
 
     def is_free(self, model: ObjectModel, pose: Transform, room: float) -> bool:
         """Return whether nothing but the shell comes within ``room`` (m) of the model's box."""
+        if not self._kept.clear_of(OrientedBox(pose, model.size), _BESIDE_LOADS):
+            return False
         half = np.abs(pose[:3, :3]) @ model.size / 2
         solids = self._draft.solids()
         near = solids.near(pose[:3, 3] - half, pose[:3, 3] + half, room)

@@ -1,10 +1,13 @@
 """What hangs on walls and stands or is painted beside ways: signs, fire equipment, guards, markings, labels, bins."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import AISLE_SIGNS, FLOOR_LABELS, PAINT
 from warehouse_sim.catalog.building.services import hanging_rods
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.building.config import ServicesConfig
 from warehouse_sim.scene.building.free_places import FreePlaces, Wall, walls_of
@@ -17,9 +20,16 @@ _LIFT = 0.0004
 """By which a mark lies above those that were painted before it (m)."""
 
 
-def furnish(draft: SceneDraft, config: ServicesConfig, roof: Roof, aisle: Area, rng: np.random.Generator) -> None:
-    """Add what ``config`` asks for where there is room."""
-    free, walls = FreePlaces(draft), walls_of(roof.floor)
+def furnish(
+    draft: SceneDraft,
+    config: ServicesConfig,
+    roof: Roof,
+    aisle: Area,
+    rng: np.random.Generator,
+    kept: Sequence[OrientedBox] = (),
+) -> None:
+    """Add what ``config`` asks for where there is room beside the places of loads, ``kept``."""
+    free, walls = FreePlaces(draft, kept), walls_of(roof.floor)
     if config.guards:
         _guard_columns(draft)
         _guard_docks(draft)

@@ -10,6 +10,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
 from warehouse_sim.catalog.building.outdoors import RISE, outdoors
 from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind, girder_depth, wall_to_size
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.building.config import ServicesConfig
@@ -165,7 +166,14 @@ def _build_fixed(
     return Area(thick - side, side - thick, back + thick, y_front)
 
 
-def equip_hall(draft: SceneDraft, config: HallConfig, aisle: Area, floor: Area, rng: np.random.Generator) -> None:
+def equip_hall(
+    draft: SceneDraft,
+    config: HallConfig,
+    aisle: Area,
+    floor: Area,
+    rng: np.random.Generator,
+    kept: Sequence[OrientedBox] = (),
+) -> None:
     """Add what hangs, stands and lies in a hall whose shell and sides are built and whose luminaires hang.
 
     Args:
@@ -174,12 +182,13 @@ def equip_hall(draft: SceneDraft, config: HallConfig, aisle: Area, floor: Area, 
         aisle: Free floor between the sides.
         floor: Between the hall's walls.
         rng: Where places come from.
+        kept: Places of loads that are still to come.
     """
     if config.services != ServicesConfig():
         roof = roof_over(draft, floor, config.clear_height)
         if config.roof:
             hang_services(draft, config.services, roof, aisle)
-        furnish(draft, config.services, roof, aisle, rng)
+        furnish(draft, config.services, roof, aisle, rng, kept)
     counts = {"tracks": config.tyre_tracks, "stain": config.stains, "patch": config.patches, "water": config.puddles}
     wear_floor(draft, counts, aisle, rng)
 

@@ -14,6 +14,7 @@ import numpy as np
 from warehouse_sim.catalog.building import FLOOR_SIZE, WALL_SIZE
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, PlacementError, shown
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -21,6 +22,8 @@ from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_h
 
 _COLUMN_GAP = 0.65
 """Free space behind a side with columns (m)."""
+_FOOTPRINT = (1.2, 0.8)
+"""Edges of a pallet (m) where a slot does not say."""
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
@@ -113,6 +116,19 @@ class Site:
     """Slots that are seen and not reached; what stands there is fixed."""
     strips: tuple[Strip, ...] = ()
     """Bare surfaces, filled or to be filled."""
+
+    def places_of_loads(self) -> list[OrientedBox]:
+        """Return the room of each load that may stand here."""
+        rooms = [
+            (slot.T_world_slot, slot.footprint or _FOOTPRINT, slot.headroom) for slot in (*self.slots, *self.backdrop)
+        ]
+        rooms += [(T, lane.footprint, lane.clear_height) for lane in self.lanes for T in lane.T_world_places]
+        return [
+            OrientedBox(
+                T @ make_transform(translation=np.array([0.0, 0.0, height / 2])), np.array([*footprint, height])
+            )
+            for T, footprint, height in rooms
+        ]
 
 
 @dataclass(frozen=True)
