@@ -14,6 +14,7 @@ from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
+from warehouse_sim.scene.open_flaps import open_flaps
 from warehouse_sim.scene.prints import print_cartons
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.rough_handling import batter_cartons
@@ -61,6 +62,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
         clutter_shelves(draft, recipe.clutter, site.strips, stream("shelf clutter"))
         batter_cartons(draft, recipe.carton_wear, stream("carton wear"))
+        open_flaps(draft, recipe.carton_wear.open_share, stream("open flaps"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
         viewpoints = choose_viewpoints(

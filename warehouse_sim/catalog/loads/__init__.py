@@ -4,6 +4,7 @@ from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
 from warehouse_sim.catalog.loads.carriers import CARRIERS
 from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.catalog.loads.drums import DRUMS
+from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
 from warehouse_sim.catalog.loads.skus import ALL_SKUS, HEAVY_SKUS, SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
@@ -13,6 +14,7 @@ LOADS = {
     name: f"warehouse_sim.catalog.loads.{target}"
     for names, target in (
         (ALL_SKUS, "cartons:carton"),
+        (OPEN_CARTONS, "open_cartons:open_carton_of"),
         (TOTES, "totes:tote"),
         (DRUMS, "drums:drum"),
         (SACKS, "sacks:sack"),

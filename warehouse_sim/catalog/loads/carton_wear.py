@@ -46,6 +46,9 @@ class CartonWearConfig:
     bulge: Annotated[float, Range(0, 0.02, "m")] = 0.005
     """How far the edges of a side lie behind its middle at most (m), 0-0.02."""
 
+    open_share: Share = 0.0
+    """Share of the cartons up to 2.2 m that stand open or ajar where nothing is above them, 0-1."""
+
     def __post_init__(self) -> None:
         check_ranges(self)
 

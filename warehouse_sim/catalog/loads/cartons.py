@@ -84,6 +84,24 @@ def _printed_parts(item: CartonSku, artwork: Artwork) -> tuple[Part, ...]:
     return (*parts, *fused([*_handling_marks(item, artwork), *_brand(item, artwork), *_labels(item)]))
 
 
+def carton_prints(item: CartonSku) -> list[Part]:
+    """Return all that is on the four sides of a carton, between the board and the outer size, and nothing within."""
+    size, half = (item.length, item.width, item.height), 0.5 * PRINT_SKIN
+    if item.artwork is None:
+        width, height = item.label
+        label = moved((rectangle(-width / 2, -height / 2, width / 2, height / 2),), 0.0, -0.1 * item.height)
+        return [part for side in _LONG_SIDES for part in on_side(label, side, size, item.label_material, 0.0, half)]
+    parts = [*_handling_marks(item, item.artwork), *_brand(item, item.artwork), *_labels(item)]
+    if item.artwork.band is not None:
+        low, high = _band_levels(item)
+        for side in (*_LONG_SIDES, *_SHORT_SIDES):
+            edge = (item.length if side in _LONG_SIDES else item.width) - 2 * PRINT_SKIN
+            parts += on_side(
+                (rectangle(-edge / 2, low, edge / 2, high),), side, size, item.artwork.band, half, 0.4 * half
+            )
+    return parts
+
+
 def _band_levels(item: CartonSku) -> tuple[float, float]:
     """Return lower and upper height (m, object frame) of the coloured band."""
     return 0.08 * item.height, 0.40 * item.height

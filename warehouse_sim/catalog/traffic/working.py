@@ -72,7 +72,7 @@ WORKING = {
     "work_counterbalance": WorkingTruck(
         *(571, "forklift", 3100.0, lift_trucks.counterbalance_parts, lift_trucks.counterbalance_solids),
         Place(lift_trucks.COUNTERBALANCE_TOP, 0.02, _BLADES, 1500.0),
-        Driver("seated", (-1.29, 0.0, 0.99), statures=("small", "medium")),
+        Driver("seated", (-1.29, 0.0, 0.99)),
     ),
     "work_reach": WorkingTruck(
         *(572, "forklift", 3300.0, lift_trucks.reach_parts, lift_trucks.reach_truck_solids),
