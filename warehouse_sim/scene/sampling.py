@@ -21,7 +21,7 @@ from warehouse_sim.scene.rough_handling import batter_cartons
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.scene.traffic import add_traffic, add_trucks
+from warehouse_sim.scene.traffic import add_side_trucks, add_traffic, add_trucks
 from warehouse_sim.scene.viewpoints import choose_viewpoints
 from warehouse_sim.schema import SceneSpec
 
@@ -58,6 +58,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         stock_strips(draft, site.strips, recipe.loads, stream("bare goods"))
         stage_loads(draft, recipe.staging, recipe.loads, area, stream("staging"))
         add_trucks(draft, recipe.traffic, recipe.loads, area, stream("trucks"))
+        add_side_trucks(draft, recipe.traffic, recipe.loads, site.side_aisles, stream("side trucks"))
         add_traffic(draft, recipe.traffic, recipe.loads.cartons, area, stream("traffic"))
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
         clutter_shelves(draft, recipe.clutter, site.strips, stream("shelf clutter"))

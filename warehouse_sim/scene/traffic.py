@@ -61,6 +61,8 @@ class TrafficConfig:
     """People, cones and hand pallet trucks: plain ones of few facets, or finely divided ones in more poses."""
     trucks: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
     """Trucks at work, with drivers, 0-20; fewer where no more find a place."""
+    side_trucks: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
+    """Trucks at work in the aisles between the racks behind (``layout.rows_behind``), 0-20."""
     truck_kinds: tuple[str, ...] = tuple(KINDS)
     """What they are: counterbalance, reach, stacker, order_picker, tugger, amr, pallet_truck."""
     laden_share: Share = 0.7
@@ -85,6 +87,20 @@ def add_trucks(
     count = config.trucks.draw_count(rng)
     kinds, share = config.truck_kinds, config.laden_share
     add_trucks_at_work(draft, count, kinds, share, config.clearance, loads, area, rng)
+
+
+def add_side_trucks(
+    draft: SceneDraft,
+    config: TrafficConfig,
+    loads: UnitLoadConfig,
+    aisles: Sequence[Area],
+    rng: np.random.Generator,
+) -> None:
+    """Put trucks at work into ``aisles`` drawn at random, of which there may be none."""
+    kinds, share = config.truck_kinds, config.laden_share
+    for _ in range(config.side_trucks.draw_count(rng) if aisles else 0):
+        area = aisles[int(rng.integers(len(aisles)))]
+        add_trucks_at_work(draft, 1, kinds, share, config.clearance, loads, area, rng)
 
 
 def add_traffic(

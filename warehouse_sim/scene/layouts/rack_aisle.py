@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from warehouse_sim.catalog.racks import BAY_WIDTHS, FRAME_DEPTH, HOLE_PITCH, UPRIGHT_WIDTH
-from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.rack import LOAD_CLEARANCE, Rack, build_rack, deck_strips, height_over_all
 from warehouse_sim.scene.layouts.rack_fittings import add_row_spacers
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
@@ -120,7 +120,21 @@ class RackAisleConfig(Layout):
                 T_side_back = make_transform(translation=at - [0.0, FRAME_DEPTH + FLUE, 0.0])
                 add_row_spacers(draft, rack.frames, rack.frame_height, T_world_side @ T_side_back)
             backdrop += build_rack(draft, rack, T_world_side @ T_side_rack, first_bay + row * 1000, None)
-        return Side(slots=slots, backdrop=backdrop, strips=deck_strips(rack, T_world_side))
+        return Side(
+            slots=slots,
+            backdrop=backdrop,
+            strips=deck_strips(rack, T_world_side),
+            aisles=self._side_aisles(T_world_side),
+        )
+
+    def _side_aisles(self, T_world_side: Transform) -> list[Area]:
+        """Return the free floor between the racks behind: before each odd row but one that faces the wall."""
+        half, areas = self.length / 2, []
+        for row in range(1, self.rows_behind, 2):
+            low, high = self._row_front(row) + FRAME_DEPTH, self._row_front(row + 1)
+            ends = transform_points(T_world_side, np.array([[-half, low, 0.0], [half, high, 0.0]]))
+            areas.append(Area(*np.sort(ends[:, 0]).tolist(), *np.sort(ends[:, 1]).tolist()))
+        return areas
 
     def _rack(self) -> Rack:
         """Return the drawing that all rows share."""

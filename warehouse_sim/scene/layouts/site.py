@@ -100,6 +100,8 @@ class Side:
     """Slots of racks behind the one along the aisle, which nothing in the aisle reaches."""
     strips: Sequence[Strip] = ()
     """Bare surfaces, filled or to be filled."""
+    aisles: Sequence[Area] = ()
+    """Free floor between the racks behind (m, world)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +118,8 @@ class Site:
     """Slots that are seen and not reached; what stands there is fixed."""
     strips: tuple[Strip, ...] = ()
     """Bare surfaces, filled or to be filled."""
+    side_aisles: tuple[Area, ...] = ()
+    """Free floor between the racks behind the one along the aisle."""
 
     def places_of_loads(self) -> list[OrientedBox]:
         """Return the room of each load that may stand here."""
@@ -270,7 +274,9 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
     backdrop = tuple(slot for side in sides for slot in side.backdrop)
     strips = tuple(strip for side in sides for strip in side.strips)
-    return Site(aisle_area(layout), slots, lanes, walls, backdrop, strips)
+    return Site(
+        aisle_area(layout), slots, lanes, walls, backdrop, strips, tuple(area for side in sides for area in side.aisles)
+    )
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:
