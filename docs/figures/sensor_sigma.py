@@ -43,7 +43,7 @@ def published(model: DepthModel, lean_deg: float) -> Callable[[float], float]:
     """Return the model's formula: from z to the standard deviation (m)."""
     theta = np.float32(np.deg2rad(lean_deg))
     if isinstance(model, ActiveStereo):
-        return lambda z: z * z * model.subpixel_px / (model.focal_px * model.baseline)
+        return lambda z: z * z * 0.08 / (model.focal_px * model.baseline)
     if isinstance(model, TimeOfFlight):
         return lambda z: float(model.axial_sigma(np.float32(z), theta))
     return lambda z: float(axial_sigma(np.float32(z), theta))

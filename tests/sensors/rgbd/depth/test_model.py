@@ -25,7 +25,7 @@ def test_a_preset_is_named_alone_or_with_other_settings() -> None:
     for name, preset in PRESETS.items():
         assert config_of(name) == config_of({"preset": name}) == preset
     found = config_of({"model": "active_stereo", "preset": "d455", "subpixel_px": 0.05})
-    assert found == ActiveStereo(focal_px=447.0, baseline=0.095, subpixel_px=0.05)
+    assert found == ActiveStereo(focal_px=447.0, baseline=0.095, color_offset=0.059, subpixel_px=0.05)
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))

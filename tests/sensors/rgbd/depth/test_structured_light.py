@@ -76,3 +76,24 @@ def test_edges_are_ragged_by_the_lateral_noise() -> None:
     # A reading in column c comes from a place right of the edge with P(c + N(0, 0.8) > 159.5).
     for column, expected in ((158, 0.96), (159, 0.73), (160, 0.27), (161, 0.04)):
         assert near[:, column].mean() == pytest.approx(expected, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("z", "lean", "material", "least", "most"),
+    [
+        (3.9, 0.0, {"remission": 1.0}, 0.99, 1.0),
+        (3.0, 70.0, {"remission": 1.0}, 0.97, 1.0),
+        (3.5, 0.0, {"remission": 0.3, "roughness": 0.85}, 0.97, 1.0),
+        (3.5, 60.0, {"remission": 0.3, "roughness": 0.85}, 0.0, 0.8),
+        (1.2, 0.0, {"remission": 0.06, "roughness": 0.9}, 0.97, 1.0),
+        (3.0, 0.0, {"remission": 0.06, "roughness": 0.9}, 0.0, 0.15),
+        (1.5, 0.0, {"remission": 1.2, "roughness": 0.2, "metallic": 1.0}, 0.0, 0.01),
+        (1.5, 45.0, {"remission": 1.2, "roughness": 0.2, "metallic": 1.0}, 0.0, 0.1),
+    ],
+)
+def test_dark_shiny_and_steep_surfaces_are_lost(
+    z: float, lean: float, material: dict[str, float], least: float, most: float
+) -> None:
+    """Khoshelham & Elberink 2012 name them; the thresholds are priors."""
+    read = KINECT.read(plane(z, lean), capture_of(**material), np.random.default_rng(3))
+    assert least <= (read[115:125, 155:165] > 0).mean() <= most

@@ -3,30 +3,45 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import cv2
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float32
 
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth
+from warehouse_sim.sensors.rgbd.depth.fattening import fattened, widened
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
-from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
+from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, smooth_noise
+from warehouse_sim.sensors.rgbd.depth.pattern import clarity, doubled, hall_light, halved, texture_slope
 from warehouse_sim.sensors.rgbd.depth.shadow import baseline_shadow
-from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
+from warehouse_sim.sensors.rgbd.depth.unit import StereoUnit, shifted
+from warehouse_sim.sensors.surfaces import Surfaces, returned_light
 
-_RAGGED = 0.15
+_RAGGED = 0.32
 """Standard deviation of the natural logarithm of a hole's threshold: borders of holes are not straight."""
+_TEXTURED_PX = 0.032
+"""Standard deviation of disparity on a passive texture without noise (px): what a well calibrated D400 reaches on a
+well textured scene, by its maker; laser dots add the noise of their speckle (librealsense, issue 3904)."""
+_DENSE = 0.3
+"""Variance that the noise of images leaves on texture, relative to that on dots of the same mean slope."""
+_STEP_PX = 1.0
+"""Least step of disparity at which things grow (px of the sensor); what is less is a slope."""
 
 
 @dataclass(frozen=True)
 @ranged
 class ActiveStereo(DepthModel):
-    """Errors of disparity that matching windows share, and holes where the pattern cannot be matched.
+    """Errors of disparity that matching windows share, and holes where neither dots nor texture can be matched.
 
     ``z = f b / d`` and ``dz = z^2 dd / (f b)``, with 1/32 px steps (Grunnet-Jepsen et al., "Subpixel linearity
-    improvement for Intel RealSense depth camera D400 series"). The defaults are those of a D435 at 848 x 480: 0.08 px
-    is 15 mm at 2 m, as Rustler et al. 2025 (arXiv 2501.07421) measured, 0.75 %.
+    improvement for Intel RealSense depth camera D400 series"). The error of disparity is ``subpixel_px`` where the
+    pattern is bright, and grows with the noise of the images over the slopes in them, so with distance, light of the
+    hall and angle, and with the slope of the surface. The defaults are those of a D435 at 848 x 480: 15 mm at 2 m, as
+    Rustler et al. 2025 (arXiv 2501.07421) measured, 0.75 %, and within a quarter of Ahn et al. 2019 up to 4 m. What
+    has no published figure was fitted to images that were drawn and matched (``benchmarks.acceptance.active_stereo``).
     """
 
     kind: ClassVar[str] = "active_stereo"
@@ -41,40 +56,118 @@ class ActiveStereo(DepthModel):
     """Focal length of the infrared cameras (px), 50-20,000: 90 degrees over 848 px."""
     baseline: Annotated[float, Range(0.001, 2, "m")] = 0.050
     """Between the infrared cameras (m), 0.001-2."""
-    subpixel_px: Annotated[float, Range(0, 100, "px")] = 0.08
-    """Standard deviation of disparity (px of the infrared cameras), 0-100."""
+    color_offset: Annotated[float, Range(-2, 2, "m")] = -0.015
+    """Place of the colour camera to the right of the left infrared camera (m), -2 to 2: what one of the two infrared
+    cameras does not see of the colour image is a hole; 0 = in its place. As devices report it (``rs-enumerate-devices
+    -c``): -0.015 (D435), 0.059 (D455)."""
+    subpixel_px: Annotated[float, Range(0, 100, "px")] = 0.077
+    """Standard deviation of disparity where dots are bright (px of the infrared cameras), 0-100."""
+    blurred_px: Annotated[float, Range(0, 100, "px")] = 0.22
+    """That where slopes in the images are as large as their noise (px of the infrared cameras), 0-100."""
+    slope_px: Annotated[float, Range(0, 100, "px")] = 0.7
+    """That per px of disparity by which a surface slopes from one pixel to the next (px), 0-100."""
     window_px: Annotated[float, Range(1, 201, "px")] = 7.0
     """Edge of the matching window, over which errors are alike (px of the infrared cameras), 1-201."""
+    edge_px: Annotated[float, Range(0, 100, "px")] = 2.5
+    """By how much near things grow over far ones (px of the infrared cameras), 0-100; less than half a window."""
+    shadow_px: Annotated[float, Range(0, 100, "px")] = 2.05
+    """By how much the shadow of the baseline is wider than its geometry, as windows reach into it (px of the infrared
+    cameras), 0-100."""
     disparity_step: Annotated[float, Range(0.0001, 100, "px")] = 0.03125
     """Step of disparity (px of the infrared cameras), 0.0001-100."""
     search_px: Annotated[float, Range(1, 10_000, "px")] = 126.0
     """Largest disparity that is looked for (px of the infrared cameras), 1-10,000: none nearer than f b / search_px."""
-    min_cosine: Share = 0.2
+    projector_lux: Annotated[float, Range(0, 1_000_000, "lx")] = 1000.0
+    """Light of a dot's middle 1 m away, as the illuminance by white light that the cameras see alike (lx),
+    0-1,000,000; 0 = the projector is off. No source: with it, a D435 reads a white wall in 300 lx up to about 6 m."""
+    min_clarity: Annotated[float, Range(0, 1000)] = 0.56
+    """Least slope in the images that can be matched, relative to their noise, 0-1,000."""
+    min_cosine: Share = 0.05
     """Cosine of incidence below which the pattern is too squeezed to be matched, 0-1."""
-    min_signal: Annotated[float, Range(0, 1000)] = 0.002
-    """Least light of the projector that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
+    max_slope: Annotated[float, Range(0.001, 1000)] = 0.65
+    """Most disparity by which a matched surface slopes from one pixel to the next (px per px), 0.001-1,000."""
     max_glare: Annotated[float, Range(0.001, 1_000_000)] = 4.0
-    """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000."""
+    """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000. No source."""
+    unit: Annotated[int, Range(0, 1_000_000)] = 0
+    """Number of the camera, 0-1,000,000: each has calibration errors of its own, the same in all images."""
+    unit_scale: Annotated[float, Range(0, 1)] = 0.003
+    """Standard deviation over units of the error of all depths, as a share, 0-1. No source: with the bow, 2 % at 2 m
+    (D435) are kept."""
+    unit_bow_px: Annotated[float, Range(0, 100, "px")] = 0.05
+    """That of the disparity by which planes seem bowed or tilted towards the image's border (px), 0-100. No source."""
+    unit_registration_px: Annotated[float, Range(0, 100, "px")] = 0.5
+    """That of where depth is registered beside colour (px of the infrared cameras), 0-100. No source."""
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
-        inverse, unit = inverse_depth(buffers.depth), np.float32(self.focal_px * self.baseline)
+        unit, scale = np.float32(self.focal_px * self.baseline), capture.camera.fx / self.focal_px
+        own = StereoUnit.draw(self.unit, *(self.noise_scale * value for value in (
+            self.unit_scale, self.unit_bow_px, self.unit_registration_px * scale)))  # fmt: skip
+        inverse = inverse_depth(buffers.depth)
         size = (inverse.shape[0], inverse.shape[1])
-        window = odd_window(self.window_px * capture.camera.fx / self.focal_px)
-        true = unit * inverse
-        disparity = true + np.float32(self.noise_scale * self.subpixel_px) * unit_noise(size, rng, window)
-        steps = np.rint(disparity / np.float32(self.disparity_step))
-        read = np.divide(unit / np.float32(self.disparity_step), steps, out=np.zeros_like(true), where=steps > 0)
-        lost = baseline_shadow(np.float32(capture.camera.fx * self.baseline) * inverse, capture.camera)
-        lost |= (true > np.float32(self.search_px)) | (inverse <= 0)
-        lost |= self._unmatched(buffers, capture, np.exp(np.float32(_RAGGED) * unit_noise(size, rng, window)))
-        return np.where(lost, np.float32(0.0), read)
+        window = self.window_px * scale
+        error, ragged = smooth_noise(size, rng, window), border_noise(size, rng, window)
+        sigma, unclear = self._error(buffers, capture, ragged)
+        # Everything below is of the true surface; noise comes on top of what the window has chosen.
+        matched, grew = fattened(unit * inverse, self.edge_px * scale, ragged, _STEP_PX)
+        lost = (self._hidden(inverse, capture, ragged) & ~grew) | unclear
+        lost |= (matched > np.float32(self.search_px)) | (matched <= 0)
+        matched += cv2.multiply(sigma, error)
+        matched += own.offset(capture.camera)
+        matched *= np.float32(1.0 / self.disparity_step)
+        steps = np.rint(matched, out=matched)
+        top = unit / np.float32(self.disparity_step) * np.float32(1.0 + own.scale)
+        # What is lost is nothing; one step is too far to be read.
+        steps[lost | (steps < 1)] = np.inf
+        return shifted(top / steps, own.shift_uv)
 
-    def _unmatched(self, buffers: RenderBuffers, capture: Capture, factor: Depth) -> Bool[np.ndarray, "h w"]:
-        """Return where the pattern is squeezed, too dark or outshone; ``factor`` varies the thresholds."""
+    def _hidden(self, inverse: Depth, capture: Capture, ragged: Depth) -> Bool[np.ndarray, "h w"]:
+        """Return what either infrared camera does not see of the colour image; of every second row, taken twice."""
+        places = (-self.color_offset, self.baseline - self.color_offset)
+        camera, plain = capture.camera, capture.camera.distortion is None
+        rows, swing = (image[::2] if plain else image for image in (inverse, ragged))
+        hidden = np.zeros(rows.shape, bool)
+        reach = self.shadow_px * camera.fx / self.focal_px
+        for place in places:
+            if place != 0:
+                shadow = baseline_shadow(np.float32(camera.fx * place) * rows, camera)
+                hidden |= widened(shadow, reach, place > 0, swing)
+        return np.repeat(hidden, 2, axis=0)[: inverse.shape[0]] if plain else hidden
+
+    def _error(self, buffers: RenderBuffers, capture: Capture, ragged: Depth) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
+        """Return the standard deviation of disparity (px of the sensor), and where nothing can be matched."""
         assert buffers.normals is not None
         assert capture.surfaces is not None
-        cosine = facing_cosine(buffers.normals, capture.camera)
-        diffuse, glossy = returned_light(capture.surfaces, cosine)
-        weak = diffuse + glossy < np.float32(self.min_signal) * factor * np.square(buffers.depth)
-        return (cosine < np.float32(self.min_cosine) * factor) | weak | (glossy > np.float32(self.max_glare) * factor)
+        normals, depth = halved(buffers.normals), np.maximum(halved(buffers.depth), np.float32(0.01))
+        cosine, along = _facing(normals, capture)
+        diffuse, glossy = returned_light(
+            Surfaces(*(halved(getattr(capture.surfaces, name)) for name in ("remission", "roughness", "metallic"))),
+            cosine,
+        )
+        dots = np.float32(self.projector_lux) * (diffuse + glossy) / np.square(depth)
+        scale = capture.camera.fx / self.focal_px
+        hall = hall_light(buffers.rgb, capture.exposure_ev)
+        texture = np.float32(scale) * texture_slope(hall, odd_window(self.window_px * scale))
+        clear, by_dots = clarity(halved(hall), dots, texture)
+        # 1 / z of a plane changes by n / (f n.p) from pixel to pixel.
+        slope = np.float32(self.baseline) * np.sqrt(np.maximum(1 - np.square(normals[..., 2]), 0)) / (depth * along)
+        texture_share = np.float32(1.0) - by_dots
+        variance = np.float32(self.subpixel_px**2) * np.square(by_dots) + np.float32(_TEXTURED_PX**2) * texture_share
+        variance += np.square(np.float32(self.slope_px) * slope)
+        # Texture is everywhere in the window, dots are points of it.
+        spread = np.float32(self.blurred_px**2) * (by_dots + np.float32(_DENSE) * texture_share)
+        variance += spread / np.square(np.maximum(clear, np.float32(0.05)))
+        factor = np.exp(np.float32(_RAGGED) * halved(ragged))
+        unclear = (clear < np.float32(self.min_clarity) * factor) | (cosine < np.float32(self.min_cosine) * factor)
+        unclear |= (slope * factor > np.float32(self.max_slope)) | (glossy > np.float32(self.max_glare) * factor)
+        size = (buffers.depth.shape[0], buffers.depth.shape[1])
+        whole = doubled(unclear.view(np.uint8), size, cv2.INTER_NEAREST).view(bool)
+        return doubled(np.float32(self.noise_scale) * np.sqrt(variance), size), whole
+
+
+def _facing(normals: Float32[np.ndarray, "h w 3"], capture: Capture) -> tuple[Depth, Depth]:
+    """Return the cosine of incidence, and the normal's component along the ray to z = 1, of a halved image."""
+    x, y = pixel_tangents(capture.camera)
+    x, y = x[:: 1 if x.shape[0] == 1 else 2, ::2], y[::2, :: 1 if y.shape[1] == 1 else 2]
+    along = np.abs(normals[..., 0] * x + normals[..., 1] * y + normals[..., 2])
+    return along / np.sqrt(np.float32(1.0) + x * x + y * y), np.maximum(along, np.float32(1e-3))

@@ -20,7 +20,7 @@ PRESETS: dict[str, DepthModel] = {
     "kinect_v1": StructuredLight(),
     "d435": ActiveStereo(),
     # 87 degrees over 848 px, baseline 95 mm.
-    "d455": ActiveStereo(focal_px=447.0, baseline=0.095),
+    "d455": ActiveStereo(focal_px=447.0, baseline=0.095, color_offset=0.059),
     "flexx2": TimeOfFlight(),
     # Microsoft states at most 17 mm up to 3.86 m in the narrow mode, which Tölgyessy et al. 2021 ("Evaluation of the
     # Azure Kinect and its comparison to Kinect v1 and Kinect v2") found to hold; the curve below that is a choice.

@@ -1,0 +1,76 @@
+"""The reference itself: light in closed form, a matcher on a known shift; and what is stored of the comparison."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.acceptance.active_stereo.boards import Board, Place
+from benchmarks.acceptance.active_stereo.cases import RIGS, Case, cases
+from benchmarks.acceptance.active_stereo.compare import by_model, compared
+from benchmarks.acceptance.active_stereo.infrared import Rig, ambient_light, infrared_pair, true_depth
+from benchmarks.acceptance.active_stereo.matcher import Matcher, match
+from benchmarks.result import RESULTS
+
+SMALL = Rig(424.0, 0.05, size_wh=(120, 40))
+QUIET = replace(SMALL, speckle=0.0, read_noise=0.0, electrons=3e9, most_per_lux=1e9, full_well=1e10)
+
+
+def test_a_known_shift_is_matched() -> None:
+    wide = np.random.default_rng(0).integers(0, 255, (40, 140), np.uint8)
+    found = match(wide[:, 7:127], wide[:, 14:134], Matcher(disparities=32))
+    inner = found[8:-8, 30:-20]
+    assert (inner > 0).mean() > 0.97
+    np.testing.assert_allclose(inner[inner > 0], 7.0, atol=0.05)
+
+
+def test_little_of_noise_is_matched() -> None:
+    rng = np.random.default_rng(0)
+    left, right = (rng.integers(0, 255, (90, 240), np.uint8) for _ in range(2))
+    assert (match(left, right, Matcher(disparities=32)) > 0).mean() < 0.1
+
+
+def test_dots_fall_off_with_the_square_of_distance_and_shift_by_triangulation() -> None:
+    contrasts = []
+    for z in (1.0, 2.0):
+        place = Place([Board(z)], ambient_lux=2000.0)
+        left, right = infrared_pair(place, QUIET, np.random.default_rng(0))
+        shift = round(424.0 * 0.05 / z)
+        correlation = np.corrcoef(left[:, shift:].ravel(), right[:, : 120 - shift].ravel())[0, 1]
+        assert correlation > 0.8 > np.corrcoef(left.ravel(), right.ravel())[0, 1] + 0.5
+        np.testing.assert_allclose(true_depth(place, SMALL), z, rtol=1e-6)
+        contrasts.append(np.percentile(left, 99) / np.percentile(left, 10) - 1.0)
+    # Exposed alike, dots over the hall's light shrink by four.
+    assert contrasts[0] / contrasts[1] == pytest.approx(4.0, rel=0.2)
+
+
+def test_texture_has_the_contrast_that_is_asked_for() -> None:
+    light = ambient_light(Place([Board(2.0, texture=0.2, grain=0.05)]), SMALL)
+    assert light.std() / light.mean() == pytest.approx(0.2, rel=0.35)
+
+
+def test_the_model_is_fast_and_reads_what_is_true() -> None:
+    case = Case("white", "d435", Place([Board(2.0)]))
+    found = by_model(case, 0)[:, 40:]
+    assert np.median(found) == pytest.approx(424 * 0.05 / 2.0, abs=0.05)
+
+
+def test_model_and_reference_agree_where_it_is_dim() -> None:
+    row = compared(next(case for case in cases() if case.name == "white at 6 m"))
+    assert row["fast"]["fill"] == pytest.approx(row["reference"]["fill"], abs=0.05)
+    assert row["fast"]["sigma_px"] == pytest.approx(row["reference"]["sigma_px"], rel=0.25)
+
+
+def test_the_stored_comparison_keeps_its_bounds_up_to_75_degrees() -> None:
+    rows = json.loads((RESULTS / "active_stereo.json").read_text(encoding="utf-8"))["rows"]
+    names = {row["name"] for row in rows}
+    assert {f"{case.preset}: {case.name}" for case in cases()} < names
+    assert set(RIGS) == {"d435", "d455"}
+    for row in rows:
+        residuals = row.get("residuals", {})
+        if any(angle in row["name"] for angle in ("80 deg", "84 deg")):
+            continue
+        assert abs(residuals.get("fill") or 0.0) <= 0.05, row["name"]
+        assert abs(residuals.get("sigma") or 0.0) <= 0.25, row["name"]
+        assert abs(residuals.get("holes") or 0.0) <= 1.0, row["name"]

@@ -1,0 +1,99 @@
+"""How clearly an active stereo camera sees a surface: slopes of dots and of texture against the noise of its images.
+
+All light is in lux on white: the illuminance of white plaster by white light that gives as many electrons. Images are
+halved, as materials are known for every second pixel only. The numbers that have no source are priors: a projector of a
+quarter of a watt over 90 x 60 degrees, imagers of three micrometres that aim at a third of their range.
+"""
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from warehouse_sim.sensors.rgbd.color.light_curve import linear_light
+
+Image = Float32[np.ndarray, "h w"]
+
+_SATURATION = 1.2
+"""Luminance (cd/m^2) of a linear image value of 1 at an exposure value of 0 (ISO 100)."""
+_USUAL_EV = 7.3
+"""Exposure value where none is stated: white in 300 lx is half of what the image holds."""
+_DOT_SLOPE = 0.18
+"""Root mean square of the slope of the dots' light (1 / px) where the middle of a dot is 1: Gaussians of 0.84 px that
+are 4.5 px apart. No source."""
+_DOT_SHARE = 0.14
+"""Mean of the dots' light where the middle of a dot is 1. No source."""
+_ELECTRONS = 3500.0
+"""Mean of an image that the exposure aims at. No source."""
+_ELECTRONS_PER_LUX = 33.0
+"""On white, at the longest exposure. No source."""
+_READ_NOISE = 7.5
+"""Electrons, with the steps of the 8-bit image. No source."""
+
+
+def halved(image: np.ndarray) -> np.ndarray:
+    """Return every second pixel of every second row, as an array of its own."""
+    return np.ascontiguousarray(image[::2, ::2])
+
+
+def doubled(image: np.ndarray, size_hw: tuple[int, int], how: int = cv2.INTER_LINEAR) -> np.ndarray:
+    """Return a halved image at full size.
+
+    Args:
+        image: Of one channel.
+        size_hw: Of the result.
+        how: OpenCV's way to interpolate.
+    """
+    height, width = size_hw
+    return cv2.resize(image, (2 * image.shape[1], 2 * image.shape[0]), interpolation=how)[:height, :width]
+
+
+def hall_light(rgb: UInt8[np.ndarray, "h w 3"], exposure_ev: float | None) -> Image:
+    """Return the hall's light that surfaces send back (lux on white), at full size.
+
+    The imagers have no filter for infrared alone, and see about what the colour camera sees.
+
+    Args:
+        rgb: The clean colour image.
+        exposure_ev: What it was exposed for; None = enough light.
+    """
+    ev = _USUAL_EV if exposure_ev is None else exposure_ev
+    shown = linear_light(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY))
+    return shown * np.float32(np.pi * _SATURATION * 2.0**ev)
+
+
+def texture_slope(light: Image, window_px: int) -> Image:
+    """Return the root mean square of the light's slope along rows in windows (lux per image pixel), halved.
+
+    Args:
+        light: Of the hall (lux on white), at full size.
+        window_px: Edge of the window (image pixels).
+    """
+    slope = cv2.Sobel(light, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
+    # Every second row, and both of its neighbouring columns: a window's mean is that of all pixels but for the rows.
+    square = np.square(slope[::2])
+    size = (-(-light.shape[1] // 2), square.shape[0])
+    small = cv2.resize(square, size, interpolation=cv2.INTER_AREA)
+    half = max(round(window_px / 2), 1) | 1
+    mean: Image = np.sqrt(np.maximum(cv2.blur(small, (half, half)), np.float32(0.0)))
+    return mean
+
+
+def clarity(hall: Image, dots: Image, texture: Image) -> tuple[Image, Image]:
+    """Return slopes over noise in the infrared images (1 / px), and the share of the slopes' power that is dots.
+
+    Noise is that of electrons and of reading them; the exposure is one for the image.
+
+    Args:
+        hall: Light of the hall that comes back (lux on white).
+        dots: That of a dot's middle (lux on white).
+        texture: Slope of the hall's light (lux on white per pixel of the imagers).
+    """
+    light = hall + np.float32(_DOT_SHARE) * dots
+    sample = light[::4, ::4]
+    # What is far too bright is clipped, and moves the exposure no further.
+    mean = float(np.minimum(sample, np.float32(2.0) * np.median(sample)).mean())
+    per_lux = min(_ELECTRONS / max(mean, 1e-6), _ELECTRONS_PER_LUX)
+    noise = light / np.float32(per_lux) + np.float32((_READ_NOISE / per_lux) ** 2)
+    by_dots = np.square(np.float32(_DOT_SLOPE) * dots)
+    slope = by_dots + np.square(texture) + np.float32(1e-9)
+    return np.sqrt(slope / noise), by_dots / slope
