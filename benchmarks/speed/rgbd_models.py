@@ -17,7 +17,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture, Motion
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.rgbd.color import COLOR_PRESETS, ColorConfig, read_color
-from warehouse_sim.sensors.rgbd.depth import MODELS
+from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
 from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
@@ -59,6 +59,7 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
     costs["picture through a lens (kitti_raw): drawn and resampled"] = through_lens
     costs |= _stereo(repeats, camera, buffers, right, rng)
     whole = _cost(repeats, read_rgbd, buffers, capture, RgbdConfig(), rng)
+    costs["colour and depth: d455"] = _cost(repeats, read_rgbd, buffers, capture, RgbdConfig(PRESETS["d455"]), rng)
     return {
         "what": "the errors of the default RGB-D camera on a frame",
         "ours_cpu_s": whole.cpu_s,

@@ -118,7 +118,8 @@ class ActiveStereo(DepthModel):
         steps = np.rint(matched, out=matched)
         top = unit / np.float32(self.disparity_step) * np.float32(1.0 + own.scale)
         # What is lost is nothing; one step is too far to be read.
-        steps[lost | (steps < 1)] = np.inf
+        lost |= steps < 1
+        np.copyto(steps, np.inf, where=lost)
         return shifted(top / steps, own.shift_uv)
 
     def _hidden(self, inverse: Depth, capture: Capture, ragged: Depth) -> Bool[np.ndarray, "h w"]:
@@ -148,7 +149,7 @@ class ActiveStereo(DepthModel):
         scale = capture.camera.fx / self.focal_px
         hall = hall_light(buffers.rgb, capture.exposure_ev)
         texture = np.float32(scale) * texture_slope(hall, odd_window(self.window_px * scale))
-        clear, by_dots = clarity(halved(hall), dots, texture)
+        clear, by_dots = clarity(np.ascontiguousarray(hall[:, ::2]), dots, texture)
         # 1 / z of a plane changes by n / (f n.p) from pixel to pixel.
         slope = np.float32(self.baseline) * np.sqrt(np.maximum(1 - np.square(normals[..., 2]), 0)) / (depth * along)
         texture_share = np.float32(1.0) - by_dots

@@ -48,7 +48,7 @@ def doubled(image: np.ndarray, size_hw: tuple[int, int], how: int = cv2.INTER_LI
 
 
 def hall_light(rgb: UInt8[np.ndarray, "h w 3"], exposure_ev: float | None) -> Image:
-    """Return the hall's light that surfaces send back (lux on white), at full size.
+    """Return the hall's light that surfaces send back (lux on white), of every second row.
 
     The imagers have no filter for infrared alone, and see about what the colour camera sees.
 
@@ -57,7 +57,7 @@ def hall_light(rgb: UInt8[np.ndarray, "h w 3"], exposure_ev: float | None) -> Im
         exposure_ev: What it was exposed for; None = enough light.
     """
     ev = _USUAL_EV if exposure_ev is None else exposure_ev
-    shown = linear_light(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY))
+    shown = linear_light(cv2.cvtColor(np.ascontiguousarray(rgb[::2]), cv2.COLOR_RGB2GRAY))
     return shown * np.float32(np.pi * _SATURATION * 2.0**ev)
 
 
@@ -65,12 +65,11 @@ def texture_slope(light: Image, window_px: int) -> Image:
     """Return the root mean square of the light's slope along rows in windows (lux per image pixel), halved.
 
     Args:
-        light: Of the hall (lux on white), at full size.
+        light: Of the hall (lux on white), of every second row.
         window_px: Edge of the window (image pixels).
     """
     slope = cv2.Sobel(light, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
-    # Every second row, and both of its neighbouring columns: a window's mean is that of all pixels but for the rows.
-    square = np.square(slope[::2])
+    square = np.square(slope)
     size = (-(-light.shape[1] // 2), square.shape[0])
     small = cv2.resize(square, size, interpolation=cv2.INTER_AREA)
     half = max(round(window_px / 2), 1) | 1
