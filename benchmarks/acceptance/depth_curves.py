@@ -52,6 +52,23 @@ def nguyen_2012(z: float, angle: float) -> float:
     return 0.0012 + 0.0019 * (z - 0.4) ** 2 + 0.0001 / np.sqrt(z) * lean**2
 
 
+def cai_2024(z: float, angle: float) -> float:
+    """Return the sigma (m) of a Flexx2 in its mode 5."""
+    lean = angle / (np.pi / 2 - angle)
+    return 0.002362 - 0.001041 * z + 0.000753 * z * z + 0.000185 * z**2.7 * lean**2
+
+
+def tolgyessy_2021(z: float, angle: float) -> float:
+    """Return the sigma (m) of an Azure Kinect in its narrow, unbinned mode."""
+    return float(np.interp(z, (0.8, 1.5, 3.0), (0.0006132, 0.0008873, 0.0017824)))
+
+
+def recorded_fronts(z: float, angle: float) -> float:
+    """Return the sigma (m) of recorded pallet fronts: that over time, and a pattern of 0.7 % of z that stays."""
+    over_time = float(np.interp(z, (0.5, 1.0, 1.5, 2.0), (0.0052, 0.011, 0.0178, 0.0246)))
+    return float(np.hypot(over_time, 0.007 * z))
+
+
 def share_of_range(share: float) -> Callable[[float, float], float]:
     """Return a share of z."""
     return lambda z, angle: share * z
@@ -104,7 +121,24 @@ STRUCTURED_CURVES = (
 )  # fmt: skip
 """Structured light."""
 
-TIME_OF_FLIGHT_CURVES: tuple[Curve, ...] = ()
+TIME_OF_FLIGHT_CURVES = (
+    Curve(
+        "flexx2", "sigma", "Cai et al. 2024, arXiv 2412.15040", cai_2024,
+        (0.5, 1.0, 1.5, 2.0), (0.0, 30.0, 60.0), own=True,
+    ),
+    Curve(
+        "azure_kinect", "sigma", "Tölgyessy et al. 2021, Evaluation of the Azure Kinect, second-hand", tolgyessy_2021,
+        (0.8, 1.5, 3.0),
+    ),
+    Curve(
+        "azure_kinect", "bound", "Microsoft, Azure Kinect hardware specification: at most 17 mm", constant(0.017),
+        (0.8, 1.5, 3.0, 3.8),
+    ),
+    Curve(
+        "tof_industrial", "sigma", "recorded pallet fronts, medians over surfaces of 0.3 or so", recorded_fronts,
+        (0.5, 1.0, 1.5, 2.0), material="kraft", own=True,
+    ),
+)  # fmt: skip
 """Time of flight."""
 
 CURVES = (*STEREO_CURVES, *STRUCTURED_CURVES, *TIME_OF_FLIGHT_CURVES)

@@ -5,6 +5,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.reflections import Reflected
 from warehouse_sim.sensors.rgbd.depth import DepthModel
 from warehouse_sim.sensors.surfaces import Surfaces
 
@@ -47,7 +48,10 @@ def of_material(name: str, camera: PinholeCamera = CAMERA) -> Capture:
         camera: Who looks.
     """
     size = (camera.height, camera.width)
-    return Capture(camera, surfaces=Surfaces(*(np.full(size, value, np.float32) for value in MATERIALS[name])))
+    # Nothing stands before the plane that could be seen in it.
+    nothing = Reflected(np.zeros(size, np.float32), np.zeros(size, np.float32), np.ones(size, np.float32))
+    images = (np.full(size, value, np.float32) for value in MATERIALS[name])
+    return Capture(camera, surfaces=Surfaces(*images, reflected=nothing))
 
 
 def sigma_and_fill(model: DepthModel, z: float, angle_deg: float, material: str) -> tuple[float | None, float]:

@@ -46,5 +46,5 @@ def see(scene: SceneSpec, viewpoint: Viewpoint, renderer: Renderer, camera: Pinh
     lit = scene.seen_from(viewpoint)
     renderer.load(lit)
     buffers = renderer.render(camera, viewpoint.T_world_camera, normals=True)
-    surfaces = see_surfaces(scene, RayCaster(scene), camera, viewpoint.T_world_camera)
+    surfaces = see_surfaces(scene, RayCaster(scene), camera, viewpoint.T_world_camera, reflections=True)
     return View(buffers, Capture(camera, ev_of_exposure(lit.exposure), camera_motion(viewpoint), surfaces))

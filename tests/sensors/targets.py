@@ -5,6 +5,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.reflections import Reflected
 from warehouse_sim.sensors.surfaces import Surfaces
 
 CAMERA = PinholeCamera.from_focal(320, 240, 585.5)
@@ -47,4 +48,5 @@ def capture_of(
 ) -> Capture:
     size = (camera.height, camera.width)
     images = (np.full(size, value, np.float32) for value in (remission, roughness, metallic))
-    return Capture(camera, surfaces=Surfaces(*images))
+    nothing = Reflected(np.zeros(size, np.float32), np.zeros(size, np.float32), np.ones(size, np.float32))
+    return Capture(camera, surfaces=Surfaces(*images, reflected=nothing))

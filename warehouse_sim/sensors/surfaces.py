@@ -10,6 +10,7 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
+from warehouse_sim.sensors.reflections import Reflected, reflected_light
 
 Image = Float32[np.ndarray, "h w"]
 _STRIDE = 2
@@ -26,9 +27,17 @@ class Surfaces:
     """Perceptual roughness, 0-1."""
     metallic: Image
     """0 for dielectrics, 1 for metals."""
+    reflected: Reflected | None = None
+    """Light by way of smooth surfaces, for sensors that ask for it."""
 
 
-def see_surfaces(scene: SceneSpec, caster: RayCaster, camera: PinholeCamera, T_world_camera: Transform) -> Surfaces:
+def see_surfaces(
+    scene: SceneSpec,
+    caster: RayCaster,
+    camera: PinholeCamera,
+    T_world_camera: Transform,
+    reflections: bool = False,
+) -> Surfaces:
     """Return the materials that a camera sees, by one ray for each two by two pixels through the first one's centre.
 
     Args:
@@ -36,6 +45,7 @@ def see_surfaces(scene: SceneSpec, caster: RayCaster, camera: PinholeCamera, T_w
         caster: Rays in the same scene.
         camera: Intrinsics.
         T_world_camera: Pose of the OpenCV camera.
+        reflections: Whether to follow light by way of smooth surfaces, too.
     """
     rays = camera_rays(camera)[::_STRIDE, ::_STRIDE]
     in_world = np.einsum("nj,ij->ni", rays.reshape(-1, 3), T_world_camera[:3, :3].astype(np.float32))
@@ -43,9 +53,13 @@ def see_surfaces(scene: SceneSpec, caster: RayCaster, camera: PinholeCamera, T_w
     met = [scene.materials[name] for name in caster.materials]
     # One more row answers for rays that meet nothing, whose material is -1.
     table = np.array([*((item.remission, item.roughness, item.metallic) for item in met), (0, 0, 0)], np.float32)
-    sampled = np.take(table, hits.materials, axis=0).reshape(*rays.shape[:2], 3)
+    columns = [np.take(table, hits.materials, axis=0)]
+    if reflections:
+        columns.append(reflected_light(hits, T_world_camera[:3, 3], in_world, table, caster))
+    sampled = np.concatenate(columns, axis=-1).reshape(*rays.shape[:2], -1)
     whole = sampled.repeat(_STRIDE, axis=0).repeat(_STRIDE, axis=1)[: camera.height, : camera.width]
-    return Surfaces(*np.ascontiguousarray(np.moveaxis(whole, -1, 0)))
+    images = np.ascontiguousarray(np.moveaxis(whole, -1, 0))
+    return Surfaces(images[0], images[1], images[2], Reflected(*images[3:]) if reflections else None)
 
 
 def camera_rays(camera: PinholeCamera) -> Float32[np.ndarray, "h w 3"]:

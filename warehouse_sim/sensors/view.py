@@ -82,10 +82,10 @@ class SensorView:
         """
         return self.images.seen_from(self.T_world_camera if T_world_camera is None else T_world_camera, normals)
 
-    def surfaces(self, T_world_camera: Transform | None = None) -> Surfaces:
-        """Return the materials behind the pixels of ``render``."""
+    def surfaces(self, T_world_camera: Transform | None = None, reflections: bool = False) -> Surfaces:
+        """Return the materials behind the pixels of ``render``, and the light that smooth ones throw on if asked."""
         place = self.T_world_camera if T_world_camera is None else T_world_camera
-        return see_surfaces(self.scene, self.caster, self.camera, place)
+        return see_surfaces(self.scene, self.caster, self.camera, place, reflections)
 
     def camera_motion(self, T_world_camera: Transform) -> Motion:
         """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""

@@ -11,6 +11,6 @@ class RgbdConfig:
     """A depth camera and a colour camera that share their pixels."""
 
     depth: DepthModel = field(default_factory=QuadraticDepth, metadata={"from_plain": read_depth_model})
-    """A preset's name (kinect_v1, d435, d455, flexx2, azure_kinect), or model and settings."""
+    """A preset's name (kinect_v1, d435, d455, flexx2, azure_kinect, tof_industrial), or model and settings."""
     color: ColorConfig = field(default_factory=ColorConfig)
     """Exposure, noise and lens; ``ideal`` = none."""

@@ -40,6 +40,11 @@ class DepthModel(ABC):
         if self.max_range <= self.min_range:
             raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
 
+    @property
+    def needs_reflections(self) -> bool:
+        """Whether ``Surfaces.reflected`` must be filled."""
+        return False
+
     @abstractmethod
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none, before the range limits.
@@ -60,6 +65,8 @@ class DepthModel(ABC):
             raise ValueError(f"the depth model {self.kind!r} needs the normals of the rendering; render with normals")
         if self.needs_surfaces and capture.surfaces is None:
             raise ValueError(f"the depth model {self.kind!r} needs the materials of the pixels; see see_surfaces")
+        if self.needs_reflections and (capture.surfaces is None or capture.surfaces.reflected is None):
+            raise ValueError(f"the depth model {self.kind!r} follows reflections; see see_surfaces(reflections=True)")
         measured = self.measure(buffers, capture, rng)
         usable = (buffers.depth >= self.min_range) & (buffers.depth <= self.max_range)
         usable &= (measured >= max(self.min_range, _NOTHING)) & (measured <= self.max_range)

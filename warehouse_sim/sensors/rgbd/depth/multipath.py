@@ -8,9 +8,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.pixel_rays import pixel_stretch
 from warehouse_sim.sensors.surfaces import camera_rays
 
-_STRIDE = 4
+_STRIDE = 6
 """Pixels from one sample to the next."""
-_RINGS = ((2, 1.0, 3.5), (5, 3.5, 7.5), (10, 7.5, 14.0), (20, 14.0, 28.0))
+_RINGS = ((1, 0.6, 2.3), (3, 2.3, 5.0), (7, 5.0, 9.5), (13, 9.5, 19.0), (27, 19.0, 38.0))
 """Radius at which the surroundings are looked at, and the radii between which it stands for them (samples)."""
 _WAYS = tuple((np.cos(a), np.sin(a)) for a in np.deg2rad(np.arange(0, 360, 45)))
 
@@ -35,21 +35,25 @@ def multipath_bias(
         camera: Intrinsics.
     """
     pick = (slice(None, None, _STRIDE), slice(None, None, _STRIDE))
-    rays, z = camera_rays(camera)[pick], depth[pick]
-    points, n, rho = rays * z[..., None], normals[pick], remission[pick]
-    length = np.sqrt(np.einsum("hwc,hwc->hw", rays, rays))
-    r = z * length
-    cosine = np.maximum(np.abs(np.einsum("hwc,hwc->hw", n, rays)) / length, np.float32(0.1))
+    rays = np.ascontiguousarray(np.moveaxis(camera_rays(camera)[pick], -1, 0))
+    z, n, rho = depth[pick], np.ascontiguousarray(np.moveaxis(normals[pick], -1, 0)), remission[pick]
+    length = np.sqrt(_dot(rays, rays))
+    points, r = rays * z, z * length
+    cosine = np.maximum(np.abs(_dot(n, rays)) / length, np.float32(0.1))
     lit = np.divide(cosine, r * r, out=np.zeros_like(r), where=r > 0)
     area = np.float32(_STRIDE**2 / (camera.fx * camera.fy)) * z * z / (length * cosine)
     if camera.distortion is not None:
         area /= np.linalg.det(pixel_stretch(camera)[pick])
-    patch = np.concatenate([points, n, np.stack([r, rho * lit, area], axis=-1)], axis=-1)
+    reach = int(np.ceil(_RINGS[-1][0]))
+    patch = np.pad(
+        np.concatenate([points, n, np.stack([r, rho * lit, area])]), ((0, 0), (reach, reach), (reach, reach)), "edge"
+    )
     total, weighted = np.zeros_like(r), np.zeros_like(r)
     for radius, inner, outer in _RINGS:
         share = np.float32(np.pi * (outer**2 - inner**2) / len(_WAYS))
         for x, y in _WAYS:
-            other = _shifted(patch, round(radius * x), round(radius * y))
+            row, column = reach + round(radius * y), reach + round(radius * x)
+            other = patch[:, row : row + r.shape[0], column : column + r.shape[1]]
             power, longer = _by_way_of(other, points, n, r, share)
             total += power
             weighted += power * longer
@@ -59,26 +63,22 @@ def multipath_bias(
 
 
 def _by_way_of(
-    other: Float32[np.ndarray, "h w 9"],
-    points: Float32[np.ndarray, "h w 3"],
-    normals: Float32[np.ndarray, "h w 3"],
+    other: Float32[np.ndarray, "9 h w"],
+    points: Float32[np.ndarray, "3 h w"],
+    normals: Float32[np.ndarray, "3 h w"],
     r: Image,
     share: np.float32,
 ) -> tuple[Image, Image]:
     """Return the light that points get by way of patches, and how much longer its way is (m)."""
-    way = other[..., :3] - points
-    squared = np.maximum(np.einsum("hwc,hwc->hw", way, way), np.float32(1e-6))
-    at_point = np.maximum(np.einsum("hwc,hwc->hw", way, normals), np.float32(0.0))
-    at_patch = np.maximum(-np.einsum("hwc,hwc->hw", way, other[..., 3:6]), np.float32(0.0))
-    area = share * other[..., 8]
-    factor = at_point * at_patch / squared * area / (np.float32(np.pi) * squared + area)
-    longer = np.float32(0.5) * (other[..., 6] + np.sqrt(squared) - r)
-    return other[..., 7] * factor, np.maximum(longer, np.float32(0.0))
+    way = other[:3] - points
+    squared = np.maximum(_dot(way, way), np.float32(1e-6))
+    at_point = np.maximum(_dot(way, normals), np.float32(0.0))
+    at_patch = np.maximum(-_dot(way, other[3:6]), np.float32(0.0))
+    area = share * other[8]
+    factor = at_point * at_patch * area / (squared * (np.float32(np.pi) * squared + area))
+    longer = np.float32(0.5) * (other[6] + np.sqrt(squared) - r)
+    return other[7] * factor, np.maximum(longer, np.float32(0.0))
 
 
-def _shifted(patch: Float32[np.ndarray, "h w 9"], x: int, y: int) -> Float32[np.ndarray, "h w 9"]:
-    """Return for each sample the one ``x`` to the right and ``y`` below; at the border those of the border."""
-    height, width = patch.shape[:2]
-    rows = np.clip(np.arange(height) + y, 0, height - 1)
-    columns = np.clip(np.arange(width) + x, 0, width - 1)
-    return patch[rows][:, columns]
+def _dot(a: Float32[np.ndarray, "3 h w"], b: Float32[np.ndarray, "3 h w"]) -> Image:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,12 +1,14 @@
 """A camera that measures the phase of modulated light in each pixel."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
@@ -14,6 +16,8 @@ from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
+from warehouse_sim.sensors.rgbd.depth.phasors import added, gathered, read_off, scattered
+from warehouse_sim.sensors.rgbd.depth.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
 from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
 
 _SATURATED = 1e3
@@ -62,10 +66,34 @@ class TimeOfFlight(DepthModel):
     multipath: Share = 1.0
     """Share of the light by way of other surfaces that is not compensated, 0-1."""
 
+    smooth_px: Annotated[float, Range(0, 20, "px")] = 0.0
+    """Standard deviation of the filter that the camera smooths its errors with (px of the sensor), 0-20; 0 = none."""
+    unit: Annotated[int, Range(0, 2_147_483_647)] = 0
+    """Which built camera of the make it is, 0-2,147,483,647: constant errors are drawn from it."""
+    fixed_pattern: Annotated[float, Range(0, 1)] = 0.0
+    """Standard deviation of the constant error of each pixel of a unit, as a share of depth, 0-1."""
+    unit_offset: Annotated[float, Range(0, 1, "m")] = 0.0
+    """Standard deviation of the constant error of units (m), 0-1."""
+    unit_scale: Annotated[float, Range(0, 0.2)] = 0.0
+    """Standard deviation of the error of units that grows with depth, as a share of it, 0-0.2."""
+    wiggle: Annotated[float, Range(0, 1, "m")] = 0.0
+    """Amplitude of the cyclic error, whose phase is the unit's (m), 0-1."""
+    stray_light: Share = 0.0
+    """Share of the image's light that lens and sensor spread evenly over all pixels, 0-1."""
+    gloss_bias: Annotated[float, Range(-1, 1, "m")] = 0.0
+    """How much farther a return seems that is gloss alone (m), -1 to 1: highlights drive pixels out of their range."""
+    reflections: Share = 0.0
+    """Share of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.sigma_linear < 0 and self.sigma_linear**2 >= 4.0 * self.sigma_base * self.sigma_square:
             raise ValueError(f"sigma_linear makes the noise negative at some range, found {self.sigma_linear}")
+
+    @property
+    def needs_reflections(self) -> bool:
+        """Whether ``Surfaces.reflected`` must be filled."""
+        return self.reflections > 0
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
@@ -74,51 +102,94 @@ class TimeOfFlight(DepthModel):
         camera, depth = capture.camera, buffers.depth
         cosine = facing_cosine(buffers.normals, camera)
         diffuse, glossy = returned_light(capture.surfaces, cosine)
-        signal = np.divide(diffuse + glossy, depth * depth, out=np.zeros_like(depth), where=depth > 0)
-        mixed, clear = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), camera.fx / self.focal_px)
+        white = np.clip(capture.surfaces.remission, np.float32(0.01), np.float32(1.0))
+        if self.needs_reflections:
+            kept = self._kept(capture)
+            diffuse, white = diffuse * kept, np.maximum(white * kept, np.float32(0.01))
+        light = diffuse + glossy
+        signal = np.divide(light, depth * depth, out=np.zeros_like(depth), where=depth > 0)
+        mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture)
         if self.multipath > 0:
             share = np.float32(self.multipath)
             bias = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
-            mixed += share * bias * cosine_of_view(capture)
-        theta = np.arccos(np.clip(cosine, np.float32(0.05), np.float32(1.0)))
-        white = np.clip(capture.surfaces.remission, np.float32(0.01), np.float32(1.0))
+            mixed += share * bias * cosine_of_view(capture.camera)
+        if self.gloss_bias != 0:
+            mixed += np.float32(self.gloss_bias) * np.divide(glossy, light, out=np.zeros_like(light), where=light > 0)
+        theta = np.arccos(np.clip(cosine, np.float32(0.05), np.float32(1.0))) if self.sigma_angle > 0 else cosine
         sigma = np.float32(self.noise_scale) * self.axial_sigma(depth, theta) / np.sqrt(white)
-        # Pixels of the image that lie on one pixel of the sensor have its error in common.
-        size = (depth.shape[0], depth.shape[1])
-        read = mixed + sigma * unit_noise(size, rng, odd_window(camera.fx / self.focal_px))
+        read = mixed + self._of_the_unit(mixed, camera.fx / self.focal_px)
+        read += sigma * self._noise((depth.shape[0], depth.shape[1]), rng, camera.fx / self.focal_px)
         clear &= (signal >= np.float32(self.min_signal)) & (sigma <= np.float32(self.max_sigma))
         return np.where(clear, read, np.float32(0.0))
 
     def axial_sigma(self, z: Float[np.ndarray, "*s"], theta: Float[np.ndarray, "*s"]) -> Float[np.ndarray, "*s"]:
         """Return the standard deviation of depth (m) on white, from z (m) and the angle of incidence (rad)."""
-        lean = theta / (np.float32(np.pi / 2) - theta)
         straight = np.float32(self.sigma_base) + z * (np.float32(self.sigma_linear) + np.float32(self.sigma_square) * z)
+        if self.sigma_angle == 0:
+            return straight
+        lean = theta / (np.float32(np.pi / 2) - theta)
         return straight + np.float32(self.sigma_angle) * z ** np.float32(2.7) * lean * lean
 
-    def _mixed(
-        self, depth: Depth, signal: Float32[np.ndarray, "h w"], scale: float
-    ) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
-        """Return the depth (m) of all light in a pixel's spot, and where its phases do not cancel each other.
+    def _noise(self, size_hw: tuple[int, int], rng: np.random.Generator, scale: float) -> Depth:
+        """Return noise of variance 1; pixels of the image that lie on one pixel of the sensor have it in common."""
+        if self.smooth_px > 0:
+            return smooth_noise(size_hw, rng, self.smooth_px * scale)
+        return unit_noise(size_hw, rng, odd_window(scale))
+
+    def _of_the_unit(self, depth: Depth, scale: float) -> Depth | np.float32:
+        """Return the constant error of the unit at each pixel (m)."""
+        offset, growth, phase = unit_draws(self.unit)
+        error: Depth | np.float32 = np.float32(self.unit_offset * offset)
+        if self.unit_scale > 0:
+            error = error + np.float32(self.unit_scale * growth) * depth
+        if self.fixed_pattern > 0:
+            size = (depth.shape[0], depth.shape[1])
+            pattern = unit_pattern(self.unit, size, max(self.smooth_px, 0.5) * scale)
+            error = error + np.float32(self.fixed_pattern) * depth * pattern
+        if self.wiggle > 0:
+            error = error + np.float32(self.wiggle) * wiggle(depth, self.unambiguous_range, phase)
+        return error
+
+    def _kept(self, capture: Capture) -> Depth:
+        """Return the share of diffuse light that smooth surfaces send back."""
+        assert capture.surfaces is not None
+        assert capture.surfaces.reflected is not None
+        lost = np.float32(self.reflections) * (np.float32(1.0) - capture.surfaces.reflected.kept)
+        return np.asarray(np.float32(1.0) - lost)
+
+    def _mixed(self, depth: Depth, signal: Depth, capture: Capture) -> tuple[Depth, Bool[np.ndarray, "h w"], Depth]:
+        """Return the depth (m) of all light that ends in a pixel, where its phases do not cancel, and that light.
 
         A pixel adds up amplitude and phase; at an edge the sum lies between the two sides, a flying pixel.
         """
         lit = (depth > 0) & (signal > 0)
-        if self.sigma_lateral_px == 0:
-            return depth.copy(), lit
-        turn = np.float32(2.0 * np.pi / self.unambiguous_range)
-        phase = turn * depth
-        size = 2 * int(np.ceil(2.0 * self.sigma_lateral_px * scale)) + 1
-        spot = (size, size), self.sigma_lateral_px * scale
-        real = cv2.GaussianBlur(signal * np.cos(phase), *spot)
-        imaginary = cv2.GaussianBlur(signal * np.sin(phase), *spot)
-        whole = cv2.GaussianBlur(signal, *spot)
-        found = cv2.phase(real, imaginary)
-        off = np.remainder(found - phase + np.float32(np.pi), np.float32(2 * np.pi)) - np.float32(np.pi)
-        clear = cv2.magnitude(real, imaginary) >= np.float32(self.min_coherence) * whole
-        return np.maximum(depth + off / turn, np.float32(0.0)), lit & clear
+        spot = self.sigma_lateral_px * capture.camera.fx / self.focal_px
+        if spot == 0 and self.stray_light == 0 and not self.needs_reflections:
+            return depth.copy(), lit, signal
+        turn, away = 2.0 * np.pi / self.unambiguous_range, cosine_of_view(capture.camera)
+        ranges, whole = depth / away, signal
+        real, imaginary = added(signal, ranges, turn)
+        if self.needs_reflections:
+            assert capture.surfaces is not None
+            assert capture.surfaces.reflected is not None
+            mirrored = capture.surfaces.reflected
+            light = np.float32(self.reflections) * mirrored.light
+            more = added(light, mirrored.ranges, turn)
+            real, imaginary, whole = real + more[0], imaginary + more[1], whole + light
+        arrived, stray = whole, scattered(real, imaginary, self.stray_light)
+        if spot > 0:
+            real, imaginary = gathered(real, spot), gathered(imaginary, spot)
+        clear = lit
+        if self.min_coherence > 0:
+            clear = lit & (cv2.magnitude(real, imaginary) >= np.float32(self.min_coherence) * gathered(whole, spot))
+        off = read_off(real + stray[0], imaginary + stray[1], ranges, turn)
+        return np.maximum(depth + off * away, np.float32(0.0)), clear, arrived
 
 
-def cosine_of_view(capture: Capture) -> Float32[np.ndarray, "h w"]:
+@lru_cache(maxsize=4)
+def cosine_of_view(camera: PinholeCamera) -> Float32[np.ndarray, "h w"]:
     """Return z over range for each pixel."""
-    x, y = pixel_tangents(capture.camera)
-    return np.float32(1.0) / np.sqrt(np.float32(1.0) + x * x + y * y)
+    x, y = pixel_tangents(camera)
+    cosine = np.float32(1.0) / np.sqrt(np.float32(1.0) + x * x + y * y)
+    cosine.setflags(write=False)
+    return cosine
