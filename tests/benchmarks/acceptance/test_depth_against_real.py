@@ -1,0 +1,93 @@
+"""Statistics of fronts whose errors are known, read back from files as recordings are."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.acceptance.depth_recordings import recorded_fronts
+from benchmarks.acceptance.depth_statistics import Front, statistics_of
+from benchmarks.acceptance.depth_surfaces import surface_rows
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.sensors.rgbd.depth.unit_errors import smooth_noise
+
+K = np.array([[400.0, 0, 199.5], [0, 400.0, 149.5], [0, 0, 1]])
+Z, FLOOR = 1.5, 0.4
+OUTLINE = [[60.0, 100.0], [340.0, 100.0], [340.0, 180.0], [60.0, 180.0]]
+POCKETS = ([[100.0, 130.0], [160.0, 130.0], [160.0, 160.0], [100.0, 160.0]],
+           [[230.0, 130.0], [290.0, 130.0], [290.0, 160.0], [230.0, 160.0]])  # fmt: skip
+
+
+def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0, frames: int = 4) -> Front:
+    """Write a front that faces the camera at 1.5 m over a floor 40 cm below it, and read it back."""
+    site = folder / "site"
+    site.mkdir(parents=True)
+    rng = np.random.default_rng(3)
+    v = np.arange(300)[:, None] - K[1, 2]
+    floor = np.where(v > 0, FLOOR / np.maximum(v / 400.0, 1e-6), 99.0).repeat(400, axis=1)
+    mask = np.zeros((300, 400), np.uint8)
+    mask[100:181, 60:341] = 255
+    true = np.where(mask > 0, Z, np.where(floor < Z, floor_factor * floor, 3.0))
+    constant = pattern * smooth_noise((300, 400), rng, 1.2)
+    dock = [[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, Z], [0.0, 0.0, 0.0, 1.0]]
+    items = []
+    for index in range(frames):
+        depth = true + constant + sigma * smooth_noise((300, 400), rng, 1.2)
+        cv2.imwrite(str(site / f"{index:03d}_depth.png"), np.rint(1000 * depth).astype(np.uint16))
+        cv2.imwrite(str(site / f"{index:03d}_mask.png"), mask)
+        items.append(
+            {"depth": f"{index:03d}_depth.png", "mask": f"{index:03d}_mask.png", "T_camera_dock": dock}
+            | {"front_corners_px": OUTLINE, "pocket_left_px": POCKETS[0], "pocket_right_px": POCKETS[1]}
+            | {"gravity": [0.0, 1.0, 0.0], "floor_distance_m": FLOOR}
+        )
+    (site / "labels.json").write_text(json.dumps({"K": K.tolist(), "frames": items}), encoding="utf-8")
+    return recorded_fronts(folder)[0]
+
+
+def test_known_errors_are_found(tmp_path: Path) -> None:
+    found = statistics_of(record(tmp_path, sigma=0.012, pattern=0.015, frames=8))
+    assert found["sigma over time at 1.5 m, mm"] == pytest.approx(12.0, rel=0.1)
+    assert found["front: fixed pattern, mm"] == pytest.approx(15.0, rel=0.12)
+    assert found["front: spread about its plane, mm"] == pytest.approx(np.hypot(12, 15), rel=0.1)
+    assert found["rim pixels off by more than 60 mm, %"] < 1.0
+    assert found["invalid within 3 px of edges, %"] == 0.0
+    for lag in (1, 2, 3):
+        assert found[f"noise alike at {lag} px"] == pytest.approx(np.exp(-(lag**2) / 5.76), abs=0.06)
+    assert all(abs(value) < 8 for name, value in found.items() if "bend" in name)
+
+
+def test_a_floor_that_is_read_too_far_is_found(tmp_path: Path) -> None:
+    found = statistics_of(record(tmp_path, sigma=0.002, pattern=0.0, floor_factor=1.3))
+    assert found["floor before the front at 1-1.5 m, %"] == pytest.approx(130.0, abs=1.0)
+
+
+def test_holes_and_flying_rims_are_counted(tmp_path: Path) -> None:
+    front = record(tmp_path, sigma=0.001, pattern=0.0, frames=1)
+    depth = front.depths[0]
+    rim = front.face & (cv2.erode(front.face.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0)
+    depth[rim] += 0.1
+    assert statistics_of(front)["rim pixels off by more than 60 mm, %"] == 100.0
+    depth[rim] = 0.0
+    assert statistics_of(front)["invalid within 3 px of edges, %"] > 50.0
+
+
+def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match=r"no SITE/labels\.json"):
+        recorded_fronts(tmp_path)
+    record(tmp_path / "whole", 0.001, 0.0)
+    (tmp_path / "whole" / "site" / "001_depth.png").unlink()
+    with pytest.raises(DatasetError, match="001_depth"):
+        recorded_fronts(tmp_path / "whole")
+    assert surface_rows(tmp_path) == []
+
+
+def test_flat_windows_of_single_images_tell_their_spread(tmp_path: Path) -> None:
+    folder = tmp_path / "linemod_cat"
+    folder.mkdir()
+    depth = 1.1 + 0.004 * np.random.default_rng(0).standard_normal((480, 640))
+    cv2.imwrite(str(folder / "depth.png"), np.rint(1000 * depth).astype(np.uint16))
+    spread = next(row for row in surface_rows(tmp_path) if "spread" in row["name"])
+    assert spread["recorded"] == pytest.approx(4.0, rel=0.08)
+    assert spread["residual"] == spread["simulated"] - spread["recorded"]
