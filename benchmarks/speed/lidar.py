@@ -13,7 +13,7 @@ from warehouse_sim.geometry.pose import Transform, transform_points
 from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
-from warehouse_sim.sensors.lidar.footprint import footprint_echoes
+from warehouse_sim.sensors.lidar.footprint import see_sweep
 from warehouse_sim.sensors.lidar.read import world_rays
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
@@ -75,8 +75,7 @@ def _presets(raycaster: RayCaster, places: list[Transform]) -> dict[str, float]:
 def _rays_cast(raycaster: RayCaster, config: LidarConfig, T_world_lidar: Transform) -> int:
     """Return how many rays a sweep takes: one a beam, and more at edges."""
     sweep = make_sweep(config)
-    _, count = footprint_echoes(raycaster, config, sweep, *world_rays(sweep, T_world_lidar))
-    return count
+    return see_sweep(raycaster, config, sweep, *world_rays(sweep, T_world_lidar)).rays
 
 
 def _open3d_scene(subject: Subject) -> tuple[Any, Cost]:

@@ -53,6 +53,8 @@ class LidarContents:
     """Of its mount, about the x axis (deg)."""
     range_noise: Amount = 0.0
     """Standard deviation of ranges at full signal (m)."""
+    laser_bias: Amount = 0.0
+    """Standard deviation of the constant errors of lasers (m); none is beyond sqrt(3) of it."""
     range_noise_weak: Amount = 0.0
     """Standard deviation that a signal of the relative power 1 adds (m); the weaker, the more."""
     range_step: Amount = 0.0
@@ -67,6 +69,10 @@ class LidarContents:
     """Surfaces nearer together than this are mixed (m)."""
     intensity_scale: str = "linear"
     """How remission becomes intensity."""
+    intensity_spread: Amount = 0.0
+    """How far intensities are from the remission that a signal's strength goes with: a logarithm."""
+    spin: str = "counter_clockwise"
+    """Which way the head turns, seen from above: "clockwise" or another word for the other way."""
     motion: str = "ignored"
     """What the vehicle's motion does to a sweep: "ignored", "raw" or another word for put right."""
     turns_per_second: Annotated[float, Range(0.001, 1_000_000, "1/s")] = 10.0

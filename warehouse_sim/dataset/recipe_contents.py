@@ -17,7 +17,9 @@ from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
 
 _COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 _FOCAL = Span(1e-3, 1e6)
-_LIDAR_WORDS = ("intensity_scale", "motion")
+_LIDAR_WORDS = ("intensity_scale", "motion", "spin")
+_SPREADS = {"laser_gain": 3.0**0.5, "range_residual": 2.0, "speckle": 6.0}
+"""How far the logarithms of an intensity's factors go, in their standard deviations."""
 _POINTS = ("points", "intensity", "ring", "time")
 
 
@@ -103,7 +105,12 @@ def _lidar(sensors: dict[str, Any], where: str) -> LidarContents:
     mount = take_if_given(sensors, "lidar_mount", dict, where) or {}
     angles = {key: mount[key] for key in ("pitch_deg", "roll_deg") if key in mount}
     known = {key: settings[key] for key in (*ranges_of(LidarContents), *_LIDAR_WORDS) if key in settings}
-    return from_mapping(LidarContents, known | angles, f"{where}.lidar")
+    brightness = take_if_given(settings, "brightness", dict, f"{where}.lidar") or {}
+    given = {
+        key: take_if_given(brightness, key, float, f"{where}.lidar.brightness", NUMBERS) or 0.0 for key in _SPREADS
+    }
+    spread = {"intensity_spread": sum(given[key] * reach for key, reach in _SPREADS.items())}
+    return from_mapping(LidarContents, spread | known | angles, f"{where}.lidar")
 
 
 def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:

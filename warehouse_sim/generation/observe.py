@@ -185,6 +185,7 @@ def _read(context: _Context, sensors: Mapping[str, MountedSensor], known: Readin
             caster=context.instruments.caster,
             images=context.images,
             readings={before: item.reading for before, item in found.items()},
+            name=name,
         )
         stream = mounted.stream_of(context.index, context.variant.noise_draw)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))

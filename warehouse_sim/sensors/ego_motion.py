@@ -29,22 +29,48 @@ class EgoMotion:
 
     def turned(self, vectors: Float[np.ndarray, "n 3"], time: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
         """Return world vectors that the vehicle carries, as they are at ``time`` (s)."""
-        return _turn(vectors, self.yaw_rate * time)
+        return _Turn.by(self.yaw_rate * time).of(vectors.T).T
 
     def moved(self, points: Float[np.ndarray, "n 3"], time: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
-        """Return world points that the vehicle carries (m), as they are at ``time`` (s).
+        """Return world points that the vehicle carries (m), as they are at ``time`` (s)."""
+        return self.carried(points, points, time)[0]
+
+    def carried(
+        self,
+        points: Float[np.ndarray, "n 3"],
+        vectors: Float[np.ndarray, "n 3"],
+        time: Float[np.ndarray, " n"],
+    ) -> tuple[Float32[np.ndarray, "n 3"], Float32[np.ndarray, "n 3"]]:
+        """Return world points (m) and vectors that the vehicle carries, as they are at ``time`` (s).
 
         The pivot follows the arc: with v turning at rate w, its way is ``v sin(wt)/w + (z x v) (1 - cos(wt))/w``.
         """
         angle = self.yaw_rate * time
-        along = time * np.sinc(angle / np.pi)
-        aside = time * np.sinc(angle / (2.0 * np.pi)) * np.sin(angle / 2.0)
+        turn = _Turn.by(angle)
+        along = turn.sine / self.yaw_rate if self.yaw_rate else time
+        aside = 2.0 * np.square(np.sin(0.5 * angle)) / self.yaw_rate if self.yaw_rate else np.zeros_like(time)
         across = np.cross([0.0, 0.0, 1.0], self.velocity)
-        way = along[:, None] * self.velocity + aside[:, None] * across
-        return (_turn(points - self.pivot, angle) + self.pivot + way).astype(np.float32)
+        moved = turn.of(points.T - self.pivot.astype(points.dtype)[:, None])
+        for component, place, v, c in zip(moved, self.pivot, self.velocity, across, strict=True):
+            component += (along * float(v) + aside * float(c)) + float(place)
+        return moved.T, turn.of(vectors.T).T
 
 
-def _turn(vectors: Float[np.ndarray, "n 3"], angle: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y, z = vectors.T
-    return np.stack([x * cosine - y * sine, x * sine + y * cosine, z], axis=1).astype(np.float32)
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    """Turns about the vertical axis."""
+
+    cosine: Float[np.ndarray, " n"]
+    sine: Float[np.ndarray, " n"]
+
+    @classmethod
+    def by(cls, angle: Float[np.ndarray, " n"]) -> "_Turn":
+        return cls(np.cos(angle), np.sin(angle))
+
+    def of(self, vectors: Float[np.ndarray, "3 n"]) -> Float32[np.ndarray, "3 n"]:
+        x, y, z = vectors
+        turned = np.empty((3, len(x)), np.float32)
+        turned[0] = x * self.cosine - y * self.sine
+        turned[1] = x * self.sine + y * self.cosine
+        turned[2] = z
+        return turned

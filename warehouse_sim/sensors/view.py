@@ -53,6 +53,8 @@ class SensorView:
     """What the rig's camera, or one like it elsewhere, would see without errors."""
     readings: Mapping[str, Reading]
     """What the sensors of the rig before this one read at the same moment, by name."""
+    name: str = ""
+    """Of the sensor in the rig, by which the constant errors of its unit are drawn."""
 
     @property
     def T_world_camera(self) -> Transform:

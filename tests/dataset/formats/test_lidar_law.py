@@ -11,8 +11,10 @@ from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS
-from warehouse_sim.sensors.lidar.receiver import intensity, range_sigma, relative_power
+from warehouse_sim.sensors.lidar.brightness import BrightnessConfig
+from warehouse_sim.sensors.lidar.receiver import intensity, intensity_factor, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
+from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 
 def law_of(name: str, **more) -> LidarLaw:
@@ -25,11 +27,26 @@ def test_limits_cover_the_sensors_noise_and_hardly_more(name: str) -> None:
     distance = rng.uniform(2.0, min(60.0, config.max_range), 5000)
     reflectance = rng.uniform(0.02, 1.0, 5000)
     power = relative_power(reflectance, distance, config)
-    sigma = range_sigma(power, config)
-    limit = law_of(name).noise_limit(distance, intensity(reflectance, config).astype(float))
-    assert (limit >= SIGMAS * sigma + config.range_step / 2).all()
+    most = SIGMAS * range_sigma(power, config) + np.sqrt(3.0) * config.laser_bias + config.range_step / 2
+    even = to_mapping(BrightnessConfig.even())
+    limit = law_of(name, brightness=even).noise_limit(distance, intensity(reflectance, config).astype(float))
+    assert (limit >= most).all()
     strong = power > 2.0
-    assert np.median(limit[strong] / (SIGMAS * sigma[strong] + config.range_step / 2)) < 1.1
+    assert np.median(limit[strong] / most[strong]) < 1.1
+
+
+@pytest.mark.parametrize("name", sorted(LIDAR_PRESETS))
+def test_limits_hold_where_intensity_says_little_of_the_signal(name: str) -> None:
+    config, rng = LIDAR_PRESETS[name], np.random.default_rng(0)
+    lasers, law = len(make_sweep(config).directions) // make_sweep(config).shape[1], law_of(name)
+    for seed in range(20):
+        unit = LidarUnit.draw(config, np.random.default_rng(seed))
+        distance = rng.uniform(2.0, min(60.0, config.max_range), 2000).astype(np.float32)
+        reflectance, ring = rng.uniform(0.02, 1.0, 2000).astype(np.float32), rng.integers(0, lasers, 2000)
+        sigma = range_sigma(relative_power(reflectance, distance, config), config)
+        factor = intensity_factor(distance, ring.astype(np.int32), config, unit, rng)
+        limit = law.noise_limit(distance.astype(float), intensity(reflectance * factor, config).astype(float))
+        assert (limit >= SIGMAS * sigma + np.abs(unit.bias[ring]) + config.range_step / 2).all()
 
 
 def test_a_recipe_without_a_lidar_allows_nothing() -> None:

@@ -48,6 +48,19 @@ def test_the_vlp16_fires_in_its_order_and_time() -> None:
     assert lasers.rings()[0] == 15
 
 
+def test_the_os1_is_a_measured_unit() -> None:
+    """A few of the numbers in the metadata of part 840-103575-06, and what they have in common."""
+    lasers = LASERS["os1_128"]()
+    elevation, right = np.degrees(lasers.elevation), -np.degrees(lasers.azimuth)
+    np.testing.assert_allclose(elevation[[0, 1, 63, 127]], [20.95, 20.67, -0.28, -21.82], atol=1e-9)
+    np.testing.assert_allclose(right[[0, 1, 2, 3, 104, 127]], [4.21, 1.41, -1.4, -4.22, 4.22, -4.2], atol=1e-9)
+    assert lasers.ahead == 0.015806
+    np.testing.assert_allclose(right.reshape(-1, 4), np.broadcast_to([4.21, 1.41, -1.4, -4.21], (32, 4)), atol=0.031)
+    steps = -np.diff(elevation)
+    assert 0.27 < steps.min() < steps.max() < 0.38
+    assert steps.std() > 0.01
+
+
 @pytest.mark.parametrize(
     ("name", "per_second", "tolerance"),
     [("hdl64e", 1_333_000, 0.001), ("vlp16", 300_000, 0.04), ("os1_128", 2_621_440, 0.0), ("safety2d", 271 * 15, 0.0)],

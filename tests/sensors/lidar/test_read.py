@@ -140,7 +140,7 @@ def test_driving_towards_a_wall_bends_the_raw_sweep_and_not_the_deskewed_one(pla
     assert np.ptp(since) > 0.02
     deskewed = scan(plain, replace(QUIET, motion="deskewed"), POSE, np.random.default_rng(0), motion)
     np.testing.assert_allclose(deskewed.points[deskewed.instance_ids == 2, 0], 10.0, atol=2e-4)
-    ignored = scan(plain, QUIET, POSE, np.random.default_rng(0), motion)
+    ignored = scan(plain, replace(QUIET, motion="ignored"), POSE, np.random.default_rng(0), motion)
     still = scan(plain, QUIET, POSE, np.random.default_rng(0))
     assert ignored.points.tobytes() == still.points.tobytes()
 

@@ -12,9 +12,9 @@ from warehouse_sim.sensors.lidar.sweep import make_sweep
 def test_rays_are_unit_vectors_that_start_beside_the_centre(name: str) -> None:
     sweep = make_sweep(LIDAR_PRESETS[name])
     np.testing.assert_allclose(np.linalg.norm(sweep.directions, axis=1), 1.0, atol=1e-6)
-    assert np.abs((sweep.origins * sweep.directions).sum(axis=1)).max() < 1e-6
     lasers = LASERS[name]()
-    offset = np.hypot(lasers.up, lasers.left)[np.argsort(lasers.rings())]
+    assert np.abs((sweep.origins * sweep.directions).sum(axis=1)).max() <= lasers.ahead + 1e-6
+    offset = np.sqrt(lasers.up**2 + lasers.left**2 + lasers.ahead**2)[np.argsort(lasers.rings())]
     np.testing.assert_allclose(np.linalg.norm(sweep.origins, axis=1), offset[sweep.ring], atol=1e-6)
 
 
@@ -69,3 +69,55 @@ def test_the_planar_scanner_sees_270_degrees_in_its_plane() -> None:
     np.testing.assert_allclose(azimuth, np.arange(-135.0, 136.0), atol=1e-4)
     assert (sweep.directions[:, 2] == 0).all()
     assert np.ptp(sweep.time) == pytest.approx(270 / 360 / 15, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "sign"), [("hdl64e", 1), ("hdl64e_s2", 1), ("vlp16", -1), ("os1_128", -1), ("safety2d", 1)]
+)
+def test_heads_turn_as_their_manuals_say(name: str, sign: int) -> None:
+    """VLP-16 and OS1 clockwise seen from above; KITTI's files and SICK's telegrams counter-clockwise."""
+    sweep = make_sweep(LIDAR_PRESETS[name])
+    middle = sweep.ring == sweep.shape[0] // 2
+    order = np.argsort(sweep.time[middle], kind="stable")
+    x, y, _ = sweep.directions[middle][order].astype(float).T
+    turn = np.unwrap(np.arctan2(y, x))
+    assert (sign * np.diff(turn) > 0).all()
+    rate = np.degrees(turn[-1] - turn[0]) / 360.0 / np.ptp(sweep.time[middle])
+    assert rate == pytest.approx(sign * LIDAR_PRESETS[name].turns_per_second, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["vlp16", "os1_128"])
+def test_clockwise_heads_look_forward_in_the_middle_of_their_turn(name: str) -> None:
+    sweep = make_sweep(LIDAR_PRESETS[name])
+    lasers = LASERS[name]()
+    step = 1.0 / LIDAR_PRESETS[name].turns_per_second / sweep.shape[1]
+    assert sweep.forward_time == pytest.approx(0.05, abs=step)
+    ring = sweep.ring == int(lasers.rings()[0])  # the first laser of a cycle fires where the head points
+    x, y, _ = sweep.directions[ring].astype(float).T
+    nearest = np.abs(np.arctan2(y, x) - lasers.azimuth[0]).argmin()
+    assert sweep.time[ring][nearest] == pytest.approx(sweep.forward_time, abs=step)
+
+
+def test_a_vlp16_looks_where_its_head_has_turned_to() -> None:
+    """The manual's precise azimuth: 0.2 deg in 55.296 us, and 2.304 us from laser to laser."""
+    config = LIDAR_PRESETS["vlp16"]
+    sweep = make_sweep(config)
+    x, y, _ = sweep.directions.astype(float).T
+    expected = -360.0 * config.turns_per_second * (sweep.time.astype(float) - sweep.time.astype(float).min())
+    apart = np.degrees(np.arctan2(y, x)) - expected
+    apart = (apart - apart[sweep.firing_order[0]] + 180.0) % 360.0 - 180.0
+    # Where the turn closes a step fits into it but in part.
+    assert np.percentile(np.abs(apart), 99) < config.azimuth_step_deg
+    inner = np.diff(np.sort(np.round(apart, 3)))
+    assert inner.max() < config.azimuth_step_deg
+
+
+def test_part_of_a_turn_runs_clockwise_too() -> None:
+    config = replace(LIDAR_PRESETS["os1_128"], azimuth_range_deg=(-30.0, 60.0))
+    sweep = make_sweep(config)
+    x, y, _ = sweep.directions.astype(float).T
+    azimuth = np.degrees(np.arctan2(y, x))
+    assert sweep.time.min() == 0.0
+    assert np.corrcoef(sweep.time, azimuth)[0, 1] < -0.99
+    ahead = np.abs(azimuth) < 0.2
+    assert np.abs(sweep.time[ahead] - sweep.forward_time).max() < 4.4 / 3600.0 + 1e-4

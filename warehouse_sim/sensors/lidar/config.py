@@ -1,13 +1,15 @@
-"""Settings of a LiDAR, and those of five real ones from their data sheets."""
+"""Settings of a LiDAR."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import Annotated, Any, Literal
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.sensors.lidar.brightness import BrightnessConfig
 from warehouse_sim.sensors.lidar.lasers import LASERS
+from warehouse_sim.sensors.lidar.presets import MOST_RETURNS, PRESETS
 
 _MOST_RAYS = 1_000_000
 """Of one turn, four times an OS1-128's: a sweep needs some 200 bytes a ray."""
@@ -29,15 +31,21 @@ class LidarConfig:
     azimuth_step_deg: Annotated[float, Range(0.01, 45, "deg")] = 0.1728
     """Angle between firing cycles (deg), 0.01-45; an HDL-64E fires every 48 us, so 0.1728 at 10 turns a second."""
     azimuth_range_deg: Annotated[tuple[float, float], Range(-180, 180, "deg")] = (-180.0, 180.0)
-    """First and last azimuth (deg), 0 = forward, positive = left, within -180 to 180; it turns from first to last."""
+    """Least and largest azimuth (deg), 0 = forward, positive = left, within -180 to 180."""
+    spin: Literal["counter_clockwise", "clockwise"] = "counter_clockwise"
+    """Which way the head turns, seen from above: from the least azimuth to the largest, or the other way."""
+    azimuth_phase: Literal["drawn", "fixed"] = "drawn"
+    """Whether each sweep fires at other azimuths, by up to half a step, or all at the same, as an encoder says."""
     every_nth_beam: Annotated[int, Range(1, 128)] = 1
     """Keep each n-th beam from the top, 1-128."""
     min_range: Annotated[float, Range(0, 500, "m")] = 0.9
     """Nearest distance that is returned (m), 0-500."""
     max_range: Annotated[float, Range(0.01, 500, "m")] = 120.0
     """Farthest distance that is returned (m), > min_range, 0.01-500."""
-    range_noise: Annotated[float, Range(0, 10, "m")] = 0.02
-    """Standard deviation of the distance under a strong signal (m), 0-10."""
+    range_noise: Annotated[float, Range(0, 10, "m")] = 0.008
+    """Standard deviation of the distance from pulse to pulse under a strong signal (m), 0-10."""
+    laser_bias: Annotated[float, Range(0, 1, "m")] = 0.018
+    """Standard deviation of the constant error of each laser of a unit (m), 0-1; none is beyond sqrt(3) of it."""
     range_noise_weak: Annotated[float, Range(0, 10, "m")] = 0.02
     """What a signal at the limit of detection adds to it, in squares (m), 0-10."""
     range_step: Annotated[float, Range(0, 10, "m")] = 0.002
@@ -52,9 +60,15 @@ class LidarConfig:
     """Full angle of the beam, horizontal and vertical (mrad), 0-100; 0 and 0 = infinitely thin."""
     pulse_length: Annotated[float, Range(0, 100, "m")] = 0.75
     """Surfaces closer than this along the ray make one blended echo (m), 0-100; light travels it twice in a pulse."""
+    returns: Literal["strongest", "last", "dual"] = "strongest"
+    """Which echo of a pulse is reported: the strongest, the last, or both (if it is one, the second strongest)."""
+    bloom_deg: Annotated[float, Range(0, 10, "deg")] = 0.4
+    """Angle beside a retroreflector within which it shines as a surface of 10 % remission (deg), 0-10; 0 = none."""
     intensity_scale: Literal["linear", "diffuse100"] = "linear"
     """8 bit of 0-100 % remission (linear), or as the VLP-16: 0-100 of 255 for that, the rest for retroreflectors."""
-    motion: Literal["ignored", "raw", "deskewed"] = "ignored"
+    brightness: BrightnessConfig = field(default_factory=BrightnessConfig)
+    """How the intensities of one material differ; ``even``: not at all."""
+    motion: Literal["ignored", "raw", "deskewed"] = "raw"
     """Whether the vehicle's own motion bends the sweep, and whether points are put back to where it looked forward."""
 
     def __post_init__(self) -> None:
@@ -63,6 +77,10 @@ class LidarConfig:
             raise ValueError(f"azimuth_range_deg must rise, found {first}, {last}")
         if self.max_range <= self.min_range:
             raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
+        if self.returns != "strongest" and MOST_RETURNS[self.model] < 2:
+            raise ValueError(
+                f"returns must be strongest for {self.model}, which reports one echo; found {self.returns}"
+            )
         if self.extinction * self.dark_range > _DIMMEST:
             raise ValueError(
                 f"extinction x dark_range must be at most {_DIMMEST:g}, found {self.extinction * self.dark_range:g}: "
@@ -84,7 +102,10 @@ class LidarConfig:
         if not isinstance(name, str) or name not in LIDAR_PRESETS:
             raise ConfigError(f"{where}: {shown(name)} is no LiDAR preset; known: {', '.join(LIDAR_PRESETS)}")
         if isinstance(settings, dict):
-            settings = to_mapping(LIDAR_PRESETS[name]) | settings
+            preset, brightness = to_mapping(LIDAR_PRESETS[name]), settings.get("brightness")
+            if isinstance(brightness, dict):
+                settings = settings | {"brightness": preset["brightness"] | brightness}
+            settings = preset | settings
         return from_mapping(cls, settings, where)
 
     @property
@@ -95,62 +116,12 @@ class LidarConfig:
         return ceil((last - first) / self.azimuth_step_deg) * ceil(lasers / self.every_nth_beam)
 
     def ideal(self) -> "LidarConfig":
-        """Return the same lasers without noise, dropout, steps or width of the beam."""
-        none = dict.fromkeys(("range_noise", "range_noise_weak", "range_step", "dark_range", "extinction"), 0.0)
-        return replace(self, **none, divergence_mrad=(0.0, 0.0))  # type: ignore[arg-type]
+        """Return the same lasers without noise, dropout, steps or width of the beam, always at the same azimuths."""
+        errors = "range_noise laser_bias range_noise_weak range_step dark_range extinction bloom_deg"
+        none: dict[str, Any] = dict.fromkeys(errors.split(), 0.0)
+        even = BrightnessConfig.even()
+        return replace(self, **none, divergence_mrad=(0.0, 0.0), azimuth_phase="fixed", brightness=even)
 
 
-# HDL-64E: 2 cm, 5 ns, 50 m at 10 % and 120 m at 80 % remission, as the header of BLenSor's model states them after the
-# S2 data sheet; the extinction is what makes both ranges true. 2 mrad is the usual figure for its divergence.
-_HDL64E = LidarConfig()
-# VLP-16: 3 cm, 100 m, 6 ns (same source), 55.296 us a cycle, 3 x 1.2 mrad (user manual). That the 100 m hold for 80 %
-# remission, as other sheets say of theirs, is an assumption; 40 m at 10 % follow from it.
-_VLP16 = replace(
-    _HDL64E,
-    model="vlp16",
-    azimuth_step_deg=55.296e-6 * 10.0 * 360.0,
-    max_range=100.0,
-    range_noise=0.03,
-    dark_range=40.7,
-    divergence_mrad=(3.0, 1.2),
-    pulse_length=0.9,
-    intensity_scale="diffuse100",
-)
-# OS1-128 (data sheet): 2,048 columns, 0.8-120 m at 80 %, 40 m at 10 %, 1.5 cm under a strong signal and 10 cm at a
-# signal-to-noise ratio of 12, steps of 1.2 cm, 0.18 deg full width at half maximum.
-_OS1_128 = replace(
-    _HDL64E,
-    model="os1_128",
-    azimuth_step_deg=360.0 / 2048.0,
-    min_range=0.8,
-    range_noise=0.015,
-    range_noise_weak=0.1,
-    range_step=0.012,
-    dark_range=41.4,
-    extinction=0.0,
-    divergence_mrad=(3.14, 3.14),
-)
-# SICK's 270 deg scanner with flexible fields, part 1067299 (data sheet): 15 turns a second, 1 deg, 0.05-10 m, 8 m at
-# 10 %, statistical error below 2 cm. Its divergence is not in the sheet; 10 mrad is an assumption.
-_SAFETY2D = replace(
-    _HDL64E,
-    model="safety2d",
-    turns_per_second=15.0,
-    azimuth_step_deg=1.0,
-    azimuth_range_deg=(-135.0, 135.0),
-    min_range=0.05,
-    max_range=10.0,
-    range_noise=0.02,
-    range_step=0.001,
-    dark_range=8.0,
-    extinction=0.0,
-    divergence_mrad=(10.0, 10.0),
-)
-LIDAR_PRESETS: dict[str, LidarConfig] = {
-    "hdl64e": _HDL64E,
-    "hdl64e_s2": replace(_HDL64E, model="hdl64e_s2"),
-    "vlp16": _VLP16,
-    "os1_128": _OS1_128,
-    "safety2d": _SAFETY2D,
-}
+LIDAR_PRESETS = {name: LidarConfig(**({"model": name} | changes)) for name, changes in PRESETS.items()}
 """Settings of real LiDARs by name."""

@@ -1,14 +1,21 @@
-"""What comes back of a pulse: the echo of one surface, or the strongest of several."""
+"""What comes back of a pulse: the echo of one surface, or those of several.
+
+A surface that stops only part of a pulse, such as film, would be one more share: the columns of ``PulseEchoes.of`` are
+whatever a pulse meets, each with the reflectance of the part of the light that reaches it and comes back.
+"""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Float, Float32, Int, Int32
 
 from warehouse_sim.render.raycaster import RayHits
+from warehouse_sim.sensors.lidar.finishes import Finishes
 
-_RETROREFLECTIVE = 2.0
+RETROREFLECTIVE = 2.0
 """Remission from which light goes back to where it came from, whatever the incidence."""
+Which = Literal["strongest", "last", "other"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,46 +29,103 @@ class Echoes:
     instance_ids: Int32[np.ndarray, "*shape"]
 
 
-def thin_echoes(hits: RayHits, directions: Float32[np.ndarray, "n 3"]) -> Echoes:
-    """Return the echoes of infinitely thin beams along unit ``directions`` (world)."""
+def thin_echoes(hits: RayHits, directions: Float32[np.ndarray, "n 3"], finishes: Finishes | None = None) -> Echoes:
+    """Return the echoes of infinitely thin beams along unit ``directions`` (world).
+
+    Args:
+        hits: What they meet.
+        directions: Of the beams.
+        finishes: Gloss of the materials; None = all are matt.
+    """
     x, y, z = (hits.normals[:, i] * directions[:, i] for i in range(3))  # columns, as the arrays lie in memory
     cosine = np.abs(x + y + z)
-    reflectance = np.where(hits.remission >= _RETROREFLECTIVE, hits.remission, hits.remission * cosine)
+    back = hits.remission >= RETROREFLECTIVE
+    reflectance = np.where(back, hits.remission, hits.remission * cosine)
+    if finishes is not None:
+        glossy, shone = finishes.gloss(hits.remission, cosine, hits.materials)
+        reflectance[glossy] = np.where(back[glossy], reflectance[glossy], shone)
     return Echoes(hits.distance, reflectance, hits.instance_ids)
 
 
-def strongest_echoes(shares: Echoes, *, pulse_length: float, extinction: float) -> Echoes:
-    """Return the strongest echo of each pulse, with the instance of its strongest share.
+@dataclass(frozen=True, eq=False)
+class PulseEchoes:
+    """All echoes of pulses that meet several surfaces, the nearest first.
 
     Surfaces less than a pulse length apart along the ray blend into one echo at their power-weighted mean distance: a
     mixed pixel, which lies where nothing is. Surfaces farther apart give echoes of their own.
-
-    Args:
-        shares: Rows of the shares of one pulse, each with the reflectance of its part; infinite distance = none.
-        pulse_length: m along the ray.
-        extinction: Coefficient a of ``exp(-2 a R) / R^2`` (1/m).
     """
-    order = np.argsort(shares.distance, axis=1, kind="stable")
-    distance, reflectance, ids = (
-        np.take_along_axis(item, order, axis=1) for item in (shares.distance, shares.reflectance, shares.instance_ids)
-    )
-    met = np.isfinite(distance)
-    near = np.where(met, distance, np.float32(1.0))
-    power = np.where(met, reflectance * np.exp(np.float32(-2.0 * extinction) * near) / (near * near), np.float32(0.0))
-    with np.errstate(invalid="ignore"):  # both infinite: one echo, of nothing
-        apart = np.diff(distance, axis=1) > pulse_length
-    count, width = distance.shape
-    echo = np.concatenate([np.zeros((count, 1), np.intp), np.cumsum(apart, axis=1)], axis=1)
-    slot = (echo + width * np.arange(count)[:, None]).ravel()
-    total = np.bincount(slot, power.ravel(), width * count).reshape(count, width)
-    moment = np.bincount(slot, (power * near).ravel(), width * count).reshape(count, width)
-    rows, best = np.arange(count), total.argmax(axis=1)
-    strength = total[rows, best]
-    found = strength > 0
-    mean = np.divide(moment[rows, best], strength, out=np.ones(count), where=found)
-    own = np.where(echo == best[:, None], power, np.float32(-1.0)).argmax(axis=1)
-    return Echoes(
-        np.where(found, mean, np.inf).astype(np.float32),
-        (strength * mean**2 * np.exp(2.0 * extinction * mean)).astype(np.float32),
-        np.where(found, ids[rows, own], 0).astype(np.int32),
-    )
+
+    shares: Echoes
+    """Of the pulses, by distance."""
+    power: Float32[np.ndarray, "n k"]
+    """Of each share."""
+    echo: Int[np.ndarray, "n k"]
+    """Which echo each share belongs to."""
+    total: Float[np.ndarray, "n k"]
+    """Power of each echo."""
+    moment: Float[np.ndarray, "n k"]
+    """Sum of power times distance of each echo."""
+    extinction: float
+
+    @classmethod
+    def of(cls, shares: Echoes, *, pulse_length: float, extinction: float) -> "PulseEchoes":
+        """Sort the shares of pulses into echoes.
+
+        Args:
+            shares: Rows of the shares of one pulse, each with the reflectance of its part; infinite distance = none.
+            pulse_length: m along the ray.
+            extinction: Coefficient a of ``exp(-2 a R) / R^2`` (1/m).
+        """
+        order = np.argsort(shares.distance, axis=1, kind="stable")
+        distance, reflectance, ids = (
+            np.take_along_axis(item, order, axis=1)
+            for item in (shares.distance, shares.reflectance, shares.instance_ids)
+        )
+        met = np.isfinite(distance)
+        near = np.where(met, distance, np.float32(1.0))
+        falling = np.exp(np.float32(-2.0 * extinction) * near)
+        power = np.where(met, reflectance * falling / (near * near), np.float32(0.0))
+        with np.errstate(invalid="ignore"):  # both infinite: one echo, of nothing
+            apart = np.diff(distance, axis=1) > pulse_length
+        count, width = distance.shape
+        echo = np.concatenate([np.zeros((count, 1), np.intp), np.cumsum(apart, axis=1)], axis=1)
+        slot = (echo + width * np.arange(count)[:, None]).ravel()
+        total = np.bincount(slot, power.ravel(), width * count).reshape(count, width)
+        moment = np.bincount(slot, (power * near).ravel(), width * count).reshape(count, width)
+        return cls(Echoes(distance, reflectance, ids), power, echo, total, moment, extinction)
+
+    def pick(self, which: Which) -> Echoes:
+        """Return one echo of each pulse, with the instance of its strongest share; none where there is no such.
+
+        ``other`` is what dual return reports beside the strongest: the last, or the second strongest if the last is the
+        strongest.
+        """
+        strongest, width = self.total.argmax(axis=1), self.total.shape[1]
+        if which == "strongest":
+            return self._echo(strongest)
+        last = width - 1 - (self.total[:, ::-1] > 0).argmax(axis=1)
+        if which == "last":
+            return self._echo(last)
+        rows = np.arange(len(strongest))
+        rest = self.total.copy()
+        rest[rows, strongest] = 0.0
+        chosen = np.where(last == strongest, rest.argmax(axis=1), last)
+        return self._echo(chosen, found=rest[rows, chosen] > 0)
+
+    def _echo(self, chosen: Int[np.ndarray, " n"], found: np.ndarray | None = None) -> Echoes:
+        rows = np.arange(len(chosen))
+        strength = self.total[rows, chosen]
+        found = strength > 0 if found is None else found
+        mean = np.divide(self.moment[rows, chosen], strength, out=np.ones(len(chosen)), where=found)
+        own = np.where(self.echo == chosen[:, None], self.power, np.float32(-1.0)).argmax(axis=1)
+        whole = strength * mean**2 * np.exp(2.0 * self.extinction * mean)
+        return Echoes(
+            np.where(found, mean, np.inf).astype(np.float32),
+            np.where(found, whole, 0.0).astype(np.float32),
+            np.where(found, self.shares.instance_ids[rows, own], 0).astype(np.int32),
+        )
+
+
+def strongest_echoes(shares: Echoes, *, pulse_length: float, extinction: float) -> Echoes:
+    """Return the strongest echo of each pulse; see ``PulseEchoes.of``."""
+    return PulseEchoes.of(shares, pulse_length=pulse_length, extinction=extinction).pick("strongest")

@@ -1,11 +1,14 @@
 """Beams with a width: at edges, several surfaces share a pulse."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float32, Int
 
 from warehouse_sim.render.raycaster import RayCaster, RayHits
 from warehouse_sim.sensors.lidar.config import LidarConfig
-from warehouse_sim.sensors.lidar.echo import Echoes, strongest_echoes, thin_echoes
+from warehouse_sim.sensors.lidar.echo import Echoes, PulseEchoes, Which, thin_echoes
+from warehouse_sim.sensors.lidar.finishes import Finishes
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns
 
 _PROBE_AT = 0.571
@@ -14,14 +17,32 @@ _SMALLEST_STEP = 0.05
 """Surfaces nearer to one another than this need no closer look (m): blended, they lie within the noise."""
 
 
-def footprint_echoes(
+_FIRST: dict[str, Which] = {"strongest": "strongest", "last": "last", "dual": "strongest"}
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSweep:
+    """What came back of a sweep's pulses."""
+
+    echoes: Echoes
+    """The first that is reported of each beam."""
+    others: Echoes | None
+    """The second one, with dual return."""
+    hits: RayHits
+    """What the beams' axes meet."""
+    rays: int
+    """How many it took."""
+
+
+def see_sweep(
     raycaster: RayCaster,
     config: LidarConfig,
     sweep: Sweep,
     origins: Float32[np.ndarray, "n 3"],
     directions: Float32[np.ndarray, "n 3"],
-) -> tuple[Echoes, int]:
-    """Return the echoes of the sweep's beams, and how many rays it took.
+    finishes: Finishes | None = None,
+) -> SeenSweep:
+    """Return the echoes of the sweep's beams.
 
     One ray follows each beam's axis. Where a neighbour on the grid meets another surface at another distance, one more
     ray looks at the outer third of the beam on that side and stands for a third of its light. What is narrower than
@@ -33,23 +54,32 @@ def footprint_echoes(
         sweep: The grid that the beams form.
         origins: Where they start in the world (m).
         directions: Unit vectors in the world.
+        finishes: Gloss of the materials; None = all are matt.
     """
     hits = raycaster.cast(origins, directions, coherent=True)
-    echoes = thin_echoes(hits, directions)
+    echoes = thin_echoes(hits, directions, finishes)
+    if config.returns == "dual":
+        nothing = np.full(len(directions), np.inf, np.float32), np.zeros(len(directions), np.float32)
+        others = Echoes(*nothing, np.zeros(len(directions), np.int32))
+    else:
+        others = None
     if not any(config.divergence_mrad):
-        return echoes, len(directions)
+        return SeenSweep(echoes, others, hits, len(directions))
+    echoes = Echoes(echoes.distance.copy(), echoes.reflectance, echoes.instance_ids.copy())
     beams, sides = _edges(hits, sweep)
     rays = _probes(columns(directions, beams), sides, config.divergence_mrad)
-    probes = thin_echoes(raycaster.cast(columns(origins, beams), rays, coherent=True), rays)
+    probes = thin_echoes(raycaster.cast(columns(origins, beams), rays, coherent=True), rays, finishes)
     mixed, shares = _shares(echoes, probes, beams, sides)
-    blended = strongest_echoes(shares, pulse_length=config.pulse_length, extinction=config.extinction)
-    for whole, part in (
-        (echoes.distance, blended.distance),
-        (echoes.reflectance, blended.reflectance),
-        (echoes.instance_ids, blended.instance_ids),
-    ):
-        whole[mixed] = part
-    return echoes, len(directions) + len(rays)
+    pulses = PulseEchoes.of(shares, pulse_length=config.pulse_length, extinction=config.extinction)
+    _put(echoes, mixed, pulses.pick(_FIRST[config.returns]))
+    if others is not None:
+        _put(others, mixed, pulses.pick("other"))
+    return SeenSweep(echoes, others, hits, len(directions) + len(rays))
+
+
+def _put(echoes: Echoes, beams: Int[np.ndarray, " m"], found: Echoes) -> None:
+    echoes.distance[beams], echoes.reflectance[beams] = found.distance, found.reflectance
+    echoes.instance_ids[beams] = found.instance_ids
 
 
 def _edges(hits: RayHits, sweep: Sweep) -> tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from warehouse_sim.sensors.lidar.hdl64e_tables import HDL64E_S3, HDL64E_S21
+from warehouse_sim.sensors.lidar.os1_table import ALTITUDE_DEG, AZIMUTH_DEG, BEAM_ORIGIN_MM
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,10 @@ class Lasers:
     """Where the ray starts, to the left (m)."""
     delay: Float[np.ndarray, " k"]
     """Since the firing cycle began (s)."""
+    ahead: float = 0.0
+    """Where all rays start, from the axis along the way that the head points (m)."""
+    turns_between: bool = False
+    """Whether the head's turn between the beginning of a cycle and a pulse adds to ``azimuth``."""
 
     def rings(self) -> Int[np.ndarray, " k"]:
         """Return each laser's number counted from the topmost, 0."""
@@ -43,26 +48,30 @@ def vlp16() -> Lasers:
     """Return a VLP-16: -15 to 15 deg in steps of 2, lower and upper lasers in turns, 2.304 us apart.
 
     Order, offsets (11.2 mm at the outermost) and times are those of ``VLP16db.yaml`` and of the timing table in
-    ``rawdata.cc`` of the package velodyne_pointcloud, which follow the VLP-16 user manual.
+    ``rawdata.cc`` of the package velodyne_pointcloud, which follow the VLP-16 user manual. As there, each laser looks
+    where the head has turned to when it fires.
     """
     lower = np.arange(-15.0, 0.0, 2.0)
     elevation = np.stack([lower, lower + 16.0], axis=1).ravel()
     up = elevation * (-0.0112 / 15.0)
-    return Lasers(np.deg2rad(elevation), np.zeros(16), up, np.zeros(16), np.arange(16) * 2.304e-6)
+    return Lasers(np.deg2rad(elevation), np.zeros(16), up, np.zeros(16), np.arange(16) * 2.304e-6, turns_between=True)
 
 
 def os1_128() -> Lasers:
-    """Return an OS1-128: +22.5 to -22.5 deg, evenly spaced, all at once (data sheet of the OS1).
+    """Return an OS1-128 as one unit was measured, all lasers at once.
 
-    The real one's beams are also staggered in azimuth by a few degrees, of which the data sheet says nothing.
+    Ouster counts azimuths clockwise, as the head turns: its positive ones look to the right (sensor documentation,
+    "Lidar Range to XYZ": the encoder's angle is 2 pi less the share of the turn, less the beam's azimuth).
     """
-    elevation = np.deg2rad(np.linspace(22.5, -22.5, 128))
-    return Lasers(elevation, *(np.zeros(128) for _ in range(4)))
+    elevation, right = (np.deg2rad(np.array(table.split(), float)) for table in (ALTITUDE_DEG, AZIMUTH_DEG))
+    nothing = np.zeros(128)
+    return Lasers(elevation, -right, nothing, nothing, nothing, ahead=BEAM_ORIGIN_MM / 1000.0)
 
 
 def planar() -> Lasers:
     """Return the one laser of a 2D scanner."""
-    return Lasers(*(np.zeros(1) for _ in range(5)))
+    nothing = np.zeros(1)
+    return Lasers(nothing, nothing, nothing, nothing, nothing)
 
 
 LASERS: dict[str, Callable[[], Lasers]] = {

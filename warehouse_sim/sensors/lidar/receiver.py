@@ -1,9 +1,10 @@
 """The receiver: which echoes it detects, with what range noise it measures them, and their intensity."""
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32
+from jaxtyping import Bool, Float, Float32, Int32
 
 from warehouse_sim.sensors.lidar.config import LidarConfig
+from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 _DARK = 0.1
 """Remission for which data sheets state the shorter of their ranges."""
@@ -57,6 +58,32 @@ def range_sigma(power: Float[np.ndarray, " n"], config: LidarConfig) -> Float[np
 def quantised(distance: Float32[np.ndarray, " n"], step: float) -> Float32[np.ndarray, " n"]:
     """Return distances in whole steps (m); 0 = as they are."""
     return distance if step == 0 else np.rint(distance * np.float32(1.0 / step)) * np.float32(step)
+
+
+def intensity_factor(
+    distance: Float32[np.ndarray, " n"],
+    ring: Int32[np.ndarray, " n"],
+    config: LidarConfig,
+    unit: LidarUnit | None,
+    rng: np.random.Generator,
+) -> Float32[np.ndarray, " n"]:
+    """Return by what the intensities differ from the surfaces': gain of the laser, calibration, speckle.
+
+    Args:
+        distance: m.
+        ring: Of the laser.
+        config: How strong the speckle is.
+        unit: Its gains and what its calibration leaves; None = none.
+        rng: Of the speckle.
+    """
+    exponent = np.zeros_like(distance)
+    if config.brightness.speckle > 0:
+        rng.standard_normal(len(distance), np.float32, out=exponent)
+        exponent *= np.float32(config.brightness.speckle)
+    if unit is not None:
+        exponent += unit.gain[ring]
+        exponent += unit.residual_at(distance)
+    return np.exp(exponent, out=exponent)
 
 
 def intensity(reflectance: Float32[np.ndarray, " n"], config: LidarConfig) -> Float32[np.ndarray, " n"]:

@@ -37,7 +37,7 @@ def make_sweep(config: LidarConfig) -> Sweep:
 
     A laser that looks to the left of the head gets to an azimuth earlier than one that looks to its right; in a column
     of the grid, rays stand at most half a step beside one another. Rays start where the calibration of Velodyne's
-    drivers puts them: offset perpendicular to the ray, upwards and to the left.
+    drivers puts them: offset perpendicular to the ray, upwards and to the left; an Ouster's, ahead of the axis.
     """
     lasers = LASERS[config.model]()
     top_down = np.argsort(lasers.rings())[:: config.every_nth_beam]
@@ -47,17 +47,23 @@ def make_sweep(config: LidarConfig) -> Sweep:
     # A full turn must not fire twice in the direction where it closes; any other one includes both ends.
     count = round((last - first) / step) if closed else int((last - first) / step + 1e-6) + 1
     aside, up, left, delay = (item[top_down, None] for item in (lasers.azimuth, lasers.up, lasers.left, lasers.delay))
+    clockwise = config.spin == "clockwise"
+    if lasers.turns_between:
+        aside = aside + delay * (2.0 * np.pi * config.turns_per_second * (-1.0 if clockwise else 1.0))
     lead = np.round(aside / step).astype(int)
     column = np.arange(count)
-    cycle = (column - lead) % count if closed else column - lead + lead.max()
-    forward = -first / step + (0 if closed else lead.max())
+    cycle, forward = _cycles(column - lead, -first / step, clockwise)
+    if closed:
+        cycle, forward = cycle % count, forward % count
+    else:
+        cycle, forward = cycle - cycle.min(), forward - cycle.min()
     period = step / (2.0 * np.pi * config.turns_per_second)
     azimuth = first + column * step + (aside - lead * step)
     elevation = np.broadcast_to(lasers.elevation[top_down, None], azimuth.shape)
     return Sweep(
         shape=azimuth.shape,
         closed=closed,
-        origins=_vectors(*_origins(azimuth, elevation, up, left)),
+        origins=_vectors(*_origins(azimuth, elevation, up, left, lasers.ahead, azimuth - aside)),
         directions=_vectors(
             np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
         ),
@@ -73,10 +79,23 @@ def columns(vectors: Float32[np.ndarray, "n 3"], chosen: Int[np.ndarray, " m"]) 
     return np.take(vectors.T, chosen, axis=1).T
 
 
-def _origins(azimuth: np.ndarray, elevation: np.ndarray, up: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, ...]:
+def _cycles(head: Int[np.ndarray, "k n"], forward: float, clockwise: bool) -> tuple[Int[np.ndarray, "k n"], float]:
+    """Return in which firing cycle, counted from any, the head is at each step of azimuth, and when it looks forward.
+
+    Args:
+        head: Where the head points (steps from the first azimuth, counter-clockwise).
+        forward: Of the azimuth 0, in the same steps.
+        clockwise: Which way it turns, seen from above.
+    """
+    return (-head, -forward) if clockwise else (head, forward)
+
+
+def _origins(
+    azimuth: np.ndarray, elevation: np.ndarray, up: np.ndarray, left: np.ndarray, ahead: float, head: np.ndarray
+) -> tuple[np.ndarray, ...]:
     radial = -up * np.sin(elevation)
-    x = radial * np.cos(azimuth) - left * np.sin(azimuth)
-    y = radial * np.sin(azimuth) + left * np.cos(azimuth)
+    x = radial * np.cos(azimuth) - left * np.sin(azimuth) + ahead * np.cos(head)
+    y = radial * np.sin(azimuth) + left * np.cos(azimuth) + ahead * np.sin(head)
     return x, y, up * np.cos(elevation)
 
 

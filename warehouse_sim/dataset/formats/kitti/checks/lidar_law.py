@@ -12,6 +12,8 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.contents import LidarContents
 
+_BIAS_SIGMAS = math.sqrt(3.0)
+"""Constant errors of lasers are evenly spread, so that none goes beyond."""
 SIGMAS = 6.0
 """Normal noise goes beyond this once in 500 million points."""
 FARTHEST_START = 0.25
@@ -57,7 +59,14 @@ class LidarLaw(LidarContents):
     @property
     def forward_time(self) -> float:
         """When in a sweep the head looks forward (s)."""
-        return max(-self.azimuth_range_deg[0], 0.0) / 360.0 / self.turns_per_second
+        first, last = self.azimuth_range_deg
+        way = last if self.turns_clockwise else -first
+        return max(way, 0.0) / 360.0 / self.turns_per_second
+
+    @property
+    def turns_clockwise(self) -> bool:
+        """Whether the head turns from the left to the right when it looks forward."""
+        return self.spin == "clockwise"
 
     @property
     def time_doubt(self) -> float:
@@ -84,8 +93,8 @@ class LidarLaw(LidarContents):
         if self.dark_range > 0:
             full = 255.0 if self.intensity_scale == "linear" else 100.0
             # The least reflectance that rounds to this intensity.
-            reflectance = np.clip((255.0 * intensity - 0.5) / full, 0.0, 1.0)
+            reflectance = np.clip((255.0 * intensity - 0.5) / full * math.exp(-self.intensity_spread), 0.0, 1.0)
             falling = np.exp(-2.0 * self.extinction * (distance - self.dark_range))
             power = reflectance / _DARK * (self.dark_range / distance) ** 2 * falling
             sigma = np.hypot(sigma, self.range_noise_weak / np.maximum(power, _WEAKEST))
-        return SIGMAS * sigma + self.range_step / 2.0
+        return SIGMAS * sigma + _BIAS_SIGMAS * self.laser_bias + self.range_step / 2.0

@@ -51,6 +51,8 @@ class SweepGrid:
         count = max(round(360.0 / law.azimuth_step_deg), 1)
         # The first laser of a cycle fires with it, but for rounding.
         cycle = np.floor(time / law.cycle_time + 1e-3).astype(np.int64)
+        if law.turns_clockwise:
+            cycle = -cycle
         azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0])) - law.azimuth_range_deg[0]
         ahead = (azimuth / law.azimuth_step_deg - cycle + count / 2) % count - count / 2
         order = np.argsort(ring.astype(np.int16), kind="stable")  # of 16 bits, as those are sorted in one pass
