@@ -17,8 +17,10 @@ from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material, ObjectInstance, ObjectModel, Part, SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
+from warehouse_sim.sensors.lidar.finishes import finishes_of
 from warehouse_sim.sensors.lidar.receiver import detection_probability, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
+from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 FOLDER = Path(__file__).parents[1] / "images" / "sensors"
 DISTANCES = (3.0, 7.0, 15.0, 25.0)
@@ -51,9 +53,12 @@ def draw_rings(pyplot: Any) -> Any:
         (LidarConfig(), 0, "as read, from above"),
     )
     for column, distance in enumerate(DISTANCES):
-        caster = RayCaster(loaded_pallet(distance))
+        scene = loaded_pallet(distance)
+        caster = RayCaster(scene)
         for row, (config, is_front, title) in enumerate(rows):
-            points = scan(caster, config, T_WORLD_LIDAR, np.random.default_rng(0))
+            unit = LidarUnit.draw(config, np.random.default_rng(1))
+            finishes = finishes_of(scene, caster.materials, config.brightness, np.random.default_rng(2))
+            points = scan(caster, config, T_WORLD_LIDAR, np.random.default_rng(0), unit=unit, finishes=finishes)
             image = _draw_points(axes[row, column], points, distance, bool(is_front))
             axes[row, column].set_title(f"{distance:.0f} m, {title}", fontsize=10)
     figure.colorbar(image, ax=axes, shrink=0.5, label="intensity")
