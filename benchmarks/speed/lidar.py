@@ -12,6 +12,7 @@ from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import Transform, transform_points
 from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
 from warehouse_sim.sensors.lidar.footprint import see_sweep
 from warehouse_sim.sensors.lidar.read import world_rays
@@ -32,7 +33,9 @@ def lidar(settings: Settings) -> dict[str, Any]:
     ours: list[Cost] = []
     theirs: list[Cost] = []
     for T_world_lidar in (places[0], *places):
-        ours.append(measure(sweep_to_bytes, raycaster, config, T_world_lidar, np.random.default_rng(0))[0])
+        ours.append(
+            measure(sweep_to_bytes, subject.scene, raycaster, config, T_world_lidar, np.random.default_rng(0))[0]
+        )
         origins, directions = world_rays(make_sweep(config), T_world_lidar)
         theirs.append(measure(their_scene.cast_rays, np.concatenate([origins, directions], axis=1))[0])
     our_median, peer_median = median(ours[1:]), median(theirs[1:])
@@ -50,7 +53,7 @@ def lidar(settings: Settings) -> dict[str, Any]:
         "peer_rays_per_cpu_s": beams / peer_median.cpu_s,
         "target": "two processes on two cores: >= 4 M rays a second",
         "two_processes": side_by_side(subject.scene, config, places, rays, beams, sweeps),
-        "presets_cpu_s": _presets(raycaster, places),
+        "presets_cpu_s": _presets(subject.scene, raycaster, places),
         "ours_wall_s": our_median.wall_s,
         "peer_wall_s": peer_median.wall_s,
         "ours_load_cpu_s": built.cpu_s,
@@ -60,12 +63,12 @@ def lidar(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _presets(raycaster: RayCaster, places: list[Transform]) -> dict[str, float]:
+def _presets(scene: SceneSpec, raycaster: RayCaster, places: list[Transform]) -> dict[str, float]:
     """Return the CPU time of a sweep of each preset (s), median over the places after a warm-up."""
     found = {}
     for name, config in LIDAR_PRESETS.items():
         costs = [
-            measure(sweep_to_bytes, raycaster, config, place, np.random.default_rng(0))[0]
+            measure(sweep_to_bytes, scene, raycaster, config, place, np.random.default_rng(0))[0]
             for place in (places[0], *places)
         ]
         found[name] = median(costs[1:]).cpu_s

@@ -16,6 +16,8 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LidarConfig, scan
+from warehouse_sim.sensors.lidar.finishes import finishes_of
+from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 WORKERS = 2
 ROUNDS = 8
@@ -32,10 +34,19 @@ class _Share:
 
 
 def sweep_to_bytes(
-    raycaster: RayCaster, config: LidarConfig, T_world_lidar: Transform, rng: np.random.Generator
+    scene: SceneSpec,
+    raycaster: RayCaster,
+    config: LidarConfig,
+    T_world_lidar: Transform,
+    rng: np.random.Generator,
 ) -> int:
-    """Make a sweep and all that is written of it: points with intensity, instance ids, rings and times; in bytes."""
-    found = scan(raycaster, config, T_world_lidar, rng)
+    """Make a sweep and all that is written of it: points with intensity, instance ids, rings and times; in bytes.
+
+    The unit and the surfaces are drawn anew for each sweep, as the sensor does it.
+    """
+    unit = LidarUnit.draw(config, np.random.default_rng(1))
+    finishes = finishes_of(scene, raycaster.materials, config.brightness, np.random.default_rng(2))
+    found = scan(raycaster, config, T_world_lidar, rng, unit=unit, finishes=finishes)
     return len(point_bytes(found)) + len(found.instance_ids.astype("<i4").tobytes()) + len(beam_bytes(found))
 
 
@@ -87,13 +98,13 @@ def _sweep(
 ) -> list[_Share]:
     raycaster, rng = RayCaster(scene), np.random.default_rng(number)
     for T_world_lidar in T_world_lidars[:2]:
-        sweep_to_bytes(raycaster, config, T_world_lidar, rng)
+        sweep_to_bytes(scene, raycaster, config, T_world_lidar, rng)
     shares = []
     for _ in range(ROUNDS):
         _barrier.wait()
         cpu, start = time.process_time(), time.monotonic()
         for turn in range(sweeps):
-            sweep_to_bytes(raycaster, config, T_world_lidars[turn % len(T_world_lidars)], rng)
+            sweep_to_bytes(scene, raycaster, config, T_world_lidars[turn % len(T_world_lidars)], rng)
         shares.append(_Share(start, time.monotonic(), time.process_time() - cpu))
     return shares
 

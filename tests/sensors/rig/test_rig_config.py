@@ -73,7 +73,7 @@ def test_the_lidar_sits_behind_and_above_the_camera_as_in_kitti() -> None:
 
 def test_the_registry_knows_the_sensors() -> None:
     assert {"rgbd", "lidar", "stereo"} <= set(SENSORS.names())
-    assert SENSORS.get("lidar")().config.range_noise == 0.02
+    assert SENSORS.get("lidar")().config.range_noise == 0.008
 
 
 def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:
