@@ -1,6 +1,6 @@
 """One mesh on the graphics device with room for all its instances, drawn in one call a level of detail."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import moderngl
 import numpy as np
@@ -8,7 +8,7 @@ from jaxtyping import Int
 
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.raster.face_edges import CORNER_FORMAT, FlatMesh
-from warehouse_sim.render.raster.mesh_levels import mesh_levels
+from warehouse_sim.render.raster.mesh_levels import MeshLevels, mesh_levels
 from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT
 
 _ATTRIBUTES = ("in_position", "in_normal", "in_to_edge")
@@ -18,9 +18,8 @@ _INSTANCE_ATTRIBUTES = ("in_rotation", "in_translation", "in_scale", "in_texture
 class MeshBatch:
     """Draws instances of one mesh with any program whose vertex shader includes ``place.glsl``."""
 
-    def __init__(self, context: moderngl.Context, mesh: TriangleMesh) -> None:
+    def __init__(self, context: moderngl.Context, levels: MeshLevels) -> None:
         self._context = context
-        levels = mesh_levels(mesh)
         self.errors = levels.errors
         """Largest distance of each level from the true surface, in the mesh's own units (m); the finest first."""
         self._instances = context.buffer(reserve=INSTANCE.itemsize, dynamic=True)  # grows with what is drawn
@@ -51,17 +50,22 @@ class MeshBatch:
 
 
 class MeshLibrary:
-    """The batches of the meshes in use; scenes from one catalog share most of them."""
+    """The batches of the meshes in use; scenes from one catalog share most of them.
 
-    def __init__(self, context: moderngl.Context) -> None:
-        self._context = context
+    Args:
+        context: Where to upload to.
+        levels: Gives the levels of detail of a mesh.
+    """
+
+    def __init__(self, context: moderngl.Context, levels: Callable[[TriangleMesh], MeshLevels] = mesh_levels) -> None:
+        self._context, self._levels = context, levels
         self._batches: dict[TriangleMesh, MeshBatch] = {}
 
     def require(self, meshes: Sequence[TriangleMesh]) -> list[MeshBatch]:
         """Return the batch of each of ``meshes``, uploading those that are new."""
         for mesh in meshes:
             if mesh not in self._batches:
-                self._batches[mesh] = MeshBatch(self._context, mesh)
+                self._batches[mesh] = MeshBatch(self._context, self._levels(mesh))
         return [self._batches[mesh] for mesh in meshes]
 
     def keep(self, meshes: Sequence[TriangleMesh]) -> None:

@@ -41,6 +41,11 @@ def mesh_levels(mesh: TriangleMesh) -> MeshLevels:
     return _known[mesh]
 
 
+def only_level(mesh: TriangleMesh) -> MeshLevels:
+    """Return ``mesh`` as it is drawn at any distance."""
+    return MeshLevels((flat_mesh(mesh),), np.zeros(1))
+
+
 def choose_levels(
     table: PartTable, errors: Sequence[Float[np.ndarray, " l"]], records: np.ndarray, camera: PinholeCamera
 ) -> Int[np.ndarray, " n"]:

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float32, Float64, Int
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.render.coarse_scene import JOINED_GOODS
 from warehouse_sim.render.painted_mesh import require_material
 from warehouse_sim.render.raster.ribs import ribs_of
 from warehouse_sim.render.raster.shadow_skin import shadow_casters
@@ -41,6 +42,8 @@ class PartTable:
     """Rows that leave paint in the geometry buffer: those whose material has a picture or is a ribbed sheet's."""
     casts: Bool[np.ndarray, " n"]
     """Rows that cast shadows."""
+    filled: tuple[bool, ...]
+    """For each of ``meshes`` whether it is goods of a load joined into one object, whose insides nobody sees."""
     T_world_part: Float64[np.ndarray, "n 4 4"]
     local_centre: Float64[np.ndarray, "n 3"]
     """Centre of each part's bounding box in the part's frame (m)."""
@@ -70,6 +73,7 @@ class PartTable:
             film=self.film[rows],
             painted=self.painted[rows],
             casts=self.casts[rows],
+            filled=self.filled,
             T_world_part=self.T_world_part[rows],
             local_centre=self.local_centre[rows],
             half_size=self.half_size[rows],
@@ -122,6 +126,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
     painted = np.array([has_paint[instance.material_of(part)] for instance, _, part in entries])
     film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
     casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
+    joined = {name for name, model in scene.models.items() if model.class_name == JOINED_GOODS}
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
     return PartTable(
         meshes=tuple(groups),
@@ -129,6 +134,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
         film=film,
         painted=painted,
         casts=np.array([casts_of[instance.model][number] for instance, number, _ in entries]),
+        filled=tuple(all(instance.model in joined for instance, _, _ in group) for group in groups.values()),
         T_world_part=T_world_object @ np.stack([part.T_object_part for _, _, part in entries]),
         local_centre=(low + high) / 2,
         half_size=(high - low) / 2,

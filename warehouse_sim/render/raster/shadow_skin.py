@@ -10,7 +10,7 @@ from warehouse_sim.schema import Material, ObjectModel
 
 _SKIN = 0.0015
 """What reaches no farther than this out of a box (m) has no shadow that a map would show."""
-_PRINT = ("print_", "label_", "board_face", "tape", "strap")
+_PRINT = ("print_", "label_", "board_face", "tape", "strap", "brand_mark")
 """How materials are called that lie on something else, which has the shadow."""
 
 

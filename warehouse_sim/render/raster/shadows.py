@@ -8,14 +8,16 @@ import moderngl
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
-from warehouse_sim.render.raster.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.mesh_levels import choose_levels
+from warehouse_sim.render.raster.mesh_batch import MeshBatch, MeshLibrary
+from warehouse_sim.render.raster.mesh_levels import choose_levels, only_level
 from warehouse_sim.render.raster.parts import PartTable, placed_records
 from warehouse_sim.render.raster.programs import FullScreen, source
 from warehouse_sim.render.raster.projection import projected_bounds
 from warehouse_sim.render.raster.shadow_cores import thinned_sheets
+from warehouse_sim.render.raster.shadow_shapes import shadow_shape
 from warehouse_sim.schema import Light
 
 MAX_SHADOWS = 8
@@ -67,6 +69,7 @@ class ShadowAtlas:
         self.depth.compare_func = ""  # the shader compares: cheaper than a comparing sampler on a CPU
         self.depth.repeat_x = self.depth.repeat_y = False
         self._target = context.framebuffer([], self.depth)
+        self._shapes = MeshLibrary(context, only_level)
         edge = ATLAS_PX // BLOCK_TEXELS
         self.blockers = context.texture((edge, edge), 1, dtype="f4")
         self.blockers.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -83,6 +86,7 @@ class ShadowAtlas:
         self._context.front_face = "cw"
         self._context.cull_face = "front"
         casters = table.casts & (table.tops() > _FLOOR)
+        batches = self._with_shapes(table, casters, batches)
         side = max(math.ceil(math.sqrt(len(lights))), 2)
         tiles = [self._draw_tile(light, number, side, table, casters, batches) for number, light in enumerate(lights)]
         self._target.viewport = (0, 0, *self._target.size)
@@ -97,11 +101,23 @@ class ShadowAtlas:
             self._target,
             self.depth,
             self._program,
+            self._shapes,
             self._blocker_target,
             self.blockers,
             self._find_blockers,
         ):
             item.release()
+
+    def _with_shapes(self, table: PartTable, casters: np.ndarray, batches: Sequence[MeshBatch]) -> Sequence[MeshBatch]:
+        """Return ``batches`` with coarse ones for the meshes that have a shape of their own for shadows."""
+        shapes: list[TriangleMesh | None] = []
+        for mesh, rows, filled in zip(table.meshes, table.rows_of_mesh, table.filled, strict=True):
+            shape = shadow_shape(mesh, filled) if casters[rows].any() else mesh
+            shapes.append(None if shape is mesh else shape)
+        own = [shape for shape in shapes if shape is not None]
+        coarse = iter(self._shapes.require(own))
+        self._shapes.keep(own)
+        return [batch if shape is None else next(coarse) for shape, batch in zip(shapes, batches, strict=True)]
 
     def _draw_tile(
         self,
