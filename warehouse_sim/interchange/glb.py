@@ -16,6 +16,8 @@ _T_GLTF_WORLD = make_transform(rotation_x(-np.pi / 2), np.zeros(3))
 def write_glb(scene: SceneSpec, path: Path) -> Path:
     """Write ``scene`` to ``path`` with metallic-roughness materials; nodes are named by instance id and class.
 
+    Materials are plain: textures and pictures of labels and prints are left out.
+
     Raises:
         MissingPackageError: trimesh is not installed.
         OutputError: The file cannot be written.

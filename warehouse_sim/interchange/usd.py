@@ -17,6 +17,8 @@ def write_usd(scene: SceneSpec, path: Path) -> Path:
 
     ``write_usd(prepared.scene, Path("scene.usda"))`` writes what ``prepare_scene`` returned.
 
+    Materials are plain: textures and pictures of labels and prints are left out.
+
     Objects carry their ``instance_id``, ``class_name`` and ``obj_id`` as custom data, so labels can be made elsewhere.
 
     Raises:
