@@ -114,4 +114,4 @@ def test_light_over_other_surfaces_is_that_of_all_patches() -> None:
         power[at] = 0
         longer = (r + length - r[at]) / 2
         expected = (power * longer).sum() / (power.sum() + cosine[at] / r[at] ** 2)
-        assert bias[120, column] == pytest.approx(expected, rel=0.3, abs=0.0015)
+        assert bias[120, column] == pytest.approx(expected, rel=0.35, abs=0.0015)

@@ -8,9 +8,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.pixel_rays import pixel_stretch
 from warehouse_sim.sensors.surfaces import camera_rays
 
-_STRIDE = 6
+_STRIDE = 8
 """Pixels from one sample to the next."""
-_RINGS = ((1, 0.6, 2.3), (3, 2.3, 5.0), (7, 5.0, 9.5), (13, 9.5, 19.0), (27, 19.0, 38.0))
+_RINGS = ((1.5, 0.6, 2.5), (4, 2.5, 6.0), (9, 6.0, 13.0), (20, 13.0, 28.0))
 """Radius at which the surroundings are looked at, and the radii between which it stands for them (samples)."""
 _WAYS = tuple((np.cos(a), np.sin(a)) for a in np.deg2rad(np.arange(0, 360, 45)))
 
@@ -44,7 +44,7 @@ def multipath_bias(
     area = np.float32(_STRIDE**2 / (camera.fx * camera.fy)) * z * z / (length * cosine)
     if camera.distortion is not None:
         area /= np.linalg.det(pixel_stretch(camera)[pick])
-    reach = int(np.ceil(_RINGS[-1][0]))
+    reach = round(_RINGS[-1][0])
     patch = np.pad(
         np.concatenate([points, n, np.stack([r, rho * lit, area])]), ((0, 0), (reach, reach), (reach, reach)), "edge"
     )

@@ -24,6 +24,10 @@ _SATURATED = 1e3
 """Light beyond which more of it does not help (white plaster facing the emitter from 1 m gives 1)."""
 
 
+_NEAREST = np.float32(1e-6)
+"""Keeps quotients finite where there is nothing, and so no light either."""
+
+
 @dataclass(frozen=True)
 @ranged
 class TimeOfFlight(DepthModel):
@@ -107,18 +111,23 @@ class TimeOfFlight(DepthModel):
             kept = self._kept(capture)
             diffuse, white = diffuse * kept, np.maximum(white * kept, np.float32(0.01))
         light = diffuse + glossy
-        signal = np.divide(light, depth * depth, out=np.zeros_like(depth), where=depth > 0)
+        signal = light / np.maximum(depth * depth, _NEAREST)
         mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture)
         if self.multipath > 0:
-            share = np.float32(self.multipath)
-            bias = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
-            mixed += share * bias * cosine_of_view(capture.camera)
+            longer = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
+            longer *= cosine_of_view(camera)
+            longer *= np.float32(self.multipath)
+            mixed += longer
         if self.gloss_bias != 0:
-            mixed += np.float32(self.gloss_bias) * np.divide(glossy, light, out=np.zeros_like(light), where=light > 0)
+            mixed += np.float32(self.gloss_bias) * glossy / np.maximum(light, _NEAREST)
         theta = np.arccos(np.clip(cosine, np.float32(0.05), np.float32(1.0))) if self.sigma_angle > 0 else cosine
-        sigma = np.float32(self.noise_scale) * self.axial_sigma(depth, theta) / np.sqrt(white)
-        read = mixed + self._of_the_unit(mixed, camera.fx / self.focal_px)
-        read += sigma * self._noise((depth.shape[0], depth.shape[1]), rng, camera.fx / self.focal_px)
+        sigma = self.axial_sigma(depth, theta)
+        sigma *= np.float32(self.noise_scale)
+        sigma /= np.sqrt(white)
+        read = self._noise((depth.shape[0], depth.shape[1]), rng, camera.fx / self.focal_px)
+        read *= sigma
+        read += mixed
+        read += self._of_the_unit(mixed, camera.fx / self.focal_px)
         clear &= (signal >= np.float32(self.min_signal)) & (sigma <= np.float32(self.max_sigma))
         return np.where(clear, read, np.float32(0.0))
 
