@@ -84,3 +84,14 @@ def test_it_asks_for_reflections() -> None:
     assert surfaces is not None
     with pytest.raises(ValueError, match="follows reflections"):
         read(plane(1.0), PRESET, Capture(CAMERA, surfaces=replace(surfaces, reflected=None)))
+
+
+def test_nothing_sends_no_light_where_the_coarser_materials_reach_over_an_outline() -> None:
+    buffers = plane(1.4)
+    model = replace(STILL, stray_light=0.01, sigma_lateral_px=1.3)
+    whole = read(buffers, model, over(capture_of()))
+    buffers.depth[:, 160:] = 0.0  # the materials still say plaster there
+    half = read(buffers, model, over(capture_of()))
+    np.testing.assert_allclose(half[:, :150], whole[:, :150], atol=2e-3)
+    assert np.abs(half[:, 150:160] - 1.4).max() < 0.01
+    assert (half[:, 160:] == 0).all()

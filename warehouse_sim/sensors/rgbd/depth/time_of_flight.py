@@ -111,7 +111,8 @@ class TimeOfFlight(DepthModel):
             kept = self._kept(capture)
             diffuse, white = diffuse * kept, np.maximum(white * kept, np.float32(0.01))
         light = diffuse + glossy
-        signal = light / np.maximum(depth * depth, _NEAREST)
+        # Materials are seen coarser than depth: beside an outline they are those of the thing, where nothing is.
+        signal = np.divide(light, depth * depth, out=np.zeros_like(depth), where=depth > 0)
         mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture)
         if self.multipath > 0:
             longer = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
