@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from warehouse_sim.color import balanced_rgb
 from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.hall_light import fill_lights
+from warehouse_sim.scene.lighting.hall_light import failing, fill_lights
 from warehouse_sim.scene.lighting.luminaires import Luminaire, luminaires_of
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
@@ -16,8 +16,6 @@ from warehouse_sim.schema import Light, SceneSpec
 
 _FLUX = 15000.0
 """Flux of a luminaire (lm) before it is dimmed to the wanted lux: that of a high-bay luminaire of about 100 W."""
-_FLICKER = 0.25
-"""Share of its flux that a luminaire that is about to fail gives."""
 _SKY = 6500.0
 """Colour temperature of an overcast sky (K), that of CIE D65."""
 _SKY_RADIUS = 2.0
@@ -45,9 +43,9 @@ def draw_lighting(
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
     fill: tuple[Light, ...] = ()
     if electric and config.hall_share > 0.0:
-        # Dark luminaires are as many in the hall as over the aisle: the rows are dimmed by them.
         in_aisle = float(unshadowed_illuminance(electric, floor, up).mean())
-        fill = fill_lights(scene, config.hall_share * in_aisle, list(dict.fromkeys(light.color for light in electric)))
+        colors = list(dict.fromkeys(light.color for light in electric))
+        fill = fill_lights(scene, config.hall_share * in_aisle, colors, preset, rng.spawn(1)[0])
     ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
     return SceneLighting(
         name=config.preset,
@@ -66,7 +64,7 @@ def _electric(
     """Return the lights of the luminaires that are on."""
     kelvins = [temperature.draw(rng) for temperature in preset.temperatures]
     rows, columns = _ranks([item.position[1] for item in luminaires]), _ranks([item.position[0] for item in luminaires])
-    shares = _failing([preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_share, rng)
+    shares = failing([preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_share, rng)
     lights: dict[Luminaire, Light] = {}
     for item, row, column, share in zip(luminaires, rows, columns, shares, strict=True):
         if share > 0.0:
@@ -79,17 +77,6 @@ def _electric(
 def _ranks(values: Sequence[float]) -> list[int]:
     """Return the place of each value among the different ones, to the millimetre."""
     return np.unique(np.round(values, 3), return_inverse=True)[1].tolist()
-
-
-def _failing(shares: list[float], failed_share: float, rng: np.random.Generator) -> list[float]:
-    """Return the share of its flux that each luminaire gives when some fail: one flickers, one at least is whole."""
-    count = len(shares)
-    if failed_share == 0.0:
-        return shares
-    dark = min(max(round(failed_share * count), 1), max(count - 2, 0))
-    state = np.ones(count)
-    state[:dark], state[dark : dark + 1] = 0.0, _FLICKER
-    return (rng.permutation(state) * shares).tolist()
 
 
 def _spot(item: Luminaire, flux: float, kelvin: float, tilt_deg: float, preset: Preset) -> Light:
