@@ -24,15 +24,19 @@ class DetailLevel:
     """Largest distance (m) from a point of either surface to the other surface."""
 
 
-def detail_levels(mesh: TriangleMesh) -> tuple[DetailLevel, ...]:
+def detail_levels(mesh: TriangleMesh, known: Facets | None = None) -> tuple[DetailLevel, ...]:
     """Return ``mesh`` itself and coarser ones, the finest first.
 
     Print on a carton, the slots of an upright and the ribs of a tote are sheets: two large sides and, around them, a
     rim of narrow faces. A rim face whose two long edges belong to faces that stay is within half its width of them, so
     it can go where that is less than the eye can tell. Nothing moves, hence print stays before what it is printed on.
+
+    Args:
+        mesh: The finest level.
+        known: Its facets, where they are known.
     """
     levels = [DetailLevel(mesh, 0.0)]
-    found = facets(mesh)
+    found = facets(mesh) if known is None else known
     pair, turn = parallelograms(found)
     rim, error = _rims(found, pair, turn, plane_regions(found))
     pair = pair[rim]

@@ -32,11 +32,11 @@ def facets(mesh: TriangleMesh) -> Facets:
     normals = np.round(mesh.face_normals(), 6) + 0.0  # no negative zeros: they would tell equal normals apart
     solid = normals.any(axis=1)
     normals, faces = normals[solid], mesh.faces[solid]
-    _, welded = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    welded = _numbered(mesh.vertices + 0.0)
     corners = welded[faces]
     ends = np.stack([corners[:, [1, 2]], corners[:, [2, 0]], corners[:, [0, 1]]], axis=1).reshape(-1, 2)
     edge = ends.min(axis=1) * (len(welded) + 1) + ends.max(axis=1)
-    _, plane = np.unique(normals, axis=0, return_inverse=True)
+    plane = _numbered(normals)
     _, edge = np.unique(edge, return_inverse=True)
     in_plane = edge * (plane.max(initial=0) + 1) + np.repeat(plane, 3)
     across, _ = _twins(edge)
@@ -74,6 +74,12 @@ def plane_regions(found: Facets) -> Int[np.ndarray, " m"]:
     there = found.partner[here, edge] // 3
     neighbours = coo_array((np.ones(len(here), bool), (here, there)), shape=(count, count))
     return connected_components(neighbours, directed=False)[1]
+
+
+def _numbered(rows: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
+    """Return a number for each row, equal for rows of equal bytes; several times as fast as ``np.unique(axis=0)``."""
+    whole = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.itemsize * 3)))
+    return np.unique(whole, return_inverse=True)[1].reshape(-1)
 
 
 def _twins(key: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:

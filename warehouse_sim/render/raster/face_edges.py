@@ -24,9 +24,14 @@ class FlatMesh:
     triangles: Int32[np.ndarray, "m 3"]
 
 
-def flat_mesh(mesh: TriangleMesh) -> FlatMesh:
-    """Prepare ``mesh``; halves of a parallelogram become one face with four edges, which needs no more corners."""
-    found = facets(mesh)
+def flat_mesh(mesh: TriangleMesh, known: Facets | None = None) -> FlatMesh:
+    """Prepare ``mesh``; halves of a parallelogram become one face with four edges, which needs no more corners.
+
+    Args:
+        mesh: What is drawn.
+        known: Its facets, where they are known.
+    """
+    found = facets(mesh) if known is None else known
     pair, turn = parallelograms(found)
     single = np.setdiff1d(np.arange(len(found.faces)), pair)
     quads = _quad_corners(mesh, found, pair, turn)

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.detail_levels import detail_levels
+from warehouse_sim.geometry.facets import facets
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.raster.face_edges import FlatMesh, flat_mesh
 from warehouse_sim.render.raster.parts import PartTable
@@ -34,10 +35,10 @@ _known: WeakKeyDictionary[TriangleMesh, MeshLevels] = WeakKeyDictionary()
 def mesh_levels(mesh: TriangleMesh) -> MeshLevels:
     """Return the levels of ``mesh``, made when first asked for and kept as long as the mesh is."""
     if mesh not in _known:
-        levels = detail_levels(mesh)
-        _known[mesh] = MeshLevels(
-            tuple(flat_mesh(level.mesh) for level in levels), np.array([level.error for level in levels])
-        )
+        found = facets(mesh)
+        finest, *coarser = detail_levels(mesh, found)
+        flat = (flat_mesh(finest.mesh, found), *(flat_mesh(level.mesh) for level in coarser))
+        _known[mesh] = MeshLevels(flat, np.array([finest.error, *(level.error for level in coarser)]))
     return _known[mesh]
 
 
