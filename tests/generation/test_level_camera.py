@@ -24,7 +24,10 @@ description: smoke, seen by a pitched and rolled camera
 scene:
   viewpoints: {kind: post, pitch_deg: {min: -30, max: -12}, roll_deg: {min: -3, max: 3}}
   observations_per_scene: 3
-sensors: {clean: true, right: {baseline: 0.3, matching: null}, lidar: {range_noise: 0.0, divergence_mrad: [0, 0]}}
+sensors:
+  clean: true
+  right: {baseline: 0.3, matching: null}
+  lidar: {range_noise: 0.0, laser_bias: 0.0, divergence_mrad: [0, 0]}
 scenes: 1
 split: {train: 1.0, val: 0.0, test: 0.0}
 """
