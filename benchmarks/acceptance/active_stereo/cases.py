@@ -50,6 +50,22 @@ def cases() -> Iterator[Case]:
             yield Case(f"board at {near:g} before {far:g} m", preset, Place([board, Board(far)]), True)
 
 
+def held_out_cases() -> Iterator[Case]:
+    """Yield cases at other ranges, angles, light and surfaces, which nothing was fitted to."""
+    for z in (1.5, 2.5, 5.0, 7.0):
+        yield Case(f"white at {z:g} m", "d435", Place([Board(z)]))
+        yield Case(f"white at {z:g} m", "d455", Place([Board(z)]))
+    for angle in (20.0, 52.0, 66.0, 73.0):
+        yield Case(f"white at 2.7 m, {angle:g} deg", "d435", Place([Board(2.7, angle)]))
+        yield Case(f"kraft at 2.2 m, {angle:g} deg", "d435", Place([Board(2.2, angle, texture=0.12, **KRAFT)]))
+    for name, material in (("kraft", KRAFT), ("black plastic", BLACK), ("galvanised", STEEL)):
+        yield Case(f"{name} at 2.6 m, 35 deg", "d455", Place([Board(2.6, 35.0, **material)], 600.0))
+    yield Case("black plastic with texture at 3 m", "d455", Place([Board(3.0, 20.0, texture=0.2, **BLACK)], 150.0))
+    for near, far in ((1.4, 2.0), (1.6, 5.0)):
+        board = Board(near, x=0.05 * near, half_width=0.12 * near, **KRAFT)
+        yield Case(f"board at {near:g} before {far:g} m", "d435", Place([board, Board(far)]), True)
+
+
 def is_white(case: Case) -> bool:
     """Return whether a case is a white wall straight on."""
     only = case.place.boards[0]

@@ -11,9 +11,9 @@ from benchmarks.acceptance.active_stereo.cases import RIGS, Case, middle
 from benchmarks.acceptance.active_stereo.infrared import ambient_light, boards_seen, infrared_pair, true_depth
 from benchmarks.acceptance.active_stereo.matcher import Matcher, match
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.rgbd.color.light_curve import display_codes
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
 from warehouse_sim.sensors.surfaces import Surfaces
@@ -39,7 +39,7 @@ def by_model(case: Case, seed: int) -> Depth:
     lux = max(place.ambient_lux, 1.0)
     ev = float(np.log2(lux / np.pi / 0.5 / 1.2))  # white is half of what the image can hold
     linear = (ambient_light(place, rig) / lux * 0.5).astype(np.float32)
-    rgb = display_codes(np.repeat(linear[..., None], 3, axis=-1))
+    rgb = to_display(np.repeat(linear[..., None], 3, axis=-1))
     images = (
         np.array([getattr(item, name) for item in place.boards], np.float32)[board]
         for name in ("remission", "roughness", "metallic")
