@@ -1,10 +1,10 @@
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rig import RigConfig, SensorChoice
 
@@ -18,7 +18,18 @@ DRAWN = {
 
 def test_a_rig_without_choices_has_its_own_camera_without_a_name() -> None:
     rig = from_mapping(RigConfig, {"rgbd": {"depth": "d435"}}, "here")
-    assert rig.draw_sensor(np.random.default_rng(0)) == SensorChoice("", rig.rgbd)
+    drawn = rig.draw_sensor(np.random.default_rng(0))
+    depth = replace(rig.rgbd.depth, unit=drawn.rgbd.depth.unit)
+    assert drawn == SensorChoice("", replace(rig.rgbd, depth=depth))
+
+
+def test_each_scene_has_another_built_camera_unless_its_number_is_given() -> None:
+    rig = from_mapping(RigConfig, {"rgbd": {"depth": "d435"}}, "here")
+    units = {rig.draw_sensor(np.random.default_rng(seed)).rgbd.depth.unit for seed in range(20)}
+    assert None not in units
+    assert len(units) == 20
+    given = from_mapping(RigConfig, {"rgbd": {"depth": {"preset": "d435", "unit": 7}}}, "here")
+    assert {given.draw_sensor(np.random.default_rng(seed)).rgbd.depth.unit for seed in range(5)} == {7}
 
 
 def test_cameras_are_drawn_by_their_weights() -> None:
@@ -26,8 +37,8 @@ def test_cameras_are_drawn_by_their_weights() -> None:
     drawn = [rig.draw_sensor(np.random.default_rng(seed)) for seed in range(800)]
     counted = Counter(choice.name for choice in drawn)
     assert counted["dim tof"] / 800 == pytest.approx(0.75, abs=0.05)
-    (first,) = {choice.rgbd for choice in drawn if choice.name == "d455"}
-    assert first == RgbdConfig(depth=PRESETS["d455"])
+    (first,) = {replace(choice.rgbd.depth, unit=None) for choice in drawn if choice.name == "d455"}
+    assert first == PRESETS["d455"]
 
 
 def test_choices_are_written_and_read_back() -> None:

@@ -1,7 +1,7 @@
 """What a recipe says about its sensors."""
 
 import re
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -115,8 +115,12 @@ class RigConfig:
         return self.camera.make()
 
     def draw_sensor(self, rng: np.random.Generator) -> SensorChoice:
-        """Return the RGB-D camera of one scene: one of ``choices``; without any the rig's own, which has no name."""
-        return drawn_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
+        """Return the RGB-D camera of one scene, and which built one it is.
+
+        It is one of ``choices``; without any it is the rig's own, which has no name.
+        """
+        choice = drawn_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
+        return replace(choice, rgbd=replace(choice.rgbd, depth=choice.rgbd.depth.drawn(rng)))
 
     def mounted(self) -> dict[str, MountedSensor]:
         """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""

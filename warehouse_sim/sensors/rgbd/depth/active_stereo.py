@@ -88,8 +88,6 @@ class ActiveStereo(DepthModel):
     """Most disparity by which a matched surface slopes from one pixel to the next (px per px), 0.001-1,000."""
     max_glare: Annotated[float, Range(0.001, 1_000_000)] = 4.0
     """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000. No source."""
-    unit: Annotated[int, Range(0, 1_000_000)] = 0
-    """Number of the camera, 0-1,000,000: each has calibration errors of its own, the same in all images."""
     unit_scale: Annotated[float, Range(0, 1)] = 0.003
     """Standard deviation over units of the error of all depths, as a share, 0-1. No source: with the bow, 2 % at 2 m
     (D435) are kept."""
@@ -101,7 +99,7 @@ class ActiveStereo(DepthModel):
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
         unit, scale = np.float32(self.focal_px * self.baseline), capture.camera.fx / self.focal_px
-        own = StereoUnit.draw(self.unit, *(self.noise_scale * value for value in (
+        own = StereoUnit.draw(self.built, *(self.noise_scale * value for value in (
             self.unit_scale, self.unit_bow_px, self.unit_registration_px * scale)))  # fmt: skip
         inverse = inverse_depth(buffers.depth)
         size = (inverse.shape[0], inverse.shape[1])
@@ -141,10 +139,9 @@ class ActiveStereo(DepthModel):
         assert capture.surfaces is not None
         normals, depth = halved(buffers.normals), np.maximum(halved(buffers.depth), np.float32(0.01))
         cosine, along = _facing(normals, capture)
-        diffuse, glossy = returned_light(
-            Surfaces(*(halved(getattr(capture.surfaces, name)) for name in ("remission", "roughness", "metallic"))),
-            cosine,
-        )
+        seen = capture.surfaces
+        surfaces = Surfaces(halved(seen.remission), halved(seen.roughness), halved(seen.metallic))
+        diffuse, glossy = returned_light(surfaces, cosine)
         dots = np.float32(self.projector_lux) * (diffuse + glossy) / np.square(depth)
         scale = capture.camera.fx / self.focal_px
         hall = hall_light(buffers.rgb, capture.exposure_ev)

@@ -1,8 +1,8 @@
 """What every model of a depth camera offers."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from jaxtyping import Float32
@@ -13,6 +13,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 
 Depth = Float32[np.ndarray, "h w"]
+_UNITS = 1_000_001
 _NOTHING = 1e-6
 """Depth that is no reading (m)."""
 
@@ -35,10 +36,22 @@ class DepthModel(ABC):
     """Nearest depth that is read (m), 0-500."""
     max_range: Annotated[float, Range(0.01, 500, "m")] = 30.0
     """Farthest depth that is read (m), > min_range, 0.01-500."""
+    unit: Annotated[int, Range(0, 1_000_000)] | None = None
+    """Number of the built camera whose constant errors it has, 0-1,000,000; null = another one each scene, 0 where
+    there is no scene. Without effect on models that have no such errors."""
 
     def __post_init__(self) -> None:
         if self.max_range <= self.min_range:
             raise ValueError(f"max_range must exceed min_range {self.min_range}, found {self.max_range}")
+
+    @property
+    def built(self) -> int:
+        """Number of the built camera."""
+        return self.unit or 0
+
+    def drawn(self, rng: np.random.Generator) -> Self:
+        """Return the model with a number for its built camera, if it has none."""
+        return self if self.unit is not None else replace(self, unit=int(rng.integers(_UNITS)))
 
     @property
     def needs_reflections(self) -> bool:

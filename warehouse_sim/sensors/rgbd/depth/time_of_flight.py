@@ -72,8 +72,6 @@ class TimeOfFlight(DepthModel):
 
     smooth_px: Annotated[float, Range(0, 20, "px")] = 0.0
     """Standard deviation of the filter that the camera smooths its errors with (px of the sensor), 0-20; 0 = none."""
-    unit: Annotated[int, Range(0, 2_147_483_647)] = 0
-    """Which built camera of the make it is, 0-2,147,483,647: constant errors are drawn from it."""
     fixed_pattern: Annotated[float, Range(0, 1)] = 0.0
     """Standard deviation of the constant error of each pixel of a unit, as a share of depth, 0-1."""
     unit_offset: Annotated[float, Range(0, 1, "m")] = 0.0
@@ -148,13 +146,13 @@ class TimeOfFlight(DepthModel):
 
     def _of_the_unit(self, depth: Depth, scale: float) -> Depth | np.float32:
         """Return the constant error of the unit at each pixel (m)."""
-        offset, growth, phase = unit_draws(self.unit)
+        offset, growth, phase = unit_draws(self.built)
         error: Depth | np.float32 = np.float32(self.unit_offset * offset)
         if self.unit_scale > 0:
             error = error + np.float32(self.unit_scale * growth) * depth
         if self.fixed_pattern > 0:
             size = (depth.shape[0], depth.shape[1])
-            pattern = unit_pattern(self.unit, size, max(self.smooth_px, 0.5) * scale)
+            pattern = unit_pattern(self.built, size, max(self.smooth_px, 0.5) * scale)
             error = error + np.float32(self.fixed_pattern) * depth * pattern
         if self.wiggle > 0:
             error = error + np.float32(self.wiggle) * wiggle(depth, self.unambiguous_range, phase)
