@@ -1,6 +1,7 @@
 import pytest
 
 from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.smooth_materials import smooth_materials
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 CITED = {
@@ -33,6 +34,21 @@ def test_only_film_is_translucent() -> None:
 
 
 def test_plain_sheet_and_moulded_parts_have_the_texture_of_what_they_are() -> None:
-    expected = {"pallet_wood": "wood", "kraft": "kraft", "concrete": "concrete", "rack_blue": "steel"}
-    expected |= {"plastic_grey": "plastic", "galvanised": "galvanised", "rubber": "rubber", "epoxy_grey": "epoxy"}
+    expected = {
+        "pallet_wood": "wood",
+        "kraft": "liner",
+        "concrete": "slab",
+        "rack_blue": "enamel",
+        "blockwork": "blockwork",
+    }
+    expected |= {"galvanised": "galvanised", "rubber": "rubber", "epoxy_grey": "coat", "wall_paint": "precast"}
+    expected |= {"plastic_grey": "plastic_worn"}
     assert {name: materials()[name].texture for name in expected} == expected
+    smooth = {
+        "kraft": "kraft",
+        "concrete": "concrete",
+        "rack_blue": "steel",
+        "plastic_grey": "plastic",
+        "epoxy_grey": "epoxy",
+    }
+    assert {name: smooth_materials()[name].texture for name in smooth} == smooth

@@ -6,10 +6,13 @@ import pytest
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
 from warehouse_sim.catalog.textures.tile import normals
+from warehouse_sim.catalog.textures.used import LARGE
 from warehouse_sim.catalog.textures.worn import WIDE
 
 
 def edge(name: str) -> int:
+    if name in ("slab", "coat", "precast"):
+        return LARGE
     return WIDE if name.endswith("_worn") else SIZE
 
 
@@ -94,3 +97,16 @@ def test_a_worn_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) 
     assert coarse[1] > 1.15 * coarse[0]
     quarters = worn.reshape(2, 512, 2, 512).swapaxes(1, 2).reshape(4, -1)
     assert (np.corrcoef(quarters) - np.eye(4)).max() < 0.97
+
+
+@pytest.mark.parametrize(
+    "name", ["slab", "coat", "precast", "blockwork", "liner", "enamel", "concrete_worn", "epoxy_worn"]
+)
+@pytest.mark.parametrize("texels", [1, 2, 4, 8])
+def test_used_surfaces_are_uneven_from_near_and_from_afar(name: str, texels: int) -> None:
+    """In 16 x 16 pixels of ``texels`` texels each nearly no part is even to 2 %, as no wall in use is."""
+    image = paint(name).albedo.astype(float)
+    seen = image.reshape(edge(name) // texels, texels, edge(name) // texels, texels).mean(axis=(1, 3))
+    count = len(seen) // 16
+    blocks = seen.reshape(count, 16, count, 16).std(axis=(1, 3)) / NEUTRAL
+    assert (blocks < 0.02).mean() < 0.05

@@ -29,7 +29,7 @@ def test_a_look_without_changes_is_the_material() -> None:
 def test_paint_has_the_colour_of_its_code() -> None:
     now = coat("rack_blue", finish=Finish("#A72920"))
     np.testing.assert_allclose(255 * srgb_from_linear(np.array(now.base_color)), [0xA7, 0x29, 0x20], atol=0.5)
-    assert (now.texture, now.metallic) == ("steel", 0.0)
+    assert (now.texture, now.metallic) == ("enamel", 0.0)
     assert linear_of("#FFFFFF").tolist() == [1.0, 1.0, 1.0]
 
 
@@ -43,8 +43,12 @@ def test_dust_greys_and_dulls_and_thick_dirt_stains() -> None:
     spread = [np.ptp(item.base_color) for item in (clean, dusty, filthy)]
     assert spread[0] > spread[1] > spread[2] > 0.3
     assert clean.roughness < dusty.roughness < filthy.roughness <= 1.0
-    assert (clean.texture, dusty.texture, filthy.texture) == ("steel", "steel", "steel_worn")
+    assert (clean.texture, dusty.texture, filthy.texture) == ("enamel", "enamel", "steel_worn")
     assert filthy.texture_size == 2 * clean.texture_size
+    floor = coat("concrete", dirt=1.0)
+    assert (floor.texture, floor.texture_size) == ("concrete_worn", CATALOG["concrete"].texture_size)
+    door = coat("door_white", dirt=1.0)
+    assert (door.texture, door.texture_size) == (CATALOG["door_white"].texture, CATALOG["door_white"].texture_size)
 
 
 @pytest.mark.parametrize(

@@ -131,3 +131,20 @@ def test_a_recipe_reads_its_appearance() -> None:
         SceneRecipe.from_plain({"appearance": {"racks": {"dirt": {"min": 0.5, "max": 1.5}}}}, "here")
     with pytest.raises(ConfigError, match=r"preset must be one of 'catalog', 'everyday', 'wild'"):
         SceneRecipe.from_plain({"appearance": {"preset": "odd"}}, "here")
+
+
+def test_smooth_surfaces_have_other_textures_and_nothing_else(plain: SceneSpec) -> None:
+    after = paint_scene(plain, AppearanceConfig(surfaces="smooth"), partial(scene_rng, 3, 0))
+    assert after.instances == plain.instances
+    assert plain.materials["concrete"].texture == "slab"
+    assert (after.materials["concrete"].texture, after.materials["concrete"].texture_size) == ("concrete", 3.0)
+    for name, item in plain.materials.items():
+        like = replace(after.materials[name], texture=item.texture, texture_size=item.texture_size)
+        assert like == item
+
+
+def test_the_frozen_recipe_has_smooth_surfaces() -> None:
+    scene = sample_scene(load_recipe("industrial-v1").scene, seed=0, scene_index=0)
+    assert {scene.materials[name].texture for name in ("concrete", "wall_paint", "kraft", "rack_blue")} == {
+        "concrete", "plastic", "kraft", "steel"
+    }  # fmt: skip

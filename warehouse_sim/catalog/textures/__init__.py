@@ -13,6 +13,7 @@ from warehouse_sim.catalog.textures.floors import concrete, epoxy
 from warehouse_sim.catalog.textures.metal import brushed, galvanised, steel
 from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
 from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, TextureSet, Tile, quantised
+from warehouse_sim.catalog.textures.used import blockwork, coat, enamel, liner, precast, slab
 from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.wood import wood
 from warehouse_sim.catalog.textures.worn import (
@@ -29,6 +30,7 @@ TEXTURES: dict[str, Callable[[np.random.Generator], Tile]] = {
     for painter in (
         *(wood, kraft, concrete, steel, plastic, epoxy, film, rubber, brushed, galvanised),
         *(concrete_worn, epoxy_worn, steel_worn, wood_worn, kraft_worn, plastic_worn),
+        *(slab, coat, precast, blockwork, liner, enamel),
     )
 }
 """Name, as in ``Material.texture`` -> the function that paints it. A new one goes to the end: the place is the seed."""

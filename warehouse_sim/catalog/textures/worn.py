@@ -10,11 +10,9 @@ from functools import wraps
 import numpy as np
 
 from warehouse_sim.catalog.noise import Texels, displaced, octaves, offsets, smooth_step, softened, strokes
-from warehouse_sim.catalog.textures.board import kraft
-from warehouse_sim.catalog.textures.floors import concrete, epoxy
-from warehouse_sim.catalog.textures.metal import steel
 from warehouse_sim.catalog.textures.polymers import plastic
 from warehouse_sim.catalog.textures.tile import SIZE, Tile
+from warehouse_sim.catalog.textures.used import coat, enamel, liner, slab
 from warehouse_sim.catalog.textures.wood import wood
 
 WIDE = 2 * SIZE
@@ -26,12 +24,21 @@ Wear = Callable[[Tile, np.random.Generator], Tile]
 def _over(fresh: Callable[[np.random.Generator], Tile]) -> Callable[[Wear], Callable[[np.random.Generator], Tile]]:
     """Make a painter of what wears a fresh texture, laid out two by two."""
 
+    def doubled(rng: np.random.Generator) -> Tile:
+        tile = fresh(rng)
+        albedo, height, roughness = (np.tile(item, (2, 2)) for item in (tile.albedo, tile.height, tile.roughness))
+        return replace(tile, albedo=albedo, height=height, roughness=roughness)
+
+    return _on(doubled)
+
+
+def _on(wide: Callable[[np.random.Generator], Tile]) -> Callable[[Wear], Callable[[np.random.Generator], Tile]]:
+    """Make a painter of what wears a texture that is as wide as a worn one."""
+
     def made(wear: Wear) -> Callable[[np.random.Generator], Tile]:
         @wraps(wear)
         def painter(rng: np.random.Generator) -> Tile:
-            tile = fresh(rng)
-            albedo, height, roughness = (np.tile(item, (2, 2)) for item in (tile.albedo, tile.height, tile.roughness))
-            return wear(replace(tile, albedo=albedo, height=height, roughness=roughness), rng)
+            return wear(wide(rng), rng)
 
         del painter.__wrapped__  # what it takes is a stream, not a tile
         return painter
@@ -39,7 +46,7 @@ def _over(fresh: Callable[[np.random.Generator], Tile]) -> Callable[[Wear], Call
     return made
 
 
-@_over(concrete)
+@_on(slab)
 def concrete_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     """Paint a slab in use: oil and water stains, filled holes, tyre dust along u, cracks that branch."""
     oil, rim = _spots(rng, 60, (0.004, 0.05))
@@ -55,7 +62,7 @@ def concrete_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     return Tile(albedo, tile.height * (1.0 - 0.6 * patch) - 0.5 * cracks, roughness)
 
 
-@_over(epoxy)
+@_on(coat)
 def epoxy_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     """Paint a coat in use: black rubber along u, dried puddles, places worn through to the slab."""
     tyre = softened(strokes(rng, WIDE, 260, (60.0, 500.0), (-0.12, 0.12), 0.1))
@@ -66,7 +73,7 @@ def epoxy_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     return Tile(albedo, tile.height + 0.3 * (softened(worn) - 0.5), roughness)
 
 
-@_over(steel)
+@_over(enamel)
 def steel_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     """Paint steel after many knocks: scratches, chips with dark primer, rubbed edges of black, dust that ran."""
     scratches = strokes(rng, WIDE, 320, (20.0, 200.0), (-0.5, 0.5), 0.3)
@@ -91,7 +98,7 @@ def wood_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     return replace(tile, albedo=albedo, height=tile.height - 0.8 * splits, roughness=tile.roughness - 0.08 * wet)
 
 
-@_over(kraft)
+@_over(liner)
 def kraft_worn(tile: Tile, rng: np.random.Generator) -> Tile:
     """Paint board that was handled: dark hands, rubbed-off print, water, creases and dents."""
     water = smooth_step((octaves(rng, WIDE, 5, 6, 4) - 0.60) / 0.04)

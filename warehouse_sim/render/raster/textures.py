@@ -11,7 +11,7 @@ from jaxtyping import UInt8
 from warehouse_sim.errors import RenderError
 from warehouse_sim.resources import texture_folder
 
-TEXTURE_EDGE_PX = 512
+TEXTURE_EDGE_PX = 1024
 """Edge of every texture on the device; files of another size are resampled to it."""
 _NO_CHANGE = 128
 
@@ -56,7 +56,7 @@ class TextureLibrary:
         return array
 
 
-def load_texture_set(name: str) -> UInt8[np.ndarray, "512 512 4"]:
+def load_texture_set(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
     """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
 
     Raises:
@@ -83,5 +83,7 @@ def _read(name: str, path: Path, mode: int) -> np.ndarray:
     if image is None:
         raise RenderError(f"texture {name!r}: {path} is not a readable image; bake the assets again")
     if image.shape[:2] != (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX):
-        image = cv2.resize(image, (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX), interpolation=cv2.INTER_AREA)
+        # Each texel of a small one becomes equal ones: its mipmaps stay, and nothing blends at its edges.
+        way = cv2.INTER_AREA if min(image.shape[:2]) >= TEXTURE_EDGE_PX else cv2.INTER_NEAREST
+        image = cv2.resize(image, (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX), interpolation=way)
     return image

@@ -18,7 +18,13 @@ _HIDDEN = 0.45
 _STAINED_FROM = 0.35
 """Dirt from which a surface has stains that are seen one by one."""
 _BRIGHTEST, _DARKEST = 0.9, 0.004
-STAINED = {name: f"{name}_worn" for name in ("concrete", "epoxy", "steel", "wood", "kraft", "plastic")}
+_FRESH = ("concrete", "epoxy", "steel", "wood", "kraft", "plastic")
+STAINED = {name: f"{name}_worn" for name in _FRESH} | {
+    "slab": "concrete_worn",
+    "coat": "epoxy_worn",
+    "enamel": "steel_worn",
+    "liner": "kraft_worn",
+}
 """Texture -> the same after years of use."""
 
 
@@ -69,16 +75,16 @@ def coated(material: Material, look: Look, name: str, galvanised: Material) -> M
     color = color + _HIDDEN * look.dirt * (_DUST - color)
     rough = float(np.clip(material.roughness * look.roughness, 0.05, 1.0))
     texture = look.texture or material.texture
-    if look.dirt >= _STAINED_FROM:
-        texture = STAINED.get(texture or "", texture)
+    worn = STAINED.get(texture or "") if look.dirt >= _STAINED_FROM else None
     red, green, blue = (round(float(channel), 4) for channel in color)
     return replace(
         material,
         name=name,
         base_color=(red, green, blue),
         roughness=round(rough + 0.4 * look.dirt * (1.0 - rough), 4),
-        texture=texture,
-        texture_size=material.texture_size * (2.0 if texture is not None and texture.endswith("_worn") else 1.0),
+        texture=worn or texture,
+        # A worn texture has the grain of the fresh one on twice the width, but for those that are as wide already.
+        texture_size=material.texture_size * (1.0 if worn is None or texture in ("slab", "coat") else 2.0),
         opacity=finish.opacity if finish is not None and finish.opacity is not None else material.opacity,
         remission=round(_remission(material, color, finish is not None), 3),
     )

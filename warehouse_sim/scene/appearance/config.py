@@ -1,10 +1,13 @@
 """Settings of a recipe's appearance: which kinds of surface vary, and how."""
 
 from dataclasses import dataclass, fields
+from typing import Literal
 
 from warehouse_sim.ranges import ranged
 from warehouse_sim.scene.appearance.paint import PaintConfig
 from warehouse_sim.scene.appearance.presets import PRESETS, PresetName
+
+Surfaces = Literal["used", "smooth"]
 
 
 @dataclass(frozen=True)
@@ -14,6 +17,8 @@ class AppearanceConfig:
 
     preset: PresetName = "catalog"
     """How all that is null below varies: "catalog" not at all, "everyday" as halls differ, "wild" beyond belief."""
+    surfaces: Surfaces = "used"
+    """Textures of floors, walls, board, plastic and coated steel: "used", uneven at all scales, or "smooth"."""
     racks: PaintConfig | None = None
     """Uprights and frames, all of a scene alike."""
     beams: PaintConfig | None = None
@@ -62,6 +67,6 @@ class AppearanceConfig:
     def resolved(self) -> dict[str, PaintConfig]:
         """Return the kinds of surface that vary, by name."""
         preset = PRESETS[self.preset]
-        own = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "preset"}
+        own = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("preset", "surfaces")}
         found = {name: preset.get(name, PaintConfig()) if paint is None else paint for name, paint in own.items()}
         return {name: paint for name, paint in found.items() if paint != PaintConfig()}

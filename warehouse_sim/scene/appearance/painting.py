@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.smooth_materials import smooth_materials
 from warehouse_sim.scene.appearance.coating import Look, coated
 from warehouse_sim.scene.appearance.config import AppearanceConfig
 from warehouse_sim.scene.appearance.paint import PaintConfig
@@ -17,14 +18,15 @@ MOST_MATERIALS = 2000
 
 
 def paint_scene(scene: SceneSpec, config: AppearanceConfig, stream: Callable[[str], np.random.Generator]) -> SceneSpec:
-    """Return ``scene`` with its objects painted; geometry, ids and light stay.
+    """Return ``scene`` with its objects painted and its textures chosen; geometry, ids and light stay.
 
     Args:
         scene: As the catalog paints it.
         config: What varies.
         stream: Gives the random stream of a stage; each kind of surface has its own, so that none disturbs another.
     """
-    pot = _Pot(dict(scene.materials))
+    catalog = materials() if config.surfaces == "used" else smooth_materials()
+    pot = _Pot({name: catalog.get(name, item) for name, item in scene.materials.items()}, catalog)
     paints: dict[int, dict[str, str]] = {}
     for name, paint in config.resolved().items():
         surface, rng = SURFACES[name], stream(f"appearance {name}")
@@ -39,8 +41,8 @@ def paint_scene(scene: SceneSpec, config: AppearanceConfig, stream: Callable[[st
 class _Pot:
     """The materials of a scene, which grow as it is painted."""
 
-    def __init__(self, found: dict[str, Material]) -> None:
-        self.materials, self._catalog = found, materials()
+    def __init__(self, found: dict[str, Material], catalog: dict[str, Material]) -> None:
+        self.materials, self._catalog = found, catalog
 
     def mix(self, base: str, look: Look, name: str) -> str | None:
         """Add ``base`` in a look under ``name``; return the name, or None where there are too many already."""
