@@ -33,4 +33,5 @@ def predict(
     with share_progress("predicting") as progress:
         estimates = estimate(run, data, split, config, progress)
     pose_csv.write(out, estimates)
+    print(f"calibration: {config.calibration}")
     finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))

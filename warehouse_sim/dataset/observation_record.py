@@ -16,8 +16,9 @@ from warehouse_sim.dataset.plain import (
     take_if_given,
     take_numbers,
 )
+from warehouse_sim.dataset.stated_calibration import read_stated, stated_row
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation
+from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation, StatedCalibration
 
 _TIMES = Span(0.0, 1e6)
 _LUX = Span(0.0, 1e9)
@@ -66,6 +67,8 @@ class RecordedObservation:
     """Visible fraction that was asked for of it."""
     targets: tuple[RecordedTarget, ...] = field(default=())
     """In order of instance id."""
+    stated: StatedCalibration | None = None
+    """What the rig says of its calibration; None = the truth."""
 
 
 def observation_row(observation: Observation) -> dict[str, Any]:
@@ -79,6 +82,8 @@ def observation_row(observation: Observation) -> dict[str, Any]:
         row["vehicle_lights"] = [vars(light) for light in view.lights]
     row["conditions"] = vars(observation.conditions)
     row["targets"] = [_target_row(item) for item in observation.annotations if item.pixels_visible > 0]
+    if observation.stated is not None:
+        row["stated"] = stated_row(observation.stated)
     plain_row: dict[str, Any] = plain(row)
     return plain_row
 
@@ -98,6 +103,7 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
         request = low, high
     vehicle = take_if_given(data, "T_world_vehicle", list, where)
     x, y, z = take_numbers(data, "velocity", 3, where, _SPEEDS).tolist() if "velocity" in data else (0.0, 0.0, 0.0)
+    stated = take_if_given(data, "stated", dict, where)
     return RecordedObservation(
         T_world_camera=T_world_camera,
         conditions=_read_conditions(take(data, "conditions", dict, where), f"{where}: conditions"),
@@ -110,6 +116,7 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
         target=take_if_given(data, "target", int, where, WHOLE),
         visible_request=request,
         targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),
+        stated=None if stated is None else read_stated(stated, f"{where}: stated"),
     )
 
 

@@ -2,8 +2,10 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
@@ -14,10 +16,15 @@ from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.readings import read_reading
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.schema import ChannelReading, MountedReading
+from warehouse_sim.schema import ChannelReading, MountedReading, StatedCalibration
 
-__all__ = ["DatasetReader", "ImageRecord", "ObjectInfo", "TargetRecord", "is_dataset", "open_format"]
+__all__ = ["Calibration", "DatasetReader", "ImageRecord", "ObjectInfo", "TargetRecord", "is_dataset", "open_format"]
+
+
+Calibration = Literal["true", "stated"]
+"""The calibration that images and labels were made by, or what the rig says that it is."""
 
 
 class DatasetReader:
@@ -25,13 +32,17 @@ class DatasetReader:
 
     Args:
         root: Folder of the dataset.
+        calibration: Whether cameras, depth as it is read and poses of sensors are true, or as the rig states them;
+            pixels, masks, labels and clean images are always those of the truth.
 
     Raises:
         DatasetError: The folder is no complete dataset, or has none of the formats that can be read.
     """
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, calibration: Calibration = "true") -> None:
         self.root = Path(root)
+        self.calibration: Calibration = calibration
+        self._stated: dict[int, tuple[StatedCalibration, ...]] = {}
         found = _external(self.root)
         self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
         """What the dataset is; None of a dataset that others made."""
@@ -78,9 +89,12 @@ class DatasetReader:
         """Return the images of a split, by scene and image id.
 
         Raises:
-            DatasetError: No such split, or a table is missing or malformed.
+            DatasetError: No such split, a table is missing or malformed, or no calibration is stated.
         """
-        return self._reader.images(split)
+        images = self._reader.images(split)
+        if self.calibration == "true":
+            return images
+        return [replace(image, camera=self._stated_at(image).camera) for image in images]
 
     def files(self, split: str) -> list[Path]:
         """Return all files that the images and labels of a split are read from, sorted."""
@@ -92,7 +106,8 @@ class DatasetReader:
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        return self._reader.depth(image)
+        depth = self._reader.depth(image)
+        return depth if self.calibration == "true" else depth * np.float32(self._stated_at(image).depth_factor)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image as it was drawn, without errors of a camera.
@@ -128,10 +143,32 @@ class DatasetReader:
         """
         sensors = {} if self.manifest is None else self.manifest.contents.readings
         layout = DatasetLayout(self.root)
-        return {
+        found = {
             name: read_reading(layout.reading(name, image.scene_id, image.image_id), contents)
             for name, contents in sensors.items()
         }
+        places = {} if self.calibration == "true" else self._stated_at(image).T_camera_sensor
+        return {
+            name: MountedReading(places.get(name, item.T_camera_sensor), item.reading) for name, item in found.items()
+        }
+
+    def _stated_at(self, image: ImageRecord) -> StatedCalibration:
+        """Return what the rig states of its calibration at an image.
+
+        Raises:
+            DatasetError: It states nothing.
+        """
+        if image.scene_id not in self._stated:
+            record = None if self.manifest is None else read_scene_record(self.root, image.scene_id)
+            found = [item.stated for item in record.observations] if record else [None]
+            given = tuple(item for item in found if item is not None)
+            if len(given) < len(found):
+                raise DatasetError(
+                    f"{self.root}: holds no stated calibration; generate it with sensors.calibration: {{}}, "
+                    "or read it with the true one"
+                )
+            self._stated[image.scene_id] = given
+        return self._stated[image.scene_id][image.image_id]
 
     def _require_clean(self) -> None:
         if not self.has_clean:

@@ -39,9 +39,9 @@ def predict(
     Raises:
         UnknownNameError: No estimator, detector or segmenter has that name.
         TrainingError: The run is incomplete or knows none of the split's objects.
-        DatasetError: The folder is no dataset with BOP files.
+        DatasetError: The folder is no dataset with BOP files, or states no calibration, but is asked for it.
     """
-    reader = DatasetReader(data)
+    reader = DatasetReader(data, config.calibration)
     estimator, finder = load_estimator(run, config), Finder(config.detections)
     images = reader.images(split)
     if not images:

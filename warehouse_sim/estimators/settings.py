@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from warehouse_sim.dataset.reader import Calibration
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, Seed, ranged
@@ -22,6 +23,9 @@ class PredictConfig:
     """How one pose is chosen from those that the points propose."""
     refine: Refinement = "none"
     """What follows the network: nothing, or point-to-plane ICP against the CAD surface."""
+    calibration: Calibration = "true"
+    """What estimators are told of the rig: the true calibration, or what the rig states, which ``sensors.calibration``
+    of the recipe lets differ."""
     images_at_once: Annotated[int, Range(1, 1024)] = 8
     """Images whose targets pass the network together, 1-1,024."""
     seed: Seed = 0

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool
@@ -58,7 +59,9 @@ def observe_scene(
     camera = rig.make_camera()
     seeing = renderer if camera.distortion is None else LensRenderer(renderer)
     first: list[tuple[_Unlit, _Unlit | None]] = []
-    base, loaded = None, None
+    base, loaded, errors = None, None, None
+    if rig.calibration is not None:
+        errors = rig.calibration.draw(rig.mounted(), partial(scene_rng, scene.seed, scene.scene_index))
     for number, variant in enumerate(variants):
         change = SceneChange.between(None if base is None else base.scene, variant.scene)
         instruments = Instruments.of(variant.scene, base, change)
@@ -77,7 +80,11 @@ def observe_scene(
                 first.append((unlit, upright_unlit))
             group = index if len(variants) > 1 else None
             place = number * len(variant.scene.viewpoints) + index
-            yield replace(_numbered(observation, place, group), level=upright and _numbered(upright, place, group))
+            yield replace(
+                _numbered(observation, place, group),
+                level=upright and _numbered(upright, place, group),
+                stated=None if errors is None else errors.stated(observation, viewpoint),
+            )
 
 
 def _numbered(observation: Observation, index: int, group: int | None) -> Observation:

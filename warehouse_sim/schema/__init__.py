@@ -3,6 +3,7 @@
 Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
 """
 
+from warehouse_sim.schema.calibration import StatedCalibration
 from warehouse_sim.schema.change import SceneChange
 from warehouse_sim.schema.labels import ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
@@ -48,6 +49,7 @@ __all__ = [
     "RgbdReading",
     "SceneChange",
     "SceneSpec",
+    "StatedCalibration",
     "StereoReading",
     "Viewpoint",
 ]

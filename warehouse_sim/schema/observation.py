@@ -8,6 +8,7 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema.calibration import StatedCalibration
 from warehouse_sim.schema.labels import ObjectAnnotation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -61,6 +62,8 @@ class Observation:
     """Where it was taken from."""
     conditions: Conditions = Conditions()
     """Under which circumstances."""
+    stated: StatedCalibration | None = None
+    """What the rig says of its calibration; None = the truth."""
     level: "Observation | None" = None
     """The same moment through the level virtual camera at the same place, for formats that know no other; None where
     the camera itself serves, or none was asked for."""

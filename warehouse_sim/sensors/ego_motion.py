@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Float32
 
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.schema import Viewpoint
 
 
@@ -26,6 +27,15 @@ class EgoMotion:
             return None
         T = viewpoint.T_world_camera if viewpoint.T_world_vehicle is None else viewpoint.T_world_vehicle
         return cls(np.asarray(viewpoint.velocity, float), viewpoint.yaw_rate, T[:3, 3].astype(float))
+
+    def transform(self, time: float) -> Transform:
+        """Return how what the vehicle carries moves in the world from time 0 to ``time`` (s)."""
+        angle = self.yaw_rate * time
+        along = np.sin(angle) / self.yaw_rate if self.yaw_rate else time
+        aside = 2.0 * np.sin(0.5 * angle) ** 2 / self.yaw_rate if self.yaw_rate else 0.0
+        way = along * self.velocity + aside * np.cross([0.0, 0.0, 1.0], self.velocity)
+        R = rotation_z(angle)
+        return make_transform(R, self.pivot + way - R @ self.pivot)
 
     def turned(self, vectors: Float[np.ndarray, "n 3"], time: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
         """Return world vectors that the vehicle carries, as they are at ``time`` (s)."""

@@ -1,5 +1,6 @@
 """The sensors of one vehicle and how they are mounted."""
 
+from warehouse_sim.sensors.rig.calibration import CalibrationConfig, CalibrationError
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
 from warehouse_sim.sensors.rig.choice import SensorChoice
 from warehouse_sim.sensors.rig.config import RigConfig
@@ -9,6 +10,8 @@ from warehouse_sim.sensors.rig.shipped import rig_names
 
 __all__ = [
     "CAMERA_PRESETS",
+    "CalibrationConfig",
+    "CalibrationError",
     "CameraConfig",
     "FurtherSensor",
     "Mount",

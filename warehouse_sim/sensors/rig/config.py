@@ -15,6 +15,7 @@ from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.imu import ImuConfig
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rig.calibration import CalibrationConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
 from warehouse_sim.sensors.rig.choice import SensorChoice, drawn_choice
 from warehouse_sim.sensors.rig.mount import Mount
@@ -56,6 +57,8 @@ class RigConfig:
     """Bias and noise of the inertial unit in the camera; null = none."""
     more: dict[str, FurtherSensor] = field(default_factory=dict)
     """Any other sensors by name: ``{sensor: REGISTERED, mount: {...}}`` and settings of that sensor."""
+    calibration: CalibrationConfig | None = None
+    """How the calibration that the rig states differs from the true one; null = it does not."""
     clean: bool = False
     """Whether datasets hold the clean depth and colour beside what the cameras read."""
     camera_height: Annotated[float, Range(0.1, 20, "m")] | None = None
@@ -106,7 +109,7 @@ class RigConfig:
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
-        added = ("choices", "lidar_mount", "lidars", "right", "more", "clean", "camera_height")
+        added = ("choices", "lidar_mount", "lidars", "right", "more", "calibration", "clean", "camera_height")
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         return {name: value for name, value in plain.items() if name not in added or value}
 

@@ -1,0 +1,55 @@
+"""The calibration that a rig states, as the scene record holds it."""
+
+from typing import Any
+
+from warehouse_sim.dataset.plain import PIXELS, Span, read_transform, take, take_numbers
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.schema import StatedCalibration
+
+_FOCAL = Span(1e-3, 1e7)
+_CENTER = Span(-1e6, 1e6)
+_FACTOR = Span(0.1, 10.0)
+_SECONDS = Span(-1e3, 1e3)
+
+
+def stated_row(stated: StatedCalibration) -> dict[str, Any]:
+    """Return plain data of a stated calibration, but for arrays."""
+    camera = stated.camera
+    intrinsics = {name: getattr(camera, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
+    if camera.distortion is not None:
+        intrinsics["distortion"] = camera.distortion.coefficients
+    return {
+        "camera": intrinsics,
+        "depth_factor": stated.depth_factor,
+        "T_camera_sensor": dict(stated.T_camera_sensor),
+        "time_offset": dict(stated.time_offset),
+    }
+
+
+def read_stated(data: Any, where: str) -> StatedCalibration:
+    """Read a stated calibration.
+
+    Raises:
+        DatasetError: An entry is missing or malformed.
+    """
+    camera, inner = take(data, "camera", dict, where), f"{where}: camera"
+    lens = None
+    if "distortion" in camera:
+        try:
+            lens = Distortion(*take_numbers(camera, "distortion", 5, inner).tolist())
+        except ValueError as problem:
+            raise DatasetError(f"{inner}: distortion: {problem}") from problem
+    focal = [take(camera, name, float, inner, _FOCAL) for name in ("fx", "fy")]
+    center = [take(camera, name, float, inner, _CENTER) for name in ("cx", "cy")]
+    size = [take(camera, name, int, inner, PIXELS) for name in ("width", "height")]
+    places, offsets = take(data, "T_camera_sensor", dict, where), take(data, "time_offset", dict, where)
+    if places.keys() != offsets.keys():
+        raise DatasetError(f"{where}: T_camera_sensor and time_offset must name the same sensors")
+    return StatedCalibration(
+        camera=PinholeCamera(size[0], size[1], focal[0], focal[1], center[0], center[1], lens),
+        depth_factor=take(data, "depth_factor", float, where, _FACTOR),
+        T_camera_sensor={name: read_transform(T, f"{where}: T_camera_sensor: {name}") for name, T in places.items()},
+        time_offset={name: take(offsets, name, float, f"{where}: time_offset", _SECONDS) for name in offsets},
+    )

@@ -1,0 +1,121 @@
+"""How the calibration that a rig states differs from the true one; drawn once a scene, as for another vehicle."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.schema import CAMERA, IMU, RIGHT, Observation, StatedCalibration, Viewpoint
+from warehouse_sim.sensors.ego_motion import EgoMotion
+
+Stream = Callable[[str], np.random.Generator]
+"""Returns the random stream of that name of a scene."""
+
+_MOST = 3.0
+"""No error is larger than so many standard deviations: a rig that is farther off is found out and calibrated anew."""
+_OF_THE_CAMERA = (CAMERA, RIGHT, IMU)
+"""What shares the camera's housing and its factory calibration: a rectified pair stays one."""
+
+
+@dataclass(frozen=True)
+@ranged
+class CalibrationConfig:
+    """Standard deviations of normal errors, cut off at three of them; 0 = stated as it is.
+
+    Focal length and principal point: smartphone and Raspberry Pi cameras that warm up put a target at 10 m off by a few
+    millimetres to 5 cm (Elias et al. 2020, Sensors 20(3):643); 1 px of a camera with 450 px is 22 mm there. Places and
+    angles: calibrated pairs of LiDAR and camera differ by 10-12 mm on targets about the scene (Tsai et al. 2021,
+    arXiv:2103.12287), which at 4 m are 0.15 deg. The others have no source: they are priors.
+    """
+
+    focal_share: Annotated[float, Range(0, 0.2)] = 0.002
+    """Of the focal length, as a share of it, 0-0.2."""
+    center_px: Annotated[float, Range(0, 100, "px")] = 1.0
+    """Of each coordinate of the principal point (px), 0-100."""
+    lens_share: Annotated[float, Range(0, 0.2)] = 0.02
+    """Of what the lens displaces, as a share of it, 0-0.2; nothing where the image is rectified."""
+    depth_share: Annotated[float, Range(0, 0.2)] = 0.005
+    """Of the scale of depth, 0-0.2; on top of the errors of the depth camera's own unit."""
+    angle_deg: Annotated[float, Range(0, 20, "deg")] = 0.15
+    """Of a sensor's direction about each of its axes (deg), 0-20."""
+    place: Annotated[float, Range(0, 1, "m")] = 0.01
+    """Of a sensor's place along each of its axes (m), 0-1."""
+    time_ms: Annotated[float, Range(0, 1000, "ms")] = 10.0
+    """Of a sensor's clock against the camera's (ms), 0-1,000; it counts while the vehicle moves."""
+
+    def draw(self, sensors: Mapping[str, object], stream: Stream) -> "CalibrationError":
+        """Return the errors of one rig.
+
+        Args:
+            sensors: Those of the rig by name; each draws from a stream of its own.
+            stream: Of the scene.
+        """
+        rng = stream("stated camera")
+        focal, lens, depth = np.array([self.focal_share, self.lens_share, self.depth_share]) * _normal(rng, 3)
+        center = self.center_px * _normal(rng, 2)
+        places, offsets = {}, {}
+        for name in sensors:
+            if name not in _OF_THE_CAMERA:
+                mine = stream(f"stated {name}")
+                turn, shift = np.deg2rad(self.angle_deg) * _normal(mine, 3), self.place * _normal(mine, 3)
+                places[name] = make_transform(rotation_z(turn[2]) @ rotation_y(turn[1]) @ rotation_x(turn[0]), shift)
+                offsets[name] = 1e-3 * self.time_ms * float(_normal(mine, 1)[0])
+        factors = 1.0 + float(focal), 1.0 + float(lens), 1.0 + float(depth)
+        return CalibrationError(*factors, (float(center[0]), float(center[1])), places, offsets)
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationError:
+    """How far the statements of one rig are off."""
+
+    focal_factor: float
+    """Stated over true focal length."""
+    lens_factor: float
+    """Stated over true displacement of the lens, whose coefficients it is linear in."""
+    depth_factor: float
+    """Stated over true depth."""
+    center_px: tuple[float, float]
+    """Stated less true principal point, u and v (px)."""
+    T_sensor_stated: Mapping[str, Transform]
+    """Pose of the stated frame of each sensor in its true one."""
+    time_offset: Mapping[str, float]
+    """Stated less true moment of each sensor (s)."""
+
+    def stated(self, observation: Observation, viewpoint: Viewpoint) -> StatedCalibration:
+        """Return what the rig states of an observation from ``viewpoint``."""
+        places = {
+            name: self._place(name, observation.readings[name].T_camera_sensor, viewpoint)
+            for name in self.T_sensor_stated
+        }
+        return StatedCalibration(self.camera(observation.camera), self.depth_factor, places, self.time_offset)
+
+    def camera(self, true: PinholeCamera) -> PinholeCamera:
+        """Return the stated intrinsics of a camera."""
+        lens = true.distortion
+        return replace(
+            true,
+            fx=true.fx * self.focal_factor,
+            fy=true.fy * self.focal_factor,
+            cx=true.cx + self.center_px[0],
+            cy=true.cy + self.center_px[1],
+            distortion=None if lens is None else Distortion(*(self.lens_factor * k for k in lens.coefficients)),
+        )
+
+    def _place(self, name: str, T_camera_sensor: Transform, viewpoint: Viewpoint) -> Transform:
+        """Return the stated pose of a sensor: where the vehicle would have carried it until the stated moment."""
+        T_camera_stated = T_camera_sensor @ self.T_sensor_stated[name]
+        motion = EgoMotion.of(viewpoint)
+        if motion is None:
+            return T_camera_stated
+        T_world_camera = viewpoint.T_world_camera
+        return invert(T_world_camera) @ motion.transform(self.time_offset[name]) @ T_world_camera @ T_camera_stated
+
+
+def _normal(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return standard normal numbers, cut off."""
+    return np.clip(rng.standard_normal(count), -_MOST, _MOST)
