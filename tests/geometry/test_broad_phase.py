@@ -22,6 +22,29 @@ def test_the_sweep_finds_what_comparing_all_pairs_finds(seed: int) -> None:
     np.testing.assert_array_equal(overlapping_pairs(low_a, high_a, low_b, high_b), expected)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("room", [(60.0, 3.0, 8.0), (30.0, 25.0, 9.0), (2.0, 2.0, 2.0)])
+def test_strips_of_a_hall_lose_no_pair_and_name_none_twice(seed: int, room: tuple[float, float, float]) -> None:
+    rng = np.random.default_rng(seed)
+    low_a, low_b = (np.round(rng.uniform(-1.0, 1.0, (count, 3)) * room, 1) for count in (300, 200))
+    high_a, high_b = (low + np.round(rng.uniform(0, 1.2, low.shape), 1) for low in (low_a, low_b))
+    low_a[:5], high_a[:5] = -np.array(room), np.array(room) * rng.uniform(-1.0, 1.0, (5, 3)).round(1)  # beams, floors
+    high_b[:20] = low_b[:20]  # points
+    expected = all_pairs(low_a, high_a, low_b, high_b)
+    np.testing.assert_array_equal(overlapping_pairs(low_a, high_a, low_b, high_b), expected)
+
+
+@pytest.mark.parametrize(("many", "few"), [(3000, 1), (1, 3000), (90, 80)])
+def test_few_boxes_find_the_same_pairs_as_many_do(many: int, few: int) -> None:
+    rng = np.random.default_rng(many)
+    low_a, low_b = (np.round(rng.uniform(0, 4, (count, 3)), 1) for count in (many, few))
+    high_a, high_b = (low + np.round(rng.uniform(0, 2.0, low.shape), 1) for low in (low_a, low_b))
+    far = np.full((9000, 3), 99.0)  # makes the second set too large to compare one by one
+    swept = overlapping_pairs(low_a, high_a, np.concatenate([low_b, far]), np.concatenate([high_b, far]))
+    assert len(swept) > 10
+    np.testing.assert_array_equal(overlapping_pairs(low_a, high_a, low_b, high_b), swept)
+
+
 def test_boxes_that_touch_count_and_empty_sets_have_no_pairs() -> None:
     low, high = np.zeros((1, 3)), np.ones((1, 3))
     np.testing.assert_array_equal(overlapping_pairs(low, high, low + np.eye(3)[0], high + np.eye(3)[0]), [[0, 0]])

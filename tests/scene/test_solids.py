@@ -35,6 +35,27 @@ def test_a_moved_object_takes_its_boxes_along_and_leaves_the_others() -> None:
     assert np.all(high > [1.0, 2.0, 3.0])
 
 
+def test_many_objects_in_any_order_move_as_one_after_the_other_does() -> None:
+    there = [
+        replace(item, T_world_object=make_transform(rotation_z(0.1 * number), np.array([number, 2.0, 3.0])))
+        for number, item in enumerate(item for item in SCENE.instances if item.dynamic)
+    ][::-1]
+    moved, slow = SOLIDS.moved(there, SCENE.models), SOLIDS
+    for item in there:
+        slow = slow.moved([item], SCENE.models)
+    np.testing.assert_array_equal(moved.boxes.centre, slow.boxes.centre)
+    np.testing.assert_array_equal(moved.boxes.rotation, slow.boxes.rotation)
+
+
+def test_near_are_the_boxes_that_come_within_reach_on_every_axis() -> None:
+    lows, highs = SOLIDS.extents
+    low, high = highs[0], highs[0] + [0.5, 0.5, 0.2]  # touches the first box at a corner
+    for reach in (0.0, (0.3, 0.1, 2.0)):
+        expected = (lows <= high + reach).all(axis=1) & (highs >= low - reach).all(axis=1)
+        assert 0 < expected.sum() < len(expected)
+        np.testing.assert_array_equal(SOLIDS.near(low, high, reach), expected)
+
+
 def test_around_are_the_supports_and_not_the_members_or_what_is_far() -> None:
     floor = next(item for item in SCENE.instances if item.model == "floor_slab")
     load = [item for item in SCENE.instances if item.group == 1]

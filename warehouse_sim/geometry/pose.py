@@ -5,6 +5,7 @@ from jaxtyping import Float
 
 Transform = Float[np.ndarray, "4 4"]
 Transforms = Float[np.ndarray, "*batch 4 4"]
+_IDENTITY = np.eye(4)
 
 
 def make_transform(
@@ -16,7 +17,8 @@ def make_transform(
         batch = rotation.shape[:-2]
     elif translation is not None:
         batch = np.shape(translation)[:-1]
-    T = np.broadcast_to(np.eye(4), (*batch, 4, 4)).copy()
+    # One pose is what is asked for most, tens of thousands of times a scene.
+    T = np.broadcast_to(_IDENTITY, (*batch, 4, 4)).copy() if batch else _IDENTITY.copy()
     if rotation is not None:
         T[..., :3, :3] = rotation
     if translation is not None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -60,8 +61,20 @@ class BoxStack:
 
     def extents(self) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
         """Return the lower and upper corners (m) of the axis-parallel boxes around each box."""
+        return self._extents
+
+    @cached_property
+    def _extents(self) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
         reach = np.einsum("nij,nj->ni", np.abs(self.rotation), self.half)
         return self.centre - reach, self.centre + reach
+
+    def near(self, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, " 3"]) -> Bool[np.ndarray, " n"]:
+        """Return of each box whether the axis-parallel box around it meets that from ``low`` to ``high`` (m)."""
+        lows, highs = self.extents()
+        meet = np.ones(len(lows), bool)
+        for axis in range(3):
+            meet &= (lows[:, axis] <= high[axis]) & (highs[:, axis] >= low[axis])
+        return meet
 
     def pairs(self, other: "BoxStack", margin: float = 0.0) -> Int[np.ndarray, "k 2"]:
         """Return index pairs (self, other) whose axis-parallel boxes come within ``margin`` (m) of each other."""

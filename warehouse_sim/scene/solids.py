@@ -66,9 +66,11 @@ class Solids:
         """Return the boxes with those of ``instances`` at their new poses."""
         new = Solids.of(instances, models)
         centre, rotation = self.boxes.centre.copy(), self.boxes.rotation.copy()
-        for number in dict.fromkeys(new.owner.tolist()):
-            mine, its = self.owner == number, new.owner == number
-            centre[mine], rotation[mine] = new.boxes.centre[its], new.boxes.rotation[its]
+        # By owner, and of each in the order of its model's boxes: so these and the new ones are in one order.
+        mine = np.flatnonzero(np.isin(self.owner, new.owner))
+        mine = mine[np.argsort(self.owner[mine], kind="stable")]
+        its = np.argsort(new.owner, kind="stable")
+        centre[mine], rotation[mine] = new.boxes.centre[its], new.boxes.rotation[its]
         return Solids(self.owner, BoxStack(centre, rotation, self.boxes.half))
 
     def extent_of(self, ids: Collection[int]) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
@@ -80,8 +82,7 @@ class Solids:
         self, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, " 3"], reach: float | Collection[float] = 0.0
     ) -> Bool[np.ndarray, " n"]:
         """Return which boxes come within ``reach`` (m, along each axis) of the axis-parallel box ``low``-``high``."""
-        lows, highs = self.extents
-        return np.asarray((lows <= high + reach).all(axis=1) & (highs >= low - reach).all(axis=1))
+        return self.boxes.near(low - reach, high + reach)
 
     def near_box(self, box: OrientedBox, reach: float) -> Bool[np.ndarray, " n"]:
         """Return which boxes come within ``reach`` (m) of the axis-parallel box around ``box``."""

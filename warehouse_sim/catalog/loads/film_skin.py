@@ -63,7 +63,10 @@ class FilmSkin:
         return float(self.heights[-1])
 
     def points(
-        self, column: Float[np.ndarray, " n"], height: Float[np.ndarray, " n"], proud: float = 0.0
+        self,
+        column: Float[np.ndarray, " n"],
+        height: Float[np.ndarray, " n"],
+        proud: float | Float[np.ndarray, " n"] = 0.0,
     ) -> Float[np.ndarray, "n 3"]:
         """Return places on the film (m), ``proud`` (m) outside of it, in waves that never go inwards."""
         left = np.floor(column).astype(int)
@@ -98,14 +101,14 @@ def film_skin(levels: Sequence[Level], away: float, slack: float, rng: np.random
         slack: How loose it is, 0-1.
         rng: Stream to draw the waves from.
     """
-    knots: list[tuple[float, np.ndarray]] = [(levels[0].low, _ring(levels[0].outline, away))]
-    for lower, upper in itertools.pairwise(levels):
-        below, above = _ring(lower.outline, away), _ring(upper.outline, away)
+    rings = [_ring(level.outline, away) for level in levels]
+    knots: list[tuple[float, np.ndarray]] = [(levels[0].low, rings[0])]
+    for (lower, below), (upper, above) in itertools.pairwise(zip(levels, rings, strict=True)):
         both = _ring(convex_hull(np.concatenate([lower.outline, upper.outline])), away)
         knots += _drawn_in(lower, below, both, -1.0)
         knots.append((upper.low, both))
         knots += _drawn_in(upper, above, both, 1.0)
-    knots.append((levels[-1].high, _ring(levels[-1].outline, away)))
+    knots.append((levels[-1].high, rings[-1]))
     waves = np.column_stack([
         rng.integers(3, 15, _WAVES) * rng.choice([-1, 1], _WAVES),
         rng.uniform(0.6, 3.5, _WAVES),

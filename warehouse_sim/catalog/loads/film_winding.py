@@ -11,8 +11,9 @@ import zlib
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
+from warehouse_sim.catalog.loads.film_sheets import Sheet, band_faces, laid_on
 from warehouse_sim.catalog.loads.film_skin import COLUMNS, FilmSkin, Level, film_skin
 from warehouse_sim.catalog.loads.wrap import OBJ_ID
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
@@ -37,6 +38,8 @@ _OVER_TOP = 0.09
 """How far film reaches over the edge of an open top (m)."""
 _SLIVER = 1e-8
 """Faces of this area (m^2) and less are left out."""
+_NARROW = 1e-6
+"""Strips up to this height (m) are none."""
 _SIDE = COLUMNS // 4
 
 
@@ -53,10 +56,12 @@ def wound_film(levels: Sequence[Level], slack: float) -> tuple[ObjectModel, Floa
     rng = np.random.default_rng(tag)
     skin = film_skin(levels, _AWAY, slack, rng)
     start = float(rng.uniform(-_RISE, 0.0))
-    meshes = _turns(skin, start, slack)
-    meshes[DENSE] += [*_folds(skin, rng), *_edges(skin, start, slack), _tail(skin, rng)]
-    meshes[THIN].append(_top(skin, levels[-1].outline, closed=bool(rng.random() < _CLOSED_SHARE)))
-    merged = {material: _without_slivers(merge(found)) for material, found in meshes.items() if found}
+    sheets = _turns(skin, start, slack)
+    sheets[DENSE] += [*_folds(skin, rng), *_edges(skin, start, slack), _tail(skin, rng)]
+    meshes = laid_on(skin, sheets)
+    top = _top(skin, levels[-1].outline, closed=bool(rng.random() < _CLOSED_SHARE))
+    meshes[THIN] = merge([meshes[THIN], top])
+    merged = {material: _without_slivers(mesh) for material, mesh in meshes.items() if len(mesh.faces)}
     points = np.concatenate([mesh.vertices for mesh in merged.values()])
     low, high = points.min(axis=0), points.max(axis=0)
     centre = (low + high) / 2
@@ -90,7 +95,7 @@ def _turn_edges(skin: FilmSkin, start: float, slack: float) -> Float[np.ndarray,
     return np.stack([lower, lower + _WIDTH - _RISE], axis=1).reshape(2 * count, -1)
 
 
-def _turns(skin: FilmSkin, start: float, slack: float) -> dict[str, list[TriangleMesh]]:
+def _turns(skin: FilmSkin, start: float, slack: float) -> dict[str, list[Sheet]]:
     """Return the film by material: two layers where turns overlap, one between, many at foot and top."""
     edges = _turn_edges(skin, start, slack)
     foot, head = _bands(skin)
@@ -100,16 +105,15 @@ def _turns(skin: FilmSkin, start: float, slack: float) -> dict[str, list[Triangl
         for low, high in itertools.pairwise(knots)
     ])  # fmt: skip
     rows = np.append(rows, knots[-1])
-    found: dict[str, list[TriangleMesh]] = {THIN: [], DOUBLE: [], DENSE: []}
+    found: dict[str, list[Sheet]] = {THIN: [], DOUBLE: [], DENSE: []}
     for low, high in itertools.pairwise(rows):
         middle = (low + high) / 2
         if middle < foot or middle > head:
-            found[DENSE].append(_strip(skin, np.full(COLUMNS + 1, low), np.full(COLUMNS + 1, high)))
+            found[DENSE].append(_strip(np.full(COLUMNS + 1, low), np.full(COLUMNS + 1, high)))
             continue
-        for number, (under, over) in enumerate(itertools.pairwise(edges)):
-            bottom, top = np.clip(under, low, high), np.clip(over, low, high)
-            if np.any(top > bottom + 1e-6):
-                found[THIN if number % 2 else DOUBLE].append(_strip(skin, bottom, top))
+        lines = np.clip(edges, low, high)
+        for number in np.flatnonzero(np.any(lines[1:] > lines[:-1] + _NARROW, axis=1)):
+            found[THIN if number % 2 else DOUBLE].append(_strip(lines[number], lines[number + 1]))
     return found
 
 
@@ -119,33 +123,19 @@ def _bands(skin: FilmSkin) -> tuple[float, float]:
     return skin.low + min(_FOOT, 0.35 * room), skin.high - min(_HEAD, 0.3 * room)
 
 
-def _strip(skin: FilmSkin, low: np.ndarray, high: np.ndarray) -> TriangleMesh:
+def _strip(low: np.ndarray, high: np.ndarray) -> Sheet:
     """Return the film between two lines around the load, given by their heights (m) at each column."""
     column = np.arange(COLUMNS + 1, dtype=float)
-    return _band(skin.points(column, low), skin.points(column, high), high - low > 1e-6)
+    return Sheet(np.stack([column, column]), np.stack([low, high]), wide=high - low > _NARROW)
 
 
-def _band(
-    low: Float[np.ndarray, "n 3"], high: Float[np.ndarray, "n 3"], wide: Bool[np.ndarray, " n"] | None = None
-) -> TriangleMesh:
-    """Return the sheet between two lines, without what lies between two places that are not ``wide``."""
-    count = len(low)
-    keep = np.ones(count - 1, bool) if wide is None else wide[:-1] | wide[1:]
-    i = np.arange(count - 1)[keep]
-    faces = np.concatenate([np.stack([i, i + 1, i + 1 + count], -1), np.stack([i, i + 1 + count, i + count], -1)])
-    return TriangleMesh(np.concatenate([low, high]), faces.astype(np.int32))
-
-
-def _ribbon(
-    skin: FilmSkin, column: np.ndarray, height: np.ndarray, width: np.ndarray, proud: float = _PROUD
-) -> TriangleMesh:
+def _ribbon(skin: FilmSkin, column: np.ndarray, height: np.ndarray, width: np.ndarray) -> Sheet:
     """Return a strip of film of varying ``width`` (m), measured upwards, along a line on the skin."""
-    low = np.clip(height - width / 2, skin.low, skin.high)
-    high = np.clip(height + width / 2, skin.low, skin.high)
-    return _band(skin.points(column, low, proud), skin.points(column, high, proud))
+    lines = np.stack([height - width / 2, height + width / 2])
+    return Sheet(np.stack([column, column]), np.clip(lines, skin.low, skin.high), _PROUD)
 
 
-def _folds(skin: FilmSkin, rng: np.random.Generator) -> list[TriangleMesh]:
+def _folds(skin: FilmSkin, rng: np.random.Generator) -> list[Sheet]:
     """Return folds that run slantwise over a side from a corner, where film is pulled down or up."""
     folds = []
     room = skin.high - skin.low
@@ -162,7 +152,7 @@ def _folds(skin: FilmSkin, rng: np.random.Generator) -> list[TriangleMesh]:
     return folds
 
 
-def _edges(skin: FilmSkin, start: float, slack: float) -> list[TriangleMesh]:
+def _edges(skin: FilmSkin, start: float, slack: float) -> list[Sheet]:
     """Return the edges of the turns, a few millimetres that are curled or roped."""
     foot, head = _bands(skin)
     column = np.arange(COLUMNS + 1, dtype=float)
@@ -177,7 +167,7 @@ def _edges(skin: FilmSkin, start: float, slack: float) -> list[TriangleMesh]:
     return found
 
 
-def _tail(skin: FilmSkin, rng: np.random.Generator) -> TriangleMesh:
+def _tail(skin: FilmSkin, rng: np.random.Generator) -> Sheet:
     """Return the end of the film, which hangs down roped from where it was torn off and tucked in."""
     room = skin.high - skin.low
     top = skin.low + room * rng.uniform(0.45, 0.85)
@@ -186,8 +176,8 @@ def _tail(skin: FilmSkin, rng: np.random.Generator) -> TriangleMesh:
     centre = _SIDE * rng.integers(4) + rng.uniform(1.5, _SIDE - 1.5) + 0.25 * np.sin(rng.uniform(3.0, 7.0) * share)
     half = rng.uniform(0.1, 0.3) * (1.0 - 0.75 * share + 0.12 * np.sin(9.0 * share))
     height = top - drop * share
-    left, right = (skin.points((centre + side * half) % COLUMNS, height, 0.004) for side in (-1.0, 1.0))
-    return _band(left, right)
+    column = np.stack([(centre + side * half) % COLUMNS for side in (-1.0, 1.0)])
+    return Sheet(column, np.stack([height, height]), 0.004)
 
 
 def _top(skin: FilmSkin, outline: Float[np.ndarray, "n 2"], *, closed: bool) -> TriangleMesh:
@@ -200,4 +190,4 @@ def _top(skin: FilmSkin, outline: Float[np.ndarray, "n 2"], *, closed: bool) -> 
     uneven = 1.0 + 0.35 * np.sin(0.9 * column)[:, None]
     reach = far if closed else np.minimum(_OVER_TOP * uneven, 0.5 * far)
     inner = np.column_stack([edge[:, :2] + inwards / far * reach, edge[:, 2] + 0.003])
-    return _band(edge, inner)
+    return TriangleMesh(np.concatenate([edge, inner]), band_faces(len(edge)))

@@ -23,6 +23,8 @@ _ABOVE_FLOOR = 0.1
 """Least height of a camera (m)."""
 _BODY_ROOM = 0.08
 """Least distance from a vehicle to any object (m)."""
+_ROUNDING = 1e-6
+"""Boxes that are this much farther than asked (m) are still measured, so that rounding decides nothing."""
 UNDERFOOT = 0.05
 """What ends below this height (m) is driven over."""
 
@@ -85,7 +87,9 @@ class FreeSpace:
         """Return whether ``position`` (m) is over the aisle and ``clearance`` (m) from every object but the floor."""
         if not self.area.contains(position, margin=_EDGE) or position[2] < _ABOVE_FLOOR:
             return False
-        return bool(np.min(self._standing.distances_to(position), initial=np.inf) >= clearance)
+        reach = clearance + _ROUNDING
+        close = self._standing.subset(self._standing.near(position - reach, position + reach))
+        return bool(np.min(close.distances_to(position), initial=np.inf) >= clearance)
 
     def admits_bodies(self, boxes: Sequence[OrientedBox]) -> bool:
         """Return whether none of a vehicle's ``boxes`` touches an object or comes near one."""
