@@ -4,20 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-import cv2
 import numpy as np
-from jaxtyping import Float64, Int32, UInt8
+from jaxtyping import Float64, Int32
 
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render.picture_layout import picture_coordinates
-from warehouse_sim.resources import texture_folder
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
-
-NO_CHANGE = 128
-"""Value of an albedo texture where it leaves the material's colour as it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +69,6 @@ def require_material(scene: SceneSpec, instance: ObjectInstance, part: Part) -> 
             raise RenderError(f"{where} has the material {name!r}; add it to SceneSpec.materials")
     if (scene.materials[part.material].opacity < 1.0) != (scene.materials[painted].opacity < 1.0):
         raise RenderError(f"{where}: paint puts {painted!r} in place of {part.material!r}; film must stay film")
-
-
-def albedo_factor(name: str) -> UInt8[np.ndarray, "h w"]:
-    """Return the texture called ``name``: what the base colour is multiplied by, in units of 1 / ``NO_CHANGE``.
-
-    Raises:
-        RenderError: The texture is not shipped, or is no image.
-    """
-    path = texture_folder(name) / "albedo.png"
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
-    if image is None:
-        raise RenderError(f"texture {name!r}: {path} is missing or no image; bake the assets again")
-    return image
 
 
 def _painted_part(part: Part, material: Material, number: int) -> PaintedMesh:

@@ -8,9 +8,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.errors import RenderError
+from warehouse_sim.render.albedo import NO_CHANGE
 from warehouse_sim.resources import texture_folder
-
-_NO_CHANGE = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +45,12 @@ def load_texture_set(name: str) -> TextureSet:
 
 
 def _factor(codes: np.ndarray) -> np.ndarray:
-    return (codes[..., None] / np.float32(_NO_CHANGE)).astype(np.float32)
+    return (codes[..., None] / np.float32(NO_CHANGE)).astype(np.float32)
 
 
 def _normal(codes: np.ndarray) -> np.ndarray:
     """Return normals from their codes (red along u, green up the image, which is against v)."""
-    bend = (codes[..., :2].astype(np.float32) - _NO_CHANGE) / 127.0 * [1.0, -1.0]
+    bend = (codes[..., :2].astype(np.float32) - NO_CHANGE) / 127.0 * [1.0, -1.0]
     out = np.sqrt(np.maximum(1.0 - (bend**2).sum(axis=-1, keepdims=True), 0.0))
     return (np.concatenate([bend, out], axis=-1).astype(np.float32) + 1.0) / 2.0
 

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import UInt8
 
 from warehouse_sim.errors import RenderError
+from warehouse_sim.render.albedo import NO_CHANGE
 from warehouse_sim.resources import texture_folder
 
 TEXTURE_EDGE_PX = 1024
 """Edge of every texture on the device; files of another size are resampled to it."""
-_NO_CHANGE = 128
 
 
 class TextureLibrary:
@@ -48,7 +48,7 @@ class TextureLibrary:
         self.array.release()
 
     def _upload(self) -> moderngl.TextureArray:
-        layers = np.stack([*self._layers.values()]) if self._layers else np.full((1, 1, 1, 4), _NO_CHANGE, np.uint8)
+        layers = np.stack([*self._layers.values()]) if self._layers else np.full((1, 1, 1, 4), NO_CHANGE, np.uint8)
         size = layers.shape[2], layers.shape[1], layers.shape[0]
         array = self._context.texture_array(size, 4, layers.tobytes())
         array.build_mipmaps()
@@ -66,7 +66,7 @@ def load_texture_set(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
     if not (folder / "albedo.png").is_file():
         known = ", ".join(sorted(item.name for item in folder.parent.glob("*") if item.is_dir())) or "(none)"
         raise RenderError(f"texture {name!r}: {folder / 'albedo.png'} does not exist; textures there: {known}")
-    texels = np.full((TEXTURE_EDGE_PX, TEXTURE_EDGE_PX, 4), _NO_CHANGE, np.uint8)
+    texels = np.full((TEXTURE_EDGE_PX, TEXTURE_EDGE_PX, 4), NO_CHANGE, np.uint8)
     texels[..., 0] = _read(name, folder / "albedo.png", cv2.IMREAD_GRAYSCALE)
     if (folder / "normal.png").is_file():
         blue_green_red = _read(name, folder / "normal.png", cv2.IMREAD_COLOR)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int, Int32
 
 from warehouse_sim.catalog.textures import stretch
-from warehouse_sim.render.painted_mesh import NO_CHANGE, albedo_factor
+from warehouse_sim.render.albedo import NO_CHANGE, albedo_factor
 from warehouse_sim.schema import Material, SceneSpec
 from warehouse_sim.sensors.lidar.brightness import BrightnessConfig
 
