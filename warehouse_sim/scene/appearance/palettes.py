@@ -39,8 +39,8 @@ RACKS = (
 )  # fmt: skip
 BEAMS = (
     Finish(ORANGE_2004, 2.0), Finish(ORANGE_2003), Finish(ORANGE_2008), Finish(YELLOW_1003, 2.5),
-    Finish(YELLOW_1028, 1.0), Finish(BLUE_5015, 1.5), Finish(BLUE_5010), Finish(RED_3000, 1.2), Finish(RED_3020, 0.8),
-    Finish(GREEN_6024, 1.2), Finish(GREY_7035, 1.2), Finish(_ZINC, 1.0, bare=True),
+    Finish(YELLOW_1028, 1.0), Finish(BLUE_5015, 1.8), Finish(BLUE_5010), Finish(RED_3000, 1.2), Finish(RED_3020, 0.8),
+    Finish(GREEN_6024, 1.6), Finish(GREY_7035, 1.2), Finish(_ZINC, 1.0, bare=True),
 )  # fmt: skip
 GUARDS = (
     Finish(YELLOW_1023, 5.0), Finish(YELLOW_1003, 3.0), Finish(ORANGE_2004, 2.0), Finish(RED_3020),
@@ -87,9 +87,9 @@ PALLET_PAINT = (
 )  # fmt: skip
 BOARDS = (
     Finish("#B08A5E", 4.0), Finish("#BC9A70", 4.0), Finish("#A37C50", 3.0), Finish("#C7A77E", 2.0),
-    Finish("#93693F", 1.5), Finish("#E9E6DF", 3.0), Finish("#DCD3C0", 1.0), Finish("#1D4E89", 0.5),
-    Finish("#B3232A", 0.5), Finish("#E3A51A", 0.4), Finish("#2F7D4F", 0.5), Finish("#2A2A2C", 0.4),
-    Finish("#6C3F7F", 0.3), Finish("#C9567F", 0.2), Finish("#3FA6A0", 0.3),
+    Finish("#93693F", 1.5), Finish("#E9E6DF", 3.0), Finish("#DCD3C0", 1.0), Finish("#1D4E89", 0.9),
+    Finish("#B3232A", 0.8), Finish("#E3A51A", 0.6), Finish("#2F7D4F", 0.9), Finish("#2A2A2C", 0.4),
+    Finish("#6C3F7F", 0.6), Finish("#C9567F", 0.4), Finish("#3FA6A0", 0.6),
 )  # fmt: skip
 PRINTS = (
     Finish("#1B3F8B", 2.0), Finish("#B5121B", 2.0), Finish("#0F7A3D", 1.5), Finish("#26272B", 3.0), Finish("#E07A10"),
