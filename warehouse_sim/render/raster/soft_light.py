@@ -93,14 +93,21 @@ class SoftLightPass:
         """Return the shader for this many shadow maps, compiled when first asked for."""
         count = lighting.variant[1]
         if count not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "lights.glsl", "shadow_filter.glsl", "occlusion.glsl", "field.glsl")
+            files = (
+                "surface.glsl",
+                "pack.glsl",
+                "even_ribs.glsl",
+                "lights.glsl",
+                "shadow_filter.glsl",
+                "occlusion.glsl",
+            )
             constants = lighting.constants() | {
                 "OCCLUSION_TAPS": _OCCLUSION_TAPS,
                 "OCCLUSION_DISK": spiral(_OCCLUSION_TAPS, 1.0),
                 "SHADOW_TAPS": _SHADOW_TAPS,
                 "SHADOW_DISK": spiral(_SHADOW_TAPS, 0.5),
             }
-            shader = FullScreen(self._context, *files, "soft.frag", **constants)
+            shader = FullScreen(self._context, *files, "field.glsl", "soft.frag", **constants)
             shader.assign(near=NEAR, **UNITS)
             self._shaders[count] = shader
         return self._shaders[count]

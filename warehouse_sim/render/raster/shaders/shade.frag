@@ -5,6 +5,14 @@ uniform sampler2D paint_map;      // of pictures, see gbuffer.frag
 
 layout(location = 0) out vec4 out_color;  // alpha: hash of the face that the pixel shows
 
+// Facets finer than a pixel, whose mean normal is shorter than 1 by ``lack``, mirror more blurredly than each of them:
+// the variance of their slopes adds to that of the surface's own (Toksvig 2005, "Mipmapping normal maps").
+void roughen(inout Surface s, float lack) {
+    float mean = max(1.0 - lack, 0.2);
+    s.a = min(sqrt(s.a * s.a + 1.0 * (1.0 / (mean * mean) - 1.0)), 1.0);
+    s.roughness = sqrt(s.a);
+}
+
 void main() {
     float stored = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).x;
     uvec2 words = texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).xy;
@@ -13,8 +21,11 @@ void main() {
     vec3 tangent = unpack_tangent(words.x, n);
     int row = material_row(words);
     vec4 paint = vec4(0.0);
-    if (texelFetch(materials, ivec2(2, row), 0).z != -1.0) paint = texelFetch(paint_map, ivec2(gl_FragCoord.xy), 0);
-    Surface s = surface_at(p, n, tangent, unpack_tile(words.y), row, 1.0 / intrinsics.x, paint * paint);
+    float picture = texelFetch(materials, ivec2(2, row), 0).z;
+    if (picture != -1.0) paint = texelFetch(paint_map, ivec2(gl_FragCoord.xy), 0);
+    paint *= paint;
+    Surface s = surface_at(p, n, tangent, unpack_tile(words.y), row, 1.0 / intrinsics.x, paint);
+    if (picture == -2.0) roughen(s, paint.a);
 
     vec2 half_way = floor(gl_FragCoord.xy) * 0.5, corner = floor(half_way) + 1.0, f = fract(half_way);
     vec4 weight = vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y);

@@ -7,7 +7,8 @@ layout(location = 3) out vec4 out_visibility[2];   // of the lights that have a 
 void main() {
     ivec2 at = min(ivec2(gl_FragCoord.xy) * 2, textureSize(depth_map, 0) - 1);
     float stored = texelFetch(depth_map, at, 0).x;
-    vec3 n = unpack_normal(texelFetch(surface_map, at, 0).x);
+    uvec2 words = texelFetch(surface_map, at, 0).xy;
+    vec3 n = even_normal(at, words, unpack_normal(words.x));
     vec3 p = vec3((vec2(at) + 0.5 - intrinsics.zw) / intrinsics.xy, 1.0) * (near / max(stored, 1e-6));
 
     out_depth = stored;
