@@ -29,6 +29,8 @@ class LightingConfig:
     hall_share: Annotated[float, Range(0, 3)] = 0.0
     """How bright rows of light beside the aisle (``hall.services.light_lines``) make the hall's floor, over the aisle's
     from its own luminaires, 0-3, where all are on; a preset's pattern darkens rows, too. At 0 they only glow."""
+    daylight: bool = False
+    """Whether rooflights and windows (``hall.services``) light the hall by day and at dusk; else they only glow."""
     lux: Annotated[Distribution, Range(0.001, 200_000, "lx")] | None = None
     """Wanted mean illuminance of the aisle's free floor (lx), 0.001-200,000; all light is scaled to reach it."""
     flux: Annotated[Distribution, Range(1, 10_000_000, "lm")] | None = None

@@ -7,6 +7,7 @@ import numpy as np
 from warehouse_sim.catalog import materials
 from warehouse_sim.scene.lighting.daylight import outdoors_at
 from warehouse_sim.scene.lighting.luminaires import Luminaire
+from warehouse_sim.scene.lighting.panes import PANE
 from warehouse_sim.scene.lighting.photometry import luminous_flux
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.schema import Light, Material, SceneSpec
@@ -34,6 +35,8 @@ class SceneLighting:
     """Illuminance of the even light from above (lx)."""
     lux: float | None
     """Wanted mean illuminance of the aisle's floor (lx); None where the flux was given instead."""
+    panes: float | None = None
+    """Luminance of panes over that of the preset's hour, where they light the hall; None where they only glow."""
 
     @property
     def switched_on(self) -> tuple[Light, ...]:
@@ -44,12 +47,17 @@ class SceneLighting:
         """Return the lighting with all light ``factor`` times as strong."""
         lights = tuple(light and _scaled(light, factor) for light in self.lights)
         fill = tuple(_scaled(light, factor) for light in self.fill)
-        return replace(self, lights=lights, fill=fill, ambient=self.ambient * factor)
+        panes = None if self.panes is None else self.panes * factor
+        return replace(self, lights=lights, fill=fill, ambient=self.ambient * factor, panes=panes)
 
     def applied(self, scene: SceneSpec) -> SceneSpec:
         """Return ``scene`` in this light: its lights, ambient and how its luminaires look."""
-        pairs = zip(self.luminaires, self.lights, strict=True)
+        pairs, day = zip(self.luminaires, self.lights, strict=True), materials()
         faces = {item.face.material: _face_material(item, light) for item, light in pairs}
+        # From the catalog's: the scene's may be those of an hour already.
+        outdoors = outdoors_at(self.preset.hour, {name: day[name] for name in scene.materials if name in day})
+        if self.panes is not None and PANE in outdoors:
+            outdoors[PANE] = replace(outdoors[PANE], emission=outdoors[PANE].emission * self.panes)
         return replace(
             scene,
             lights=self.switched_on,
@@ -57,7 +65,7 @@ class SceneLighting:
             lighting=self.name,
             materials={
                 **scene.materials,
-                **outdoors_at(self.preset.hour, scene.materials),
+                **outdoors,
                 **faces,
                 **self._rows(scene),
             },

@@ -9,6 +9,7 @@ from warehouse_sim.color import balanced_rgb
 from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.hall_light import failing, fill_lights
 from warehouse_sim.scene.lighting.luminaires import Luminaire, luminaires_of
+from warehouse_sim.scene.lighting.panes import pane_lights
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
@@ -46,6 +47,8 @@ def draw_lighting(
         in_aisle = float(unshadowed_illuminance(electric, floor, up).mean())
         colors = list(dict.fromkeys(light.color for light in electric))
         fill = fill_lights(scene, config.hall_share * in_aisle, colors, preset, rng.spawn(1)[0])
+    if config.daylight:
+        fill += pane_lights(scene, preset)
     ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
     return SceneLighting(
         name=config.preset,
@@ -55,6 +58,7 @@ def draw_lighting(
         fill=fill,
         ambient=ambient,
         lux=lux,
+        panes=1.0 if config.daylight else None,
     )
 
 

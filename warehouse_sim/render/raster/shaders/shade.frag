@@ -9,7 +9,7 @@ layout(location = 0) out vec4 out_color;  // alpha: hash of the face that the pi
 // the variance of their slopes adds to that of the surface's own (Toksvig 2005, "Mipmapping normal maps").
 void roughen(inout Surface s, float lack) {
     float mean = max(1.0 - lack, 0.2);
-    s.a = min(sqrt(s.a * s.a + 1.0 * (1.0 / (mean * mean) - 1.0)), 1.0);
+    s.a = min(sqrt(s.a * s.a + 1.0 / (mean * mean) - 1.0), 1.0);
     s.roughness = sqrt(s.a);
 }
 
