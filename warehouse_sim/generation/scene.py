@@ -44,8 +44,7 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
     if recipe.occlusion is not None:
         rng = drawn.stream("occlusion")
         scene, occlusion = request_views(scene, settings, camera, recipe.occlusion, caster, rng)
-    occluders = [item.instance_id for item in scene.instances[len(drawn.scene.instances) :]]
-    if occluders:
+    if len(scene.instances) > len(drawn.scene.instances):
         caster = RayCaster(scene)
 
     def relight(dark: SceneSpec, changed: dict[str, Any]) -> SceneSpec:
@@ -53,5 +52,6 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
         return light_scene(dark, lights, caster, camera, drawn.stream("lighting"))
 
     sensor = recipe.sensors.draw_sensor(drawn.stream("sensor"))
+    occluders = [() for _ in scene.viewpoints] if occlusion is None else [item.placed for item in occlusion.requests]
     variants = make_variants(relight(scene, {}), recipe.twins, sensor, occluders, relight)
     return PreparedScene(variants, drawn.report, occlusion)

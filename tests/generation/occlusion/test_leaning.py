@@ -4,9 +4,15 @@ from tests.generation.occlusion.scenes import box_of, hall, occluded_scene_of, s
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.occlusion.leaning import find_leaning_pose, leaning_pallet
 from warehouse_sim.generation.occlusion.occluded_scene import fraction_behind
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.generation.occlusion.occluder import Occluder
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.schema import ObjectInstance
 
 PALLET = leaning_pallet(catalog_object("epal1"))
+
+
+def upright(x: float, y: float, z: float = 0.0) -> Transform:
+    return make_transform(translation=np.array([x, y, z]))
 
 
 def leaned(*things: tuple[str, float, float], wanted: float = 0.4, tolerance: float = 0.3) -> Transform | None:
@@ -29,6 +35,17 @@ def test_a_pallet_leans_against_what_stands_beside_the_target() -> None:
     # Its upper edge is ahead of its lower one.
     assert corners[corners[:, 2] > 0.5][:, 1].mean() > corners[corners[:, 2] < 0.3][:, 1].mean() + 0.08
     assert abs(fraction_behind(sight_of(occluded), PALLET, T) - 0.4) < 0.3
+
+
+def test_nothing_leans_on_what_another_request_put_there() -> None:
+    """A twin without that would leave it in the air."""
+    drum = catalog_object("drum_steel_216_blue")
+    occluder = Occluder("drum", {drum.name: drum}, (ObjectInstance(1, drum.name, upright(0.0, 0.0, drum.size[2] / 2)),))
+    occluded = occluded_scene_of(hall())
+    for x in (-0.95, 0.95):
+        occluded.add(occluder, upright(x, -0.2))
+    sight = sight_of(occluded)
+    assert find_leaning_pose(occluded, sight, PALLET, 0.5, 0.4, 0.3, np.random.default_rng(0)) is None
 
 
 def test_nothing_leans_in_the_open_or_against_something_low() -> None:

@@ -10,7 +10,8 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.generation.twins import TwinsConfig, make_variants
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation, SceneSpec
@@ -37,8 +38,9 @@ def made() -> tuple[int, dict[str, list[Observation]]]:
     recipe = load_recipe("smoke")
     scene = draw_scene(recipe, 0, 0).scene
     occluder = next(item.instance_id for item in scene.instances if scene.model_of(item).class_name == "carton")
+    occluders = [(occluder,), *(() for _ in scene.viewpoints[1:])]
     variants = make_variants(
-        scene, from_mapping(TwinsConfig, PLAIN, "twins"), SensorChoice("", recipe.sensors.rgbd), [occluder], dimmed
+        scene, from_mapping(TwinsConfig, PLAIN, "twins"), SensorChoice("", recipe.sensors.rgbd), occluders, dimmed
     )
     found: dict[str, list[Observation]] = {variant.name: [] for variant in variants}
     with open_renderer() as renderer:
@@ -119,16 +121,53 @@ def test_other_noise_changes_the_reading_only(made: tuple[int, dict[str, list[Ob
 
 def test_without_the_occluder_its_pixels_show_what_is_behind(made: tuple[int, dict[str, list[Observation]]]) -> None:
     occluder, found = made
-    uncovered = 0
-    for first, twin in pairs(found, "without occluders"):
-        assert twin.conditions.absent == (occluder,)
-        gone = first.buffers.instance_ids == occluder
+    (first, twin), *others = pairs(found, "without occluders")
+    assert twin.conditions.absent == (occluder,)
+    gone = first.buffers.instance_ids == occluder
+    assert gone.any()
+    assert not (twin.buffers.instance_ids == occluder).any()
+    assert np.array_equal(first.buffers.instance_ids[~gone], twin.buffers.instance_ids[~gone])
+    assert np.array_equal(first.buffers.depth[~gone], twin.buffers.depth[~gone])
+    assert (twin.buffers.depth[gone] >= first.buffers.depth[gone]).all()
+    for mine, theirs in others:
+        assert theirs.conditions.absent == ()
+        assert_same(mine, theirs)
+
+
+def assert_same(first: Observation, twin: Observation) -> None:
+    """Nothing was put there for this view: all that is read of it and said of it is the same."""
+    assert np.array_equal(first.buffers.rgb, twin.buffers.rgb)
+    assert np.array_equal(first.rgbd.rgb, twin.rgbd.rgb)
+    assert np.array_equal(first.rgbd.depth, twin.rgbd.depth)
+    assert np.array_equal(first.buffers.instance_ids, twin.buffers.instance_ids)
+    assert first.lidar is not None
+    assert twin.lidar is not None
+    assert np.array_equal(first.lidar.points, twin.lidar.points)
+
+
+def test_only_what_a_views_own_request_put_there_is_gone() -> None:
+    """A scene of requests: outside of what is taken away no depth and no id changes, whatever others were given."""
+    study = load_recipe("occlusion_study")
+    small = {"width": 320, "height": 120, "focal_px": 190}
+    recipe = from_mapping(Recipe, to_mapping(study) | {"sensors": {"camera": small, "lidar": None}}, "here")
+    prepared = prepare_scene(recipe, 0, 0)
+    assert prepared.occlusion is not None
+    placed = [set(item.placed) for item in prepared.occlusion.requests]
+    assert sum(map(bool, placed)) >= 2, "the scene must hold the occluders of several views"
+    with open_renderer() as renderer:
+        seen = list(observe_scene(prepared.scene, recipe.sensors, renderer, prepared.variants))
+    count, uncovered = len(placed), 0
+    others = 0
+    for first, twin, own in zip(seen[:count], seen[count:], placed, strict=True):
+        assert set(twin.conditions.absent) == own
+        gone = np.isin(first.buffers.instance_ids, list(own))
         uncovered += np.count_nonzero(gone)
-        assert not (twin.buffers.instance_ids == occluder).any()
-        assert np.array_equal(first.buffers.instance_ids[~gone], twin.buffers.instance_ids[~gone])
-        assert np.array_equal(first.buffers.depth[~gone], twin.buffers.depth[~gone])
-        assert (twin.buffers.depth[gone] >= first.buffers.depth[gone]).all()
+        assert np.count_nonzero((first.buffers.depth != twin.buffers.depth) & ~gone) == 0
+        assert np.count_nonzero((first.buffers.instance_ids != twin.buffers.instance_ids) & ~gone) == 0
+        assert not np.isin(twin.buffers.instance_ids, list(own)).any()
+        others += np.isin(twin.buffers.instance_ids, list(set().union(*placed) - own)).sum()
     assert uncovered > 0
+    assert others > 0, "what was put there for another view must stay"
 
 
 def test_the_config_comes_back_from_plain_data_and_refuses_what_makes_no_twin() -> None:

@@ -28,6 +28,8 @@ _RUN_UP = 0.5
 _PUSHES = 40
 _TOUCH = 0.001
 """Pushed against its support until the gap is this small (m)."""
+_AROUND = 0.1
+"""What comes so near (m) may hold it."""
 _SLIP, _LIMITS = 0.02, RestLimits(speed=0.002, turn=0.01, time=2.0)
 """Most that it may slip (m) when it is let go, and when it counts as at rest."""
 _FLOOR = OrientedBox(make_transform(translation=np.array([0.0, 0.0, -0.5])), np.array([100.0, 100.0, 1.0]))
@@ -68,6 +70,8 @@ def find_leaning_pose(
         T_world_pallet = _pushed(occluded, model, start, ahead, length)
         if T_world_pallet is None or abs(fraction_behind(sight, occluder, T_world_pallet) - wanted) > tolerance:
             continue
+        if occluded.is_beside_added(OrientedBox(T_world_pallet, model.size), _AROUND):
+            continue  # twins without that would leave it in the air
         resting = _let_go(occluded.solids, model, T_world_pallet)
         if resting is not None and abs(fraction_behind(sight, occluder, resting) - wanted) <= tolerance:
             return resting
@@ -117,7 +121,7 @@ def _let_go(solids: Solids, model: ObjectModel, T_world_pallet: Transform) -> Tr
     """Return where the pallet comes to rest among what is around it; None if it slips or falls."""
     item = ObjectInstance(1, model.name, T_world_pallet, dynamic=True)
     scene = SceneSpec(0, 0, {model.name: model}, materials_of([model]), (item,), (), ())
-    around = solids.listed(solids.near_box(OrientedBox(T_world_pallet, model.size), 0.1))
+    around = solids.listed(solids.near_box(OrientedBox(T_world_pallet, model.size), _AROUND))
     rest = bring_to_rest(scene, [item], [_FLOOR, *around], _LIMITS)
     T = rest.poses[1]
     moved = np.linalg.norm(T[:3, 3] - T_world_pallet[:3, 3])

@@ -97,6 +97,11 @@ class OccludedScene:
         """Return what views are checked against; what was added is no target."""
         return FreeSpace(self.solids, self.area, self.scene.models, self.targets)
 
+    def is_beside_added(self, box: OrientedBox, reach: float) -> bool:
+        """Return whether something that was added comes within ``reach`` (m) of the axis-parallel box about ``box``."""
+        added = [number for placed in self.placed for number in placed.instance_ids]
+        return bool((self.solids.near_box(box, reach) & self.solids.of_objects(added)).any())
+
     def takes(self, box: OrientedBox, clearance: float) -> bool:
         """Return whether ``box`` (world) lies over the aisle, at least ``clearance`` (m) from every solid."""
         over_aisle = all(self.area.contains(at, -BEYOND) for at in box.corners())

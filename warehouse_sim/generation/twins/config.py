@@ -83,7 +83,7 @@ class TwinsConfig:
     noise: tuple[NoiseTwin, ...] = ()
     """Only the noise of cameras, and of other sensors that read light, is changed."""
     without_occluders: bool = False
-    """Whether there is a twin without the objects that ``occlusion`` put before the targets."""
+    """Whether each view has a twin without what its own request of ``occlusion`` put there; others' occluders stay."""
 
     def __post_init__(self) -> None:
         names = self.names()

@@ -24,6 +24,16 @@ class Variant:
     """Which draw of the noise of all that reads light; 0 is the base's."""
     absent: tuple[int, ...] = ()
     """Instance ids of the base that are taken away."""
+    absent_from: tuple[tuple[int, ...], ...] = ()
+    """Instance ids that one viewpoint does without, for each of them; empty = all see the whole scene."""
+
+    def seen_from(self, viewpoint_index: int) -> "Variant":
+        """Return the variant as one viewpoint has it: without what is absent from there."""
+        gone = self.absent_from[viewpoint_index] if self.absent_from else ()
+        if not gone:
+            return self
+        kept = tuple(item for item in self.scene.instances if item.instance_id not in gone)
+        return replace(self, scene=replace(self.scene, instances=kept), absent=tuple(sorted(gone)), absent_from=())
 
 
 Relight = Callable[[SceneSpec, dict[str, Any]], SceneSpec]
@@ -36,7 +46,11 @@ def base_variant(scene: SceneSpec, sensor: SensorChoice) -> Variant:
 
 
 def make_variants(
-    scene: SceneSpec, config: TwinsConfig, sensor: SensorChoice, occluders: Sequence[int], relight: Relight
+    scene: SceneSpec,
+    config: TwinsConfig,
+    sensor: SensorChoice,
+    occluders: Sequence[Sequence[int]],
+    relight: Relight,
 ) -> tuple[Variant, ...]:
     """Return the base and its twins in the order of ``config.names()``.
 
@@ -44,16 +58,13 @@ def make_variants(
         scene: Settled, lit, with its final viewpoints.
         config: What to change.
         sensor: The rig's own camera in this scene.
-        occluders: Instance ids of the objects that were put before targets on request.
+        occluders: For each viewpoint the instance ids of the objects that its own request put before its target.
         relight: Sets another light.
     """
     base = base_variant(scene, sensor)
     variants = [base]
     if config.without_occluders:
-        gone = frozenset(occluders)
-        kept = tuple(item for item in scene.instances if item.instance_id not in gone)
-        emptier = replace(scene, instances=kept)
-        variants.append(replace(base, name="without occluders", scene=emptier, absent=tuple(sorted(gone))))
+        variants.append(replace(base, name="without occluders", absent_from=tuple(map(tuple, occluders))))
     variants += [replace(base, name=twin.name, scene=relight(scene, twin.settings)) for twin in config.lights]
     variants += [replace(base, name=twin.name, scene=_resurfaced(scene, twin)) for twin in config.materials]
     variants += [
