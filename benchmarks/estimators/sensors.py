@@ -23,7 +23,7 @@ from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.resources import data_folder
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import ColorConfig
-from warehouse_sim.sensors.rgbd.depth import PRESETS, QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 RECIPE, SEED = "industrial-v1", 16
 METHODS = ("densefusion", "densefusion-depth", "densefusion-pointcloud")
