@@ -56,6 +56,23 @@ def find_recipe(name_or_path: str) -> Path:
     raise UnknownNameError("recipe (a shipped name or the path of a .yaml file)", name_or_path, recipe_names())
 
 
+def find_photometry(name_or_path: str) -> Path:
+    """Return the photometric file of a luminaire given by shipped name ("aisle_narrow") or by path.
+
+    Raises:
+        UnknownNameError: Neither a shipped file nor one with the ending .ies.
+    """
+    path, shipped = Path(name_or_path), sorted((data_folder("scenes") / "photometry").glob("*.ies"))
+    if path.suffix.lower() == ".ies" and os.path.isfile(path):
+        return path
+    for file in shipped:
+        if file.stem == name_or_path:
+            return file
+    raise UnknownNameError(
+        "photometry (a shipped name or the path of an .ies file)", name_or_path, [file.stem for file in shipped]
+    )
+
+
 def suite_names() -> list[str]:
     """Return the names of the shipped benchmark suites, sorted."""
     return sorted(path.stem for path in (data_folder("benchmarks") / "suites").glob("*.yaml"))

@@ -148,8 +148,9 @@ def in_shadow(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform
     for light in scene.lights:
         for place in _places_on(light):
             way = place - points
-            cosine = way @ -np.asarray(light.direction, float) / np.linalg.norm(way, axis=1)
-            towards = (np.einsum("ij,ij->i", way, normals) > 0.0) & (relative_intensity(light, cosine) > 0.0)
+            away = -way / np.linalg.norm(way, axis=1, keepdims=True)
+            shines = relative_intensity(light, away @ np.asarray(light.direction, float), away) > 0.0
+            towards = (np.einsum("ij,ij->i", way, normals) > 0.0) & shines
             rows = np.flatnonzero(~lit & towards)
             free = caster.cast(points[rows], way[rows]).distance >= 1.0
             lit[rows[free | (not light.casts_shadow)]] = True

@@ -7,9 +7,10 @@ import pytest
 
 from tests.dataset.toy import RENDERER, make_scene
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.light_row import light_row
 from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.schema import Material
+from warehouse_sim.schema import IntensityDistribution, Light, Material
 
 
 def test_record_names_everything_in_the_scene(toy_root: Path) -> None:
@@ -63,3 +64,11 @@ def test_paint_is_stored_with_what_it_looks_like(tmp_path: Path) -> None:
 
 def test_a_scene_without_paint_has_no_word_of_it(toy_root: Path) -> None:
     assert "paint" not in (toy_root / "scenes" / "000001.json").read_text()
+
+
+def test_a_measured_distribution_is_stored_by_its_name() -> None:
+    light = Light("spot", np.zeros(3), np.array([0.0, 0.0, -1.0]), 1000.0)
+    assert {"distribution", "along"}.isdisjoint(light_row(light))
+    own = IntensityDistribution("made", 1.0, np.ones((144, 181), np.float32))
+    row = light_row(replace(light, distribution=own, along=(0.0, 1.0, 0.0)))
+    assert (row["distribution"], row["along"]) == ("made", (0.0, 1.0, 0.0))

@@ -25,4 +25,4 @@ def test_records_hold_the_light_in_the_camera_frame() -> None:
 
 
 def test_the_record_has_the_size_of_the_shaders_array_element() -> None:
-    assert LIGHT.itemsize == 9 * 16  # nine vec4 in std140
+    assert LIGHT.itemsize == 10 * 16  # ten vec4 in std140

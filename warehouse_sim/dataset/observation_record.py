@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.light_row import light_row
 from warehouse_sim.dataset.plain import (
     PLACES,
     SHARES,
@@ -79,7 +80,7 @@ def observation_row(observation: Observation) -> dict[str, Any]:
         row |= {"kind": view.kind, "time": view.time, "sequence": view.sequence, "target": view.target}
         row |= {"visible_request": view.visible_request, "T_world_vehicle": view.T_world_vehicle}
         row |= {"velocity": view.velocity, "yaw_rate": view.yaw_rate}
-        row["vehicle_lights"] = [vars(light) for light in view.lights]
+        row["vehicle_lights"] = [light_row(light) for light in view.lights]
     row["conditions"] = vars(observation.conditions)
     row["targets"] = [_target_row(item) for item in observation.annotations if item.pixels_visible > 0]
     if observation.stated is not None:

@@ -12,6 +12,7 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.light_row import light_row
 from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
 from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, take, take_if_given, take_name
 from warehouse_sim.dataset.split import Split
@@ -123,7 +124,7 @@ def _light_row(scene: SceneSpec) -> dict[str, Any]:
         "lighting": scene.lighting,
         "ambient": scene.ambient,
         "exposure": scene.exposure,
-        "lights": [vars(light) for light in scene.lights],
+        "lights": [light_row(light) for light in scene.lights],
     }
 
 

@@ -163,7 +163,7 @@ def _reach_of(
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"] | None,
 ) -> LightReach:
-    """Return what a light reaches: cos(incidence) / r^2; a spot fades as glTF's KHR_lights_punctual says.
+    """Return what a light reaches: cos(incidence) / r^2; a spot fades as ``relative_intensity`` says.
 
     Without ``normals`` it is 1 / r^2, that of surfaces which look at the light.
     """
@@ -172,7 +172,7 @@ def _reach_of(
     distance = np.sqrt(squared)
     share = 1.0 / squared if normals is None else np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
     cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
-    share *= relative_intensity(light, cosine)
+    share *= relative_intensity(light, cosine, -to_light / distance[:, None])
     lit = np.flatnonzero(share > 0.0)
     if light.casts_shadow:
         lit = lit[~solid.blocked(points[lit], to_light[lit])]

@@ -23,7 +23,8 @@ def even_illuminance(scene: SceneSpec) -> float:
 def light_geometry(light: Light) -> bytes:
     """Return all of a light but its intensity and colour: lights that agree in it light and shade the same places."""
     numbers = [*light.position, *light.direction, light.cone_inner, light.cone_outer, light.radius, light.casts_shadow]
-    return light.kind.encode() + np.array(numbers, float).tobytes()
+    own = b"" if light.distribution is None else light.distribution.share.tobytes() + np.array(light.along).tobytes()
+    return light.kind.encode() + np.array(numbers, float).tobytes() + own
 
 
 def point_ahead(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:
@@ -53,8 +54,9 @@ def facing_illuminance(light: Light, points: Float64[np.ndarray, "n 3"]) -> Floa
     """Return the illuminance (lx) that ``light`` gives, without shadows, to surfaces at ``points`` that face it."""
     away = points - np.asarray(light.position, float)
     squared = np.maximum((away**2).sum(axis=1), 1.0)
-    cosine = away @ np.asarray(light.direction, float) / np.sqrt(squared)
-    return light.intensity * relative_intensity(light, cosine) / squared
+    distance = np.sqrt(squared)
+    cosine = away @ np.asarray(light.direction, float) / distance
+    return light.intensity * relative_intensity(light, cosine, away / distance[:, None]) / squared
 
 
 def strongest_lights(lights: Sequence[Light], count: int | None, points: Float64[np.ndarray, "n 3"]) -> list[Light]:

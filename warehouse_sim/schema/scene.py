@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema.intensity import IntensityDistribution
 from warehouse_sim.schema.things import Material, ObjectModel, Part
 
 
@@ -50,7 +51,7 @@ class Light:
     direction: Float[np.ndarray, "3"]
     """Unit axis of a spot in the world; ignored by a point light."""
     intensity: float
-    """Luminous intensity on the axis (cd)."""
+    """Luminous intensity on the axis (cd); the greatest one of a light with a distribution."""
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     """Linear RGB of unit luminance-like scale."""
     cone_inner: float = 0.6
@@ -62,6 +63,10 @@ class Light:
     """Radius of the disk or ball that emits (m), >= 0; the larger, the softer are its shadows."""
     fill: bool = False
     """Whether it is one of many that light a hall evenly; renderers may gather it with the indirect light."""
+    distribution: IntensityDistribution | None = None
+    """How a spot's intensity depends on direction, in place of the cone; None = by the cone."""
+    along: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """Unit vector in the world, across ``direction``, where the distribution's half plane 0 lies."""
 
 
 @dataclass(frozen=True, eq=False)

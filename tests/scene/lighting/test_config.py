@@ -1,3 +1,4 @@
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -66,3 +67,29 @@ def test_compensation_comes_on_top_of_the_presets_and_both_stay_in_range() -> No
     assert read("preset: harsh").resolved() == PRESETS["harsh"]
     with pytest.raises(ConfigError, match="compensation must be"):
         read("{exposure: {compensation: 4}, compensation: 2}")
+
+
+def test_photometry_is_read_with_the_recipe_and_refused_with_file_and_line(tmp_path: Path) -> None:
+    assert LightingConfig().resolved().distribution is None
+    own = from_mapping(LightingConfig, {"photometry": "aisle_narrow"}, "recipe.yaml: lights").resolved()
+    assert own.distribution is not None
+    assert own.distribution.name == "aisle_narrow"
+    with pytest.raises(ConfigError, match="aisle_narrow, highbay_wide"):
+        from_mapping(LightingConfig, {"photometry": "aisle_narow"}, "recipe.yaml: lights")
+    broken = tmp_path / "broken.ies"
+    broken.write_text("IESNA:LM-63-2002\nTILT=NONE\n1 -1 x\n")
+    with pytest.raises(ConfigError, match=r"recipe.yaml: lights: .*broken.ies: line 3: expected a number"):
+        from_mapping(LightingConfig, {"photometry": str(broken)}, "recipe.yaml: lights")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"photometry": "aisle_narrow", "beam_deg": 80.0},
+        {"photometry_flux": True},
+        {"photometry": "aisle_narrow", "photometry_flux": True, "lux": 100.0},
+    ],
+)
+def test_photometry_stands_in_place_of_other_settings(settings: dict[str, object]) -> None:
+    with pytest.raises(ConfigError, match="photometry"):
+        from_mapping(LightingConfig, settings, "recipe.yaml: lights")

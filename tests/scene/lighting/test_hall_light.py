@@ -7,8 +7,10 @@ import pytest
 
 from warehouse_sim.catalog.building.services import light_line
 from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.lighting.hall_light import fill_lights
+from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import PRESETS, PresetName
 from warehouse_sim.schema import Light, SceneSpec
@@ -75,3 +77,12 @@ def test_other_luminaires_fail_in_each_scene() -> None:
     one, other = (filled(hall(5), 100.0, "failing", seed) for seed in (0, 1))
     assert [light.intensity for light in one] != [light.intensity for light in other]
     assert [light.intensity for light in one] == [light.intensity for light in filled(hall(5), 100.0, "failing", 0)]
+
+
+def test_rows_shine_as_the_photometric_file_of_the_luminaires_says() -> None:
+    distribution = load_distribution(find_photometry("aisle_narrow"))
+    preset = replace(PRESETS["nominal"], distribution=distribution)
+    plain = filled(hall(4), 200.0)
+    lights = fill_lights(hall(4), 200.0, [WHITE], preset, np.random.default_rng(0))
+    assert [luminous_flux(light) for light in lights] == pytest.approx([luminous_flux(light) for light in plain])
+    assert all(light.distribution is distribution and light.along == (1.0, 0.0, 0.0) for light in lights)

@@ -48,12 +48,13 @@ def test_flux_over_the_sphere_is_the_lumens_and_the_beam_ends_at_half_intensity(
     inner, outer = cone_of_beam(beam_deg)
     assert 0.0 <= inner < outer < np.pi / 2
     spot = light(kind="spot", cone_inner=inner, cone_outer=outer, intensity=15000.0 / flux_per_candela(inner, outer))
-    half = relative_intensity(spot, np.array([1.0, np.cos(np.deg2rad(beam_deg) / 2)]))
+    half = relative_intensity(spot, np.array([1.0, np.cos(np.deg2rad(beam_deg) / 2)]), np.zeros((2, 3)))
     np.testing.assert_allclose(half, [1.0, 0.5], atol=0.02)
     # Rings of the sphere, each of solid angle 2 pi d(cos).
     cosine = np.linspace(-1.0, 1.0, 200001)
     middle = (cosine[1:] + cosine[:-1]) / 2
-    flux = 2 * np.pi * np.sum(spot.intensity * relative_intensity(spot, middle)) * (cosine[1] - cosine[0])
+    share = relative_intensity(spot, middle, np.zeros((len(middle), 3)))
+    flux = 2 * np.pi * np.sum(spot.intensity * share) * (cosine[1] - cosine[0])
     assert flux == pytest.approx(15000.0, rel=0.01)
     assert luminous_flux(spot) == pytest.approx(15000.0)
 

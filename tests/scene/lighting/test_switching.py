@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig
+from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
@@ -118,3 +120,23 @@ def test_luminaires_that_are_off_emit_nothing_and_others_emit_their_colour() -> 
     shown = sorted(set(np.round(glowing, 6)))
     assert len(shown) == 3
     assert shown[1] == pytest.approx(0.25 * shown[2])
+
+
+def test_a_photometric_file_gives_its_own_lumens_where_they_are_asked_for() -> None:
+    distribution = load_distribution(find_photometry("aisle_narrow"))
+    own = installed(photometry="aisle_narrow", photometry_flux=True)
+    assert own.lux is None
+    assert fluxes(own, "electric") == pytest.approx([distribution.peak * distribution.flux_per_candela] * 4)
+    wanted = installed(photometry="aisle_narrow")
+    assert wanted.lux is not None
+    assert fluxes(wanted, "electric") == pytest.approx([15000.0] * 4)
+
+
+def test_luminaires_of_a_file_lie_along_their_bodies_and_doors_have_none() -> None:
+    lit = installed(photometry="aisle_narrow", preset="backlit")
+    for item, light in zip(lit.luminaires, lit.lights, strict=True):
+        if light is None:
+            continue
+        assert (light.distribution is None) == (item.face.source == "daylight")
+        if light.distribution is not None:
+            assert np.abs(np.dot(light.along, item.length)) == pytest.approx(1.0)

@@ -11,6 +11,7 @@ from warehouse_sim.render.light_selection import reference_points, strongest_lig
 from warehouse_sim.render.mujoco.appearance import add_background, add_light, add_material, measure_level
 from warehouse_sim.render.mujoco.tessellate import lit_at_vertices
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
+from warehouse_sim.scene.lighting.beam import as_cone
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 SOLID, FILM, ALONE = 0, 1, 2
@@ -42,7 +43,7 @@ def build_visual_model(scene: SceneSpec, shadow_px: int) -> VisualModel:
     spec.visual.quality.shadowsize = shadow_px
     spec.visual.map.shadowscale = 1.0  # the map covers the whole cone
     add_background(spec, scene)
-    lights = strongest_lights(scene.lights, MAX_LIGHTS, reference_points(scene))
+    lights = [as_cone(light) for light in strongest_lights(scene.lights, MAX_LIGHTS, reference_points(scene))]
     level = measure_level(scene, lights)
     spec.visual.headlight.ambient = [level.even] * 3
     spec.visual.headlight.diffuse = spec.visual.headlight.specular = [0.0] * 3

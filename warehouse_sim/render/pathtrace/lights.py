@@ -11,6 +11,7 @@ import numpy as np
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.schema import Light
+from warehouse_sim.schema.intensity import ANGLES, PLANES
 
 _FLOOR = 0.02  # of a light's chance to be drawn: where its centre gives nothing, its rim may
 
@@ -32,11 +33,20 @@ class LightSampler:
     """All lights of a scene; spots are disks, point lights are balls, of their ``radius``.
 
     Each point of one shines with its share of the intensity, so that far away illuminance is intensity / distance^2.
-    Between its two cone angles a spot fades as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2.
+    Between its two cone angles a spot fades as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2; one
+    with a distribution shines as that says, looked up bilinearly.
     """
 
     def __init__(self, lights: Sequence[Light]) -> None:
-        self._lights = [_SampledLight(light) for light in lights if light.intensity > 0.0]
+        given = {id(light.distribution): light.distribution for light in lights}
+        tables = [item for item in given.values() if item is not None]
+        self._tables = mi.Float(np.concatenate([item.share.ravel() for item in tables])) if tables else None
+        first = {id(item): number * PLANES * ANGLES for number, item in enumerate(tables)}
+        self._lights = [
+            _SampledLight(light, first.get(id(light.distribution), -1), self._tables)
+            for light in lights
+            if light.intensity > 0.0
+        ]
 
     def __len__(self) -> int:
         return len(self._lights)
@@ -62,13 +72,14 @@ class LightSampler:
             drawn = {key: dr.select(here, value, drawn[key]) for key, value in light.state().items()}
             weight = dr.select(here, own, weight)
             passed += own
-        return _point_on(drawn, surface.p, place, total / weight)
+        return _point_on(drawn, surface.p, place, total / weight, self._tables)
 
 
 class _SampledLight:
     """One light with its numbers as kernel arguments, so that the next scene's lights need no new kernel."""
 
-    def __init__(self, light: Light) -> None:
+    def __init__(self, light: Light, first: int, tables: Any) -> None:
+        self._tables = tables
         inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
         is_spot = light.kind == "spot"
         scale = 1.0 / max(inner - outer, 1e-3) if is_spot else 0.0
@@ -83,6 +94,8 @@ class _SampledLight:
             "ball": mi.Bool(not is_spot),
             "casts_shadow": mi.Bool(light.casts_shadow),
         }
+        if tables is not None:
+            self._state |= {"along": mi.Vector3f(list(light.along)), "first": mi.Int32(first)}
         self._power = mi.Float(light.intensity * float(LUMINANCE @ light.color))
         dr.make_opaque(self._state, self._power)
 
@@ -95,10 +108,10 @@ class _SampledLight:
         squared = dr.maximum(dr.squared_norm(away), 1e-6)
         direction = away * dr.rsqrt(squared)
         facing = dr.maximum(dr.dot(normal, direction), _FLOOR)
-        return self._power * facing * dr.maximum(_cone(self._state, direction), _FLOOR) / squared
+        return self._power * facing * dr.maximum(_share(self._state, direction, self._tables), _FLOOR) / squared
 
 
-def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any) -> LightSample:
+def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any, tables: Any) -> LightSample:
     """Return a uniform point of the disk: across the axis of a spot, across the line of sight of a ball."""
     towards = dr.normalize(point - light["position"])
     frame = mi.Frame3f(dr.select(light["ball"], towards, light["axis"]))
@@ -107,9 +120,30 @@ def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any) -> Lig
     away = source - point
     squared = dr.maximum(dr.squared_norm(away), 1e-6)
     direction = away * dr.rsqrt(squared)
-    return LightSample(
-        source, direction, light["intensity"] * (_cone(light, direction) * weight / squared), light["casts_shadow"]
-    )
+    share = _share(light, direction, tables)
+    return LightSample(source, direction, light["intensity"] * (share * weight / squared), light["casts_shadow"])
+
+
+def _share(light: dict[str, Any], direction: Any, tables: Any) -> Any:
+    """Return the intensity over the greatest of a light that lies in ``direction``."""
+    cone = _cone(light, direction)
+    if tables is None:
+        return cone
+    side = dr.cross(light["along"], light["axis"])
+    angle = dr.acos(dr.clip(-dr.dot(direction, light["axis"]), -1.0, 1.0)) * ((ANGLES - 1) / np.pi)
+    turned = dr.atan2(-dr.dot(direction, side), -dr.dot(direction, light["along"])) * (PLANES / (2.0 * np.pi))
+    row, column = dr.floor(turned), dr.minimum(dr.floor(angle), ANGLES - 2)
+    down, right = turned - row, angle - column
+    near = mi.Int32(row + PLANES) % PLANES
+    far = (near + 1) % PLANES
+    known = light["first"] >= 0
+
+    def value(plane: Any, more: int) -> Any:
+        index = dr.maximum(light["first"], 0) + plane * ANGLES + mi.Int32(column) + more
+        return dr.gather(mi.Float, tables, mi.UInt32(index), known)
+
+    mixed = dr.lerp(dr.lerp(value(near, 0), value(near, 1), right), dr.lerp(value(far, 0), value(far, 1), right), down)
+    return dr.select(known, mixed, cone)
 
 
 def _cone(light: dict[str, Any], direction: Any) -> Any:

@@ -16,6 +16,7 @@ from warehouse_sim.render.display import to_display
 from warehouse_sim.render.light_selection import GROUND, even_illuminance
 from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.render.pyrender.device import import_pyrender
+from warehouse_sim.scene.lighting.beam import as_cone
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 HEADROOM = 4.0
@@ -71,6 +72,7 @@ def background(scene: SceneSpec) -> list[float]:
 
 def make_light(light: Light, exposure: float) -> tuple[Any, Transform]:
     """Return pyrender's light, whose cone falls off as ours does, and its pose: it shines along its own -z."""
+    light = as_cone(light)
     pyrender, intensity = import_pyrender(), light.intensity * exposure / HEADROOM
     color, T = np.array(light.color), make_transform(None, np.asarray(light.position, float))
     peak = float(color.max())  # pyrender clips colours at 1

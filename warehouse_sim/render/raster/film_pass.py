@@ -24,7 +24,7 @@ class FilmPass:
 
     def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
         self._context, self._block = context, block
-        self._programs: dict[tuple[int, int], moderngl.Program] = {}
+        self._programs: dict[tuple[int, int, bool], moderngl.Program] = {}
 
     def draw(
         self,

@@ -8,6 +8,7 @@ import numpy as np
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.light_selection import GROUND
+from warehouse_sim.render.raster.distribution_texture import DistributionTexture
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 from warehouse_sim.render.raster.materials import MaterialTable
@@ -23,6 +24,7 @@ UNITS = {
     "field": 5,
     "shadow_blockers": 14,
     "paint_map": 15,
+    "distributions": 16,
 } | {
     name: 6 + number
     for number, name in enumerate(
@@ -55,19 +57,22 @@ class Lighting:
     """Illuminance (lx) of the even light from above."""
     exposure: float
     """Linear image value of 1 cd/m^2."""
+    distributions: DistributionTexture | None = None
+    """Those of the scene's lights; None where all are cones."""
 
     @property
-    def variant(self) -> tuple[int, int]:
-        """Number of lights, and of those with a shadow map: each pair needs a program of its own."""
-        return len(self.lights), sum(item.tile is not None for item in self.lights)
+    def variant(self) -> tuple[int, int, bool]:
+        """Number of lights, of those with a shadow map, and whether any has a distribution: each needs a program."""
+        return len(self.lights), sum(item.tile is not None for item in self.lights), self.distributions is not None
 
     def constants(self) -> dict[str, object]:
         """Return the definitions that ``lighting.glsl`` and what includes it are compiled with."""
-        count, shadows = self.variant
+        count, shadows, distributions = self.variant
         seen = [f"seen[{i // 4}][{i % 4}]" for i in range(shadows)]
         calls = [f"add_light({i}, {seen[i] if i < shadows else 1.0}, s, direct);" for i in range(count)]
         return {
             "MAX_LIGHTS": MAX_LIGHTS,
+            "DISTRIBUTIONS": int(distributions),
             "ATLAS_PX": float(ATLAS_PX),
             "LUMINANCE": f"vec3{tuple(LUMINANCE.tolist())}",
             "SHADOW_NEAR": SHADOW_NEAR,
@@ -99,6 +104,8 @@ class LightBlock:
         lighting.shadows.depth.use(UNITS["shadow_atlas"])
         lighting.shadows.blockers.use(UNITS["shadow_blockers"])
         lighting.field.texture.use(UNITS["field"])
+        if lighting.distributions is not None:
+            lighting.distributions.texture.use(UNITS["distributions"])
 
     def release(self) -> None:
         """Free the device memory."""

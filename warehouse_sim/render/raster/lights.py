@@ -28,6 +28,8 @@ LIGHT = np.dtype(
         ("tile_high", "f4", 2),
         ("softness", "f4", 2),
         ("unused", "f4", 2),
+        ("along", "f4", 3),
+        ("layer", "f4"),
     ]
 )
 
@@ -38,6 +40,8 @@ class ShadedLight:
 
     light: Light
     tile: ShadowTile | None
+    layer: int | None = None
+    """Of its distribution in ``DistributionTexture``; None for a cone."""
 
 
 def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> np.ndarray:
@@ -55,6 +59,10 @@ def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> n
             record["axis"] = T_camera_world[:3, :3] @ np.asarray(light.direction, float)
             record["cone_scale"] = 1.0 / max(inner - outer, 1e-3)
             record["cone_offset"] = -outer * record["cone_scale"]
+        record["layer"] = -1.0
+        if item.layer is not None:
+            record["along"] = T_camera_world[:3, :3] @ np.asarray(light.along)
+            record["layer"] = item.layer
         if item.tile is not None:
             record["T_light_camera"] = (invert(item.tile.T_world_light) @ T_world_camera)[:3]
             record["tile_scale"], record["tile_offset"] = item.tile.scale, item.tile.offset

@@ -5,6 +5,7 @@ import moderngl
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
+from warehouse_sim.render.raster.distribution_texture import DistributionTexture, distributions_of
 from warehouse_sim.render.raster.field_texture import FieldTexture
 from warehouse_sim.render.raster.lighting import Lighting
 from warehouse_sim.render.raster.lights import MAX_LIGHTS, ShadedLight
@@ -15,7 +16,7 @@ from warehouse_sim.render.raster.parts import build_part_table, ribbed_materials
 from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.textures import TextureLibrary
-from warehouse_sim.schema import SceneChange, SceneSpec
+from warehouse_sim.schema import Light, SceneChange, SceneSpec
 
 
 class LoadedScene:
@@ -69,6 +70,8 @@ class LoadedScene:
             self._field = FieldTexture(context, self._gatherer.field(spec.lights, spec.ambient))
         else:
             self._field = before._field
+        own = distributions_of(spec.lights)
+        self._distributions = DistributionTexture(context, own) if own else None
 
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.
@@ -83,9 +86,21 @@ class LoadedScene:
             self._drawn, self._tiles = geometries, self._shadows.draw(casting, self.table, self.batches)
         tile_of = dict(zip(geometries, self._tiles, strict=True))
         with_map = strongest_lights(casting, MAX_SHADOWS, place)
-        lights = [ShadedLight(light, tile_of[light_geometry(light)]) for light in with_map]
-        lights += [ShadedLight(light, None) for light in kept if not any(light is item for item in with_map)]
-        return Lighting(lights, self._shadows, self.materials, self._field, self._spec.ambient, self._spec.exposure)
+        lights = [ShadedLight(light, tile_of[light_geometry(light)], self._layer(light)) for light in with_map]
+        rest = [light for light in kept if not any(light is item for item in with_map)]
+        lights += [ShadedLight(light, None, self._layer(light)) for light in rest]
+        return Lighting(
+            lights,
+            self._shadows,
+            self.materials,
+            self._field,
+            self._spec.ambient,
+            self._spec.exposure,
+            self._distributions,
+        )
+
+    def _layer(self, light: Light) -> int | None:
+        return None if self._distributions is None else self._distributions.layer(light)
 
     def release(self, after: "LoadedScene | None" = None) -> None:
         """Free the device memory, but for what ``after`` goes on using; meshes stay in their library."""
@@ -93,3 +108,5 @@ class LoadedScene:
             self.materials.release()
         if after is None or after._field is not self._field:
             self._field.release()
+        if self._distributions is not None:
+            self._distributions.release()

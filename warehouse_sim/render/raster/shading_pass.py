@@ -17,7 +17,7 @@ class ShadingPass:
     def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
         self._context = context
         self._soft_light = SoftLightPass(context, block)
-        self._shaders: dict[tuple[int, int], FullScreen] = {}
+        self._shaders: dict[tuple[int, int, bool], FullScreen] = {}
         self._normals = FullScreen(context, "surface.glsl", "pack.glsl", "normals.frag")
         self._normals.assign(**UNITS)
 

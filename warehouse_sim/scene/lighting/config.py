@@ -3,11 +3,17 @@
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
+from warehouse_sim.errors import ConfigError, UnknownNameError
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.lighting.exposure import ExposureConfig
+from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.presets import PRESETS, Preset, PresetName
+from warehouse_sim.schema import IntensityDistribution
 
+FORMULA = "formula"
+"""Value of ``photometry`` that names no file."""
 LuminaireName = Literal["highbay", "round", "trunking"]
 
 
@@ -37,6 +43,11 @@ class LightingConfig:
     """Luminous flux of a luminaire that is fully on (lm), 1-10,000,000, instead of ``lux``, which then follows."""
     beam_deg: Annotated[float, Range(10, 150, "deg")] | None = None
     """Full angle in which a luminaire has at least half of its intensity (deg), 10-150."""
+    photometry: str = FORMULA
+    """How luminaires spread their light: ``formula`` (by ``beam_deg``), a shipped file's name, ``aisle_narrow`` or
+    ``highbay_wide``, or the path of an IES file (LM-63)."""
+    photometry_flux: bool = False
+    """Whether luminaires give the lumens of that file, instead of what ``lux`` asks for."""
     temperature: Annotated[Distribution, Range(1700, 20_000, "K")] | None = None
     """Correlated colour temperature of the luminaires (K), 1,700-20,000, the same for all of a scene."""
     ambient_share: Annotated[float, Range(0, 10)] | None = None
@@ -55,6 +66,10 @@ class LightingConfig:
     def __post_init__(self) -> None:
         if self.lux is not None and self.flux is not None:
             raise ValueError("lux and flux cannot both be given: all light is scaled to lux, or is what flux gives")
+        if self.photometry != FORMULA and self.beam_deg is not None:
+            raise ValueError("photometry and beam_deg cannot both be given: the file says how wide the light is")
+        if self.photometry_flux and (self.photometry == FORMULA or self.lux is not None or self.flux is not None):
+            raise ValueError("photometry_flux needs photometry, and neither lux nor flux")
         self.resolved()  # both compensations together must be within the range of one
 
     def resolved(self) -> Preset:
@@ -63,6 +78,7 @@ class LightingConfig:
         own: dict[str, Any] = {
             "lux": self.lux,
             "beam_deg": self.beam_deg,
+            "distribution": self._distribution(),
             "temperatures": None if self.temperature is None else (self.temperature,),
             "ambient_share": self.ambient_share,
             "headlights": self.headlights,
@@ -72,3 +88,11 @@ class LightingConfig:
         preset = replace(preset, **{name: value for name, value in own.items() if value is not None})
         stops = preset.exposure.compensation + self.compensation
         return replace(preset, exposure=replace(preset.exposure, compensation=stops)) if self.compensation else preset
+
+    def _distribution(self) -> IntensityDistribution | None:
+        if self.photometry == FORMULA:
+            return None
+        try:
+            return load_distribution(find_photometry(self.photometry))
+        except UnknownNameError as problem:
+            raise ConfigError(f"photometry: {problem}") from problem

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela
+from warehouse_sim.scene.lighting.beam import Beam
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.schema import Light, ObjectInstance, SceneSpec
 
@@ -58,7 +58,8 @@ def fill_lights(
             flux = lux * area / _UTILISED * share * of_rows[number]
             if flux > 0.0:
                 place = item.T_world_object[:3, 3] + item.T_world_object[:3, 0] * along
-                lights.append(_spot(place, flux, colors[number % len(colors)], preset, (-1.0) ** len(lights)))
+                way = (-1.0) ** len(lights)
+                lights.append(_spot(place, item.T_world_object[:3, 0], flux, colors[number % len(colors)], preset, way))
     return tuple(lights)
 
 
@@ -86,19 +87,22 @@ def failing(shares: list[float], failed_share: float, rng: np.random.Generator) 
 
 
 def _spot(
-    place: Float[np.ndarray, " 3"], flux: float, color: tuple[float, float, float], preset: Preset, way: float
+    place: Float[np.ndarray, " 3"],
+    length: Float[np.ndarray, " 3"],
+    flux: float,
+    color: tuple[float, float, float],
+    preset: Preset,
+    way: float,
 ) -> Light:
     """Return one light of a row, leaning as those over the aisle: to one end at ``way`` 1, to the other at -1."""
-    inner, outer = cone_of_beam(preset.beam_deg if preset.beam_deg < _WIDE else _LAMBERTIAN)
+    beam = Beam.of(preset.beam_deg if preset.beam_deg < _WIDE else _LAMBERTIAN, preset.distribution)
     tilt = np.deg2rad(preset.tilt_deg) * way
-    return Light(
-        kind="spot",
-        position=place + np.array([0.0, 0.0, -0.1]),
-        direction=np.array([np.sin(tilt), 0.0, -np.cos(tilt)]),
-        intensity=flux / flux_per_candela(inner, outer),
+    return beam.spot(
+        place + np.array([0.0, 0.0, -0.1]),
+        np.array([np.sin(tilt), 0.0, -np.cos(tilt)]),
+        length,
+        flux,
         color=color,
-        cone_inner=inner,
-        cone_outer=outer,
         radius=preset.source_radius * _WIDER,
         fill=True,
     )

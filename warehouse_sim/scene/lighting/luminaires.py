@@ -43,6 +43,8 @@ class Luminaire:
     """Just before the middle of the face, in the world (m)."""
     direction: Float[np.ndarray, " 3"]
     """Unit normal of the face, out of it."""
+    length: Float[np.ndarray, "3"]
+    """Unit vector along its length: the x axis of its body."""
 
 
 def add_luminaires(draft: SceneDraft, config: LightingConfig, site: Site, ceiling: float = WALL_SIZE[2]) -> None:
@@ -130,7 +132,7 @@ def luminaires_of(scene: SceneSpec) -> list[Luminaire]:
 
 def _placed(face: LuminousFace, T_world_object: Transform) -> Luminaire:
     normal = -(T_world_object[:3, :3] @ face.inward)
-    return Luminaire(face, T_world_object[:3, 3] + (face.distance + _BEFORE) * normal, normal)
+    return Luminaire(face, T_world_object[:3, 3] + (face.distance + _BEFORE) * normal, normal, T_world_object[:3, 0])
 
 
 def _with_own_face(model: ObjectModel, number: int) -> ObjectModel:

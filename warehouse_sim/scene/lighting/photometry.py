@@ -39,13 +39,26 @@ def luminous_flux(light: Light) -> float:
     """Return the flux (lm) of a light."""
     if light.kind == "point":
         return 4.0 * np.pi * light.intensity
+    if light.distribution is not None:
+        return light.intensity * light.distribution.flux_per_candela
     return light.intensity * flux_per_candela(light.cone_inner, light.cone_outer)
 
 
-def relative_intensity(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """Return the intensity in directions whose cosine with the axis is ``cosine``, as a share of that on the axis."""
+def relative_intensity(
+    light: Light, cosine: Float[np.ndarray, " n"], directions: Float[np.ndarray, "n 3"]
+) -> Float[np.ndarray, " n"]:
+    """Return the intensity of a light as a share of ``Light.intensity``.
+
+    Args:
+        light: The light.
+        cosine: Of the angle between its axis and each of the directions.
+        directions: Unit vectors away from it; only a light with a distribution asks for more than the cosine.
+    """
     if light.kind == "point":
         return np.ones_like(cosine)
+    if light.distribution is not None:
+        axis = np.asarray(light.direction, float)
+        return light.distribution.at(directions, axis, np.asarray(light.along)).astype(cosine.dtype, copy=False)
     inner, outer = np.cos(light.cone_inner), np.cos(light.cone_outer)
     return np.clip((cosine - outer) / max(inner - outer, 1e-3), 0.0, 1.0) ** 2
 
@@ -65,7 +78,7 @@ def light_illuminance(
     distance = np.maximum(np.linalg.norm(to_light, axis=1), 1e-6)
     towards = to_light / distance[:, None]
     incidence = np.maximum((towards * normals).sum(axis=1), 0.0)
-    share = relative_intensity(light, -towards @ np.asarray(light.direction, float))
+    share = relative_intensity(light, -towards @ np.asarray(light.direction, float), -towards)
     return light.intensity * share * incidence / np.maximum(distance, nearest) ** 2
 
 

@@ -6,6 +6,7 @@ from typing import Literal
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.lighting.daylight import Hour
 from warehouse_sim.scene.lighting.exposure import ExposureConfig
+from warehouse_sim.schema import IntensityDistribution
 
 PresetName = Literal["nominal", "dim", "harsh", "backlit", "night", "mixed_colour", "failing"]
 
@@ -20,6 +21,8 @@ class Preset:
     """Colour temperature of luminaires (K), drawn once a scene: of one row after the other, or in parts of one row."""
     beam_deg: float = 110.0
     """Full angle of half intensity (deg)."""
+    distribution: IntensityDistribution | None = None
+    """What the recipe's photometric file says in its place."""
     tilt_deg: float = 0.0
     """Angle of the luminaires' axes from straight down, to the one end of the aisle and the other in turn (deg)."""
     pattern: tuple[float, ...] = (1.0,)

@@ -6,11 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.color import balanced_rgb
+from warehouse_sim.scene.lighting.beam import Beam
 from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.hall_light import failing, fill_lights
 from warehouse_sim.scene.lighting.luminaires import Luminaire, luminaires_of
 from warehouse_sim.scene.lighting.panes import pane_lights
-from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela, unshadowed_illuminance
+from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
 from warehouse_sim.schema import Light, SceneSpec
@@ -37,6 +38,8 @@ def draw_lighting(
     preset, luminaires = config.resolved(), luminaires_of(scene)
     lux = None if config.flux is not None else preset.lux.draw(rng)
     flux = _FLUX if config.flux is None else config.flux.draw(rng)
+    if config.photometry_flux and preset.distribution is not None:
+        lux, flux = None, preset.distribution.peak * preset.distribution.flux_per_candela
     lights = _electric([item for item in luminaires if item.face.source == "electric"], preset, flux, rng)
     electric = list(lights.values())
     if preset.sky_luminance > 0.0:
@@ -84,16 +87,13 @@ def _ranks(values: Sequence[float]) -> list[int]:
 
 
 def _spot(item: Luminaire, flux: float, kelvin: float, tilt_deg: float, preset: Preset) -> Light:
-    inner, outer = cone_of_beam(preset.beam_deg)
     along, tilt = np.array([1.0, 0.0, 0.0]), np.deg2rad(tilt_deg)
-    return Light(
-        kind="spot",
-        position=item.position,
-        direction=np.cos(tilt) * item.direction + np.sin(tilt) * along,
-        intensity=flux / flux_per_candela(inner, outer),
+    return Beam.of(preset.beam_deg, preset.distribution).spot(
+        item.position,
+        np.cos(tilt) * item.direction + np.sin(tilt) * along,
+        item.length,
+        flux,
         color=balanced_rgb(kelvin, preset.white_balance),
-        cone_inner=inner,
-        cone_outer=outer,
         radius=preset.source_radius,
     )
 

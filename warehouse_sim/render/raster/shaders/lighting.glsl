@@ -67,6 +67,21 @@ struct DirectLight {
     vec3 gloss, rim;              // mirrored by a surface that reflects nothing, and everything, at a grazing angle
 };
 
+#if DISTRIBUTIONS
+uniform sampler2DArray distributions;  // intensity over the greatest: angle from the axis, half plane
+
+// Intensity over the greatest from light i in the unit direction -l.
+float spread(const int i, vec3 l, float cone) {
+    if (lights[i].layer < 0.0) return cone * cone;
+    vec3 axis = lights[i].axis, along = lights[i].along;
+    float angle = acos(clamp(-dot(l, axis), -1.0, 1.0));
+    float turned = atan(-dot(l, cross(along, axis)), -dot(l, along));
+    vec2 size = vec2(textureSize(distributions, 0).xy);
+    vec2 at = vec2(angle / PI * (size.x - 1.0) + 0.5, turned / (2.0 * PI) * size.y + 0.5) / size;
+    return textureLod(distributions, vec3(at, lights[i].layer), 0.0).x;
+}
+#endif
+
 // Add light i, of which the point sees a share.
 void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     vec3 to_light = lights[i].position - s.p;
@@ -74,7 +89,11 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     vec3 l = to_light * inverse_distance;
     float cosine = dot(s.n, l), nl = max(cosine, 0.0), lv = dot(l, s.v);
     float cone = clamp(-dot(l, lights[i].axis) * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
+#if DISTRIBUTIONS
+    float share = seen * spread(i, l, cone) * inverse_distance * inverse_distance;
+#else
     float share = seen * cone * cone * inverse_distance * inverse_distance;
+#endif
     share = dot(s.g, l) > 0.0 ? share * nl : 0.0;
     // With the half vector h = (l + v) / |l + v|.
     float inverse_length = inversesqrt(2.0 + 2.0 * lv + 1e-4);

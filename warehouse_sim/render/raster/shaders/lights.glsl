@@ -7,5 +7,6 @@ struct Light {
     vec2 tile_scale; vec2 tile_offset;
     vec2 tile_low; vec2 tile_high;
     vec2 softness; vec2 unused;   // radius of the light in texels of a map at SHADOW_NEAR
+    vec3 along; float layer;      // half plane 0 of its distribution, and that one's layer; -1 = it has a cone
 };
 layout(std140) uniform Lights { Light lights[MAX_LIGHTS]; };
