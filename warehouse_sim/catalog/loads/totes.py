@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
-from warehouse_sim.catalog.parts import box_part, fused, solid_box
+from warehouse_sim.catalog.parts import Triple, box_part, fused, solid_box
 from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -73,7 +74,7 @@ def tote(name: str) -> ObjectModel:
         obj_id=sku.obj_id,
         size=np.array(size),
         parts=fused([*shell, *_label(sku), *([] if sku.lid else _goods(sku))]),
-        collision=(solid_box(size),),
+        collision=(solid_box(size),) if sku.lid else _hollow(sku),
         mass=sku.mass,
         symmetry=SymmetryGroup.trivial(),
     )
@@ -160,19 +161,41 @@ def _label(sku: ToteSku) -> list[Part]:
 
 def _goods(sku: ToteSku) -> list[Part]:
     """Return boxes that fill the container to a little under its rim, so that it is not empty seen from above."""
+    pieces = []
+    for number, (size, centre) in enumerate(_filling(sku)):
+        pieces.append(box_part(size, centre, ("kraft", "board_white", "kraft_light")[number % 3]))
+    return pieces
+
+
+def _filling(sku: ToteSku) -> list[tuple[Triple, Triple]]:
+    """Return edge lengths and centre (m) of each box in the container."""
     inner = np.array([sku.length, sku.width]) - 2 * (_RIM + _WALL) - 0.004
     floor, free = -sku.height / 2 + _FOOT_HEIGHT + _WALL, sku.height - _RIM_HEIGHT - _FOOT_HEIGHT - 0.01
     columns, rows = (3, 2) if sku.length > 0.5 else (2, 2)
     cell = inner / (columns, rows)
     shares = np.random.default_rng(sku.obj_id).uniform(0.6, 1.0, (columns, rows))
-    pieces = []
+    found: list[tuple[Triple, Triple]] = []
     for i in range(columns):
         for j in range(rows):
             tall = float(free * shares[i, j])
             centre = (np.array([i, j]) + 0.5) * cell - inner / 2
-            material = ("kraft", "board_white", "kraft_light")[(2 * i + j) % 3]
-            pieces.append(box_part((*(cell - 0.004), tall), (*centre, floor + tall / 2), material))
-    return pieces
+            x, y = (cell - 0.004).tolist()
+            found.append(((x, y, tall), (float(centre[0]), float(centre[1]), floor + tall / 2)))
+    return found
+
+
+def _hollow(sku: ToteSku) -> tuple[OrientedBox, ...]:
+    """Return bottom, walls as thick as the rim, and the goods between them, over which more may lie.
+
+    The bottom is as large as the rim, so that a container stands on the one below and sinks nowhere.
+    """
+    thick, base = _RIM + _WALL, _FOOT_HEIGHT + _WALL
+    rise, centre = sku.height - base, base / 2
+    walls = [solid_box((sku.length, thick, rise), (0.0, s * (sku.width - thick) / 2, centre)) for s in (-1, 1)]
+    short = (thick, sku.width - 2 * thick, rise)
+    walls += [solid_box(short, (s * (sku.length - thick) / 2, 0.0, centre)) for s in (-1, 1)]
+    bottom = solid_box((sku.length, sku.width, base), (0.0, 0.0, (base - sku.height) / 2))
+    return (bottom, *walls, *(solid_box(size, place) for size, place in _filling(sku)))
 
 
 def _stations(span: float) -> np.ndarray:

@@ -1,0 +1,116 @@
+"""Open totes are hollow to physics: goods lie in them, and they stand on each other as before."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.catalog.covering import bare_distances
+from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.loads.totes import TOTES, tote
+from warehouse_sim.catalog.parts import box_part, solid_box
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.physics.build import to_mjspec
+from warehouse_sim.physics.crush import crush_state
+from warehouse_sim.physics.rest import Rest, RestLimits, bring_to_rest
+from warehouse_sim.physics.weights import weights_of
+from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
+
+FLOOR = OrientedBox(make_transform(translation=np.array([0.0, 0.0, -0.5])), np.array([20.0, 20.0, 1.0]))
+LIMITS = RestLimits(speed=0.005, turn=0.02, time=4.0)
+OPEN = [name for name in TOTES if "lid" not in name and name.endswith("grey")]
+EDGE = 0.05
+CUBE = ObjectModel(
+    "cube",
+    "carton",
+    9999,
+    np.full(3, EDGE),
+    (box_part((EDGE,) * 3, (0, 0, 0), "kraft"),),
+    (solid_box((EDGE,) * 3),),
+    0.2,
+)
+
+
+def at(x: float, y: float, z: float) -> Transform:
+    return make_transform(translation=np.array([x, y, z]))
+
+
+def scene_of(*items: tuple[ObjectModel, Transform]) -> SceneSpec:
+    models = {model.name: model for model, _ in items}
+    things = tuple(
+        ObjectInstance(number + 1, model.name, T, dynamic=True, group=1) for number, (model, T) in enumerate(items)
+    )
+    return SceneSpec(0, 0, models, materials(), things, (), ())
+
+
+def settled(scene: SceneSpec) -> Rest:
+    rest = bring_to_rest(scene, list(scene.instances), [FLOOR], LIMITS)
+    assert rest.within(LIMITS)
+    return rest
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_what_is_dropped_into_it_lies_below_its_rim(name: str) -> None:
+    model = tote(name)
+    top = model.size[2]
+    rest = settled(scene_of((model, at(0, 0, top / 2)), (CUBE, at(0.0, 0.02, top + 0.12))))
+    in_tote = transform_points(np.linalg.inv(rest.poses[1]), rest.poses[2][:3, 3][None])[0]
+    assert (np.abs(in_tote[:2]) < model.size[:2] / 2 - 0.017 - 0.4 * EDGE).all()
+    assert in_tote[2] < model.size[2] / 2, "with a closed box it lay half its edge above the rim"
+
+
+def test_the_same_lies_on_top_of_a_lid() -> None:
+    model = tote("tote_600x400x280_lid_grey")
+    rest = settled(scene_of((model, at(0, 0, 0.14)), (CUBE, at(0.0, 0.02, 0.36))))
+    assert rest.poses[2][2, 3] == pytest.approx(0.28 + EDGE / 2, abs=0.002)
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_a_stack_stands_where_it_was_put(name: str) -> None:
+    model = tote(name)
+    height = model.size[2]
+    scene = scene_of(*((model, at(0.002 * level, 0, (level + 0.5) * height)) for level in range(4)))
+    rest = settled(scene)
+    for item in scene.instances:
+        assert np.abs(rest.poses[item.instance_id] - item.T_world_object).max() < 0.002
+
+
+def test_in_a_bond_each_stands_on_the_rims_of_several() -> None:
+    """Two below lengthwise, and two across on them: nothing falls in."""
+    model = tote("tote_600x400x280_grey")
+    across = make_transform(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([-0.2, 0.0, 0.42]))
+    beside = make_transform(across[:3, :3], np.array([0.2, 0.0, 0.42]))
+    below = [(model, at(0, y, 0.14)) for y in (-0.2, 0.2)]
+    rest = settled(scene_of(*below, (model, across), (model, beside)))
+    for number in (3, 4):
+        assert rest.poses[number][2, 3] == pytest.approx(0.42, abs=0.002)
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_masses_and_the_crush_rule_are_those_of_a_closed_one(name: str) -> None:
+    model = tote(name)
+    closed = replace(model, collision=(solid_box(model.size.tolist()),))
+    stacks = [
+        scene_of(*((one, at(0, 0, (level + 0.5) * one.size[2])) for level in range(3))) for one in (model, closed)
+    ]
+    compiled = to_mjspec(stacks[0]).compile()
+    assert compiled.body_mass[1:] == pytest.approx([model.mass] * 3)
+    mine, theirs = (weights_of(scene) for scene in stacks)
+    assert mine.carried == pytest.approx(theirs.carried)
+    assert mine.carried == pytest.approx({1: 2 * model.mass, 2: model.mass, 3: 0.0})
+    assert crush_state(stacks[0]).to_plain() == crush_state(stacks[1]).to_plain()
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_boxes_lie_within_the_tote_and_cover_what_is_drawn_of_it(name: str) -> None:
+    model = tote(name)
+    corners = np.concatenate([box.corners() for box in model.collision])
+    np.testing.assert_allclose(corners.max(axis=0), model.size / 2, atol=1e-12)
+    np.testing.assert_allclose(corners.min(axis=0), -model.size / 2, atol=1e-12)
+    assert bare_distances(model).max() < 0.006
+    boxes = BoxStack.of(model.collision)
+    over_goods = np.array([0.0, 0.0, model.size[2] / 2 - 0.004])
+    local = np.einsum("nij,nj->ni", boxes.rotation.transpose(0, 2, 1), over_goods - boxes.centre)
+    assert not (np.abs(local) <= boxes.half).all(axis=1).any()
