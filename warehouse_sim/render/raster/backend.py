@@ -93,7 +93,8 @@ class RasterRenderer:
             records = placed_records(table, T_world_camera)
             self._geometry.draw(targets.geometry, camera, table, records, batches, scene.materials)
             self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, lighting)
-            self._film.draw(targets.film, camera, T_world_camera, table, records, batches, lighting)
+            depth = targets.geometry.depth
+            self._film.draw(targets.film, depth, camera, T_world_camera, table, records, batches, lighting)
             if normals:
                 self._shading.draw_normals(targets.normals, targets.geometry)
             buffers = targets.read(normals)

@@ -12,6 +12,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
+from warehouse_sim.render.raster.hidden_parts import DepthPyramid
 from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.parts import PartTable
@@ -29,6 +30,7 @@ class FilmPass:
     def draw(
         self,
         target: moderngl.Framebuffer,
+        depth: moderngl.Texture,
         camera: PinholeCamera,
         T_world_camera: Transform,
         table: PartTable,
@@ -40,6 +42,7 @@ class FilmPass:
 
         Args:
             target: The image, with the depth of the solid surfaces.
+            depth: That depth.
             camera: Intrinsics; the target's size is the camera's.
             T_world_camera: Pose of the camera.
             table: The scene.
@@ -49,6 +52,9 @@ class FilmPass:
         """
         centre = table.centres(records)
         rows = np.flatnonzero(table.film & ViewPyramid.of(camera).touches(centre, table.radius, NEAR))
+        if len(rows) > 0:
+            drawn = DepthPyramid.read(depth, (camera.width, camera.height))
+            rows = rows[~drawn.hides(camera, table, records, rows)]
         if len(rows) == 0:
             return
         program = self._program_for(lighting)

@@ -1,13 +1,16 @@
 """The one traversal of the scene: instance ids, surface attributes and depth of the nearest surface of each pixel."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
+from warehouse_sim.render.raster.hidden_parts import DepthPyramid
 from warehouse_sim.render.raster.materials import MaterialTable
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.mesh_levels import choose_levels
@@ -51,9 +54,30 @@ class GeometryBuffer:
             item.release()
 
 
+_FINE = 64
+"""Parts of more triangles are drawn last, and only where what is before them leaves room to see them."""
+_WORTH_A_LOOK = 30_000
+"""Least number of triangles of such parts for which the depth is read back."""
+_LOOKS = 2
+"""How often it is read: after all other parts, and after the nearer half of the fine ones."""
 _KINDS = {"plain": ("plain.glsl", "plain.glsl"), "ribs": ("ribs.vert.glsl", "ribs.frag.glsl")}
 _KINDS["picture"] = ("picture.vert.glsl", "picture.frag.glsl")
 _PICTURES_UNIT = 1
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """What is drawn into which buffer."""
+
+    target: GeometryBuffer
+    table: PartTable
+    records: np.ndarray
+    """The table placed in the camera frame."""
+    batches: Sequence[MeshBatch]
+    levels: Int[np.ndarray, " n"]
+    """Level of detail of each row."""
+    far_end: Float[np.ndarray, " n"]
+    """Greatest distance of each row's box along the axis (m)."""
 
 
 class GeometryPass:
@@ -80,7 +104,7 @@ class GeometryPass:
         batches: Sequence[MeshBatch],
         materials: MaterialTable,
     ) -> None:
-        """Draw all solid parts in view, the nearest first so that hidden ones cost only their depth test.
+        """Draw all solid parts in view, the nearest first so that hidden ones cost only their depth test, or nothing.
 
         Args:
             target: Where to draw; its size is the camera's.
@@ -97,20 +121,41 @@ class GeometryPass:
         levels = choose_levels(table, [batch.errors for batch in batches], records, camera)
         # The far end orders better than the centre: a floor reaches under everything and should come last.
         far_end = centre[:, 2] + np.abs(half_edges[..., 2]).sum(axis=1)
-        for wanted, buffer in ((seen & ~table.painted, target.target), (seen & table.painted, target.painted)):
-            buffer.use()
-            for rows, mesh, batch in zip(table.rows_of_mesh, table.meshes, batches, strict=True):
-                chosen = np.flatnonzero(wanted[rows]) + rows.start
-                if len(chosen) == 0:
-                    continue
-                chosen = chosen[np.argsort(far_end[chosen], kind="stable")]
-                program = self._programs["plain"] if buffer is target.target else self._painting(ribs_of(mesh))
-                batch.draw_levels(program, records[chosen], levels[chosen])
+        fine = np.zeros(len(table), int)
+        for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
+            fine[rows] = batch.triangles[levels[rows]]
+        view = _View(target, table, records, batches, levels, far_end)
+        late = np.flatnonzero(seen & (fine > _FINE))
+        if fine[late].sum() < _WORTH_A_LOOK:
+            self._draw_rows(view, seen)
+            return
+        seen[late] = False
+        self._draw_rows(view, seen)
+        for group in np.array_split(late[np.argsort(far_end[late], kind="stable")], _LOOKS):
+            drawn = DepthPyramid.read(target.depth, target.size)
+            chosen = np.zeros(len(table), bool)
+            chosen[group[~drawn.hides(camera, table, records, group)]] = True
+            self._draw_rows(view, chosen)
 
     def release(self) -> None:
         """Free the device memory."""
         for program in self._programs.values():
             program.release()
+
+    def _draw_rows(self, view: "_View", wanted: Bool[np.ndarray, " n"]) -> None:
+        """Draw the rows of a view that are ``wanted``, those without paint first."""
+        target, table = view.target, view.table
+        for rows_in, buffer in ((wanted & ~table.painted, target.target), (wanted & table.painted, target.painted)):
+            if not rows_in.any():
+                continue
+            buffer.use()
+            for rows, mesh, batch in zip(table.rows_of_mesh, table.meshes, view.batches, strict=True):
+                chosen = np.flatnonzero(rows_in[rows]) + rows.start
+                if len(chosen) == 0:
+                    continue
+                chosen = chosen[np.argsort(view.far_end[chosen], kind="stable")]
+                program = self._programs["plain"] if buffer is target.target else self._painting(ribs_of(mesh))
+                batch.draw_levels(program, view.records[chosen], view.levels[chosen])
 
     def _prepare(self, camera: PinholeCamera, size: tuple[int, int], materials: MaterialTable) -> None:
         """Set what all draws share."""

@@ -22,6 +22,8 @@ class MeshBatch:
         self._context = context
         self.errors = levels.errors
         """Largest distance of each level from the true surface, in the mesh's own units (m); the finest first."""
+        self.triangles = np.array([len(flat.triangles) for flat in levels.flat])
+        """Of each level."""
         self._instances = context.buffer(reserve=INSTANCE.itemsize, dynamic=True)  # grows with what is drawn
         self._levels = [_Level(context, flat, self._instances) for flat in levels.flat]
 
