@@ -6,7 +6,7 @@ from typing import Annotated
 
 from warehouse_sim.errors import shown
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import Lens, lens_of
 from warehouse_sim.ranges import Range, ranged
 
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]{0,60}")
@@ -30,12 +30,15 @@ class CameraContents:
     """Optical axis (px), as ``cy``."""
     cy: Coefficient
     distortion: Annotated[tuple[float, float, float, float, float], Range(-100, 100)] | None = None
-    """k1, k2, p1, p2, k3 of the lens as in OpenCV; null = a pinhole."""
+    """k1, k2, p1, p2, k3 of the lens as in OpenCV; null = a pinhole or a fisheye."""
+    fisheye: Annotated[tuple[float, float, float, float], Range(-10, 10)] | None = None
+    """k1, k2, k3, k4 of a fisheye as in OpenCV; null = none."""
 
     @property
-    def lens(self) -> Distortion | None:
+    def lens(self) -> Lens | None:
         """The lens; None where it does nothing."""
-        return None if self.distortion is None else Distortion(*self.distortion)
+        coefficients = self.fisheye or self.distortion
+        return None if coefficients is None else lens_of(coefficients)
 
     def make(self) -> PinholeCamera:
         """Return the camera."""
@@ -153,6 +156,6 @@ class Contents:
                 raise ValueError(f"the name of a sensor must be small letters, digits and _, found {shown(name)}")
 
     @property
-    def distortion(self) -> Distortion | None:
+    def distortion(self) -> Lens | None:
         """The camera's lens; None where it does nothing."""
         return None if self.camera is None else self.camera.lens

@@ -81,11 +81,17 @@ def _channels(right: bool, matched: bool, lidar: bool, lidars: tuple[str, ...]) 
     return channels | dict.fromkeys(lidars, _POINTS[:2])
 
 
+def _fisheye(given: dict[str, Any], where: str) -> tuple[float, float, float, float]:
+    k1, k2, k3, k4 = (take_if_given(given, key, float, where, NUMBERS) or 0.0 for key in ("k1", "k2", "k3", "k4"))
+    return k1, k2, k3, k4
+
+
 def _camera(settings: dict[str, Any], where: str) -> CameraContents | None:
     given = take_if_given(settings, "distortion", dict, where) or {}
     k1, k2, p1, p2, k3 = (
         take_if_given(given, key, float, f"{where}.distortion", NUMBERS) or 0.0 for key in _COEFFICIENTS
     )
+    bent = take_if_given(settings, "fisheye", dict, where)
     if not {"width", "height", "focal_px"} <= set(settings):
         return None
     width, height = (take(settings, key, int, where, PIXELS) for key in ("width", "height"))
@@ -97,6 +103,7 @@ def _camera(settings: dict[str, Any], where: str) -> CameraContents | None:
         (width - 1) / 2 if cx is None else cx,
         (height - 1) / 2 if cy is None else cy,
         (k1, k2, p1, p2, k3) if any((k1, k2, p1, p2, k3)) else None,
+        None if bent is None else _fisheye(bent, f"{where}.fisheye"),
     )
 
 

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from warehouse_sim.dataset.plain import PIXELS, Span, read_transform, take, take_numbers
+from warehouse_sim.dataset.lens_row import lens_row, read_lens
+from warehouse_sim.dataset.plain import PIXELS, Span, read_transform, take
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.schema import StatedCalibration
 
 _FOCAL = Span(1e-3, 1e7)
@@ -18,10 +18,8 @@ def stated_row(stated: StatedCalibration) -> dict[str, Any]:
     """Return plain data of a stated calibration, but for arrays."""
     camera = stated.camera
     intrinsics = {name: getattr(camera, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
-    if camera.distortion is not None:
-        intrinsics["distortion"] = camera.distortion.coefficients
     return {
-        "camera": intrinsics,
+        "camera": intrinsics | lens_row(camera),
         "depth_factor": stated.depth_factor,
         "T_camera_sensor": dict(stated.T_camera_sensor),
         "time_offset": dict(stated.time_offset),
@@ -35,12 +33,7 @@ def read_stated(data: Any, where: str) -> StatedCalibration:
         DatasetError: An entry is missing or malformed.
     """
     camera, inner = take(data, "camera", dict, where), f"{where}: camera"
-    lens = None
-    if "distortion" in camera:
-        try:
-            lens = Distortion(*take_numbers(camera, "distortion", 5, inner).tolist())
-        except ValueError as problem:
-            raise DatasetError(f"{inner}: distortion: {problem}") from problem
+    lens = read_lens(camera, inner)
     focal = [take(camera, name, float, inner, _FOCAL) for name in ("fx", "fy")]
     center = [take(camera, name, float, inner, _CENTER) for name in ("cx", "cy")]
     size = [take(camera, name, int, inner, PIXELS) for name in ("width", "height")]

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Float32, UInt8
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import Lens
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Observation
 
@@ -81,7 +81,7 @@ class RgbdImage:
         K: Float[np.ndarray, "3 3"],
         detections: Sequence[Detection],
         rgb: UInt8[np.ndarray, "h w 3"] | None = None,
-        distortion: Distortion | None = None,
+        distortion: Lens | None = None,
     ) -> "RgbdImage":
         """Make one from the arrays of any sensor.
 

@@ -1,12 +1,12 @@
 """The camera: OpenCV axes (x right, y down, z forward), pixel centres at integers; a lens may distort its image."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Num
 
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import Lens
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class PinholeCamera:
     """Principal point u in pixels, 0 at the centre of the first column."""
     cy: float
     """Principal point v in pixels, 0 at the centre of the first row."""
-    distortion: Distortion | None = None
+    distortion: Lens | None = None
     """What the lens does to the image; None = nothing."""
 
     def __post_init__(self) -> None:
@@ -112,9 +112,9 @@ class PinholeCamera:
         places = np.concatenate([_border(self), np.stack(np.meshgrid(*inside.T), axis=-1).reshape(-1, 2)])
         on_plane = (places - [self.cx, self.cy]) / [self.fx, self.fy]
         if not self.distortion.covers(on_plane):
-            k1, k2, p1, p2, k3 = self.distortion.coefficients
+            named = " ".join(f"{item.name}={getattr(self.distortion, item.name)}" for item in fields(self.distortion))
             raise ValueError(
-                f"the distortion k1={k1} k2={k2} p1={p1} p2={p2} k3={k3} squeezes or folds the image "
+                f"the {type(self.distortion).__name__.lower()} {named} squeezes or folds the image "
                 f"{np.degrees(np.arctan(self.distortion.radius)):.1f} deg off its axis, inside its borders; "
                 "give coefficients fitted to this image, or a longer focal length"
             )

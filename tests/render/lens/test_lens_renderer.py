@@ -6,6 +6,7 @@ import pytest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
 from warehouse_sim.render import Renderer
@@ -21,7 +22,9 @@ BARREL = PinholeCamera(
     464, 171, 320.0, 319.0, 231.7, 74.4, Distortion(-0.3691481, 0.1968681, 0.001353473, 0.0005677587, -0.06770705)
 )
 PINCUSHION = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8, Distortion(k1=0.15, p1=0.002, p2=-0.001))
-CAMERAS = pytest.mark.parametrize("camera", [BARREL, PINCUSHION], ids=["barrel", "pincushion"])
+FISHEYE = PinholeCamera(640, 360, 283.0, 284.0, 317.2, 181.7, Fisheye(0.01, -0.004, 0.001, -0.0001))
+"""130 deg across, with pixels about as fine as those of the others."""
+CAMERAS = pytest.mark.parametrize("camera", [BARREL, PINCUSHION, FISHEYE], ids=["barrel", "pincushion", "fisheye"])
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ def test_what_is_written_is_read_back() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"camera": "kitty"}, "'kitty' is no camera preset; known: kitti, kitti_raw, tele, ultra_wide, wide"),
+        ({"camera": "kitty"}, "'kitty' is no camera preset; known: fisheye, kitti, kitti_raw, tele, ultra_wide, wide"),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
         ({"camera": {"focal_px": -1}}, "focal_px must be 50-20,000 px"),
         ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
@@ -91,7 +91,7 @@ def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:
     [
         ({"preset": "kitti", "distortion": {"k1": -0.37, "k2": 0.2, "k3": -0.07}}, "inside its borders"),
         ({"distortion": {"k4": 0.1}}, "here: camera: distortion: k4 is not a setting; known: k1, k2, p1, p2, k3"),
-        ({"preset": "gopro"}, "'gopro' is no camera preset; known: kitti, kitti_raw, tele, ultra_wide, wide"),
+        ({"preset": "gopro"}, "'gopro' is no camera preset; known: fisheye, kitti, kitti_raw, tele, ultra_wide, wide"),
     ],
 )
 def test_a_lens_that_cannot_be_is_named_with_its_place(camera: dict, message: str) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import lens_of
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import CAMERA, IMU, RIGHT, Observation, StatedCalibration, Viewpoint
@@ -38,7 +38,7 @@ class CalibrationConfig:
     center_px: Annotated[float, Range(0, 100, "px")] = 1.0
     """Of each coordinate of the principal point (px), 0-100."""
     lens_share: Annotated[float, Range(0, 0.2)] = 0.02
-    """Of what the lens displaces, as a share of it, 0-0.2; nothing where the image is rectified."""
+    """Of what the lens displaces, of a fisheye beyond equidistance, as a share of it, 0-0.2; nothing without a lens."""
     depth_share: Annotated[float, Range(0, 0.2)] = 0.005
     """Of the scale of depth, 0-0.2; on top of the errors of the depth camera's own unit."""
     angle_deg: Annotated[float, Range(0, 20, "deg")] = 0.15
@@ -103,7 +103,7 @@ class CalibrationError:
             fy=true.fy * self.focal_factor,
             cx=true.cx + self.center_px[0],
             cy=true.cy + self.center_px[1],
-            distortion=None if lens is None else Distortion(*(self.lens_factor * k for k in lens.coefficients)),
+            distortion=None if lens is None else lens_of([self.lens_factor * k for k in lens.coefficients]),
         )
 
     def _place(self, name: str, T_camera_sensor: Transform, viewpoint: Viewpoint) -> Transform:

@@ -8,6 +8,7 @@ import numpy as np
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.ranges import Range, ranged
 
@@ -34,13 +35,17 @@ class CameraConfig:
     """Principal point v (px), 0 at the centre of the first row, -8,192 to 16,384; by default the centre's."""
     distortion: Distortion | None = None
     """Brown-Conrady k1, k2, p1, p2, k3 of the lens as OpenCV has them; null = the image is rectified."""
+    fisheye: Fisheye | None = None
+    """Instead of ``distortion``: Kannala-Brandt k1, k2, k3, k4 of a fisheye as OpenCV has them; {} = equidistant."""
 
     def __post_init__(self) -> None:
         if self.width * self.height > _MOST_PIXELS:
             raise ValueError(f"width x height must be at most {_MOST_PIXELS:,} px, found {self.width} x {self.height}")
+        if self.distortion is not None and self.fisheye is not None:
+            raise ValueError("distortion and fisheye are two kinds of lens: give one of them")
         camera = self.make()
-        _require_sane_view(camera.pinhole)
         camera.require_clear_lens()
+        _require_sane_view(camera.pinhole if self.fisheye is None else camera)
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "CameraConfig":
@@ -62,14 +67,15 @@ class CameraConfig:
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; the lens only where there is one."""
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
-        return {name: value for name, value in plain.items() if name != "distortion" or value is not None}
+        lenses = ("distortion", "fisheye")
+        return {name: value for name, value in plain.items() if name not in lenses or value is not None}
 
     def make(self) -> PinholeCamera:
         """Return the camera."""
         centred = PinholeCamera.from_focal(self.width, self.height, self.focal_px)
         cx = centred.cx if self.cx is None else self.cx
         cy = centred.cy if self.cy is None else self.cy
-        lens = None if self.distortion == Distortion() else self.distortion
+        lens = self.fisheye or (None if self.distortion == Distortion() else self.distortion)
         return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, cx, cy, lens)
 
 
@@ -106,6 +112,9 @@ CAMERA_PRESETS = {
     # A driver-assistance camera, 109 x 64 deg: about stereographic, r' = 2 tan(theta / 2), to 0.017 up to 66 deg off
     # the axis (least squares).
     "ultra_wide": CameraConfig(1280, 720, 625.0, distortion=Distortion(k1=-0.2082, k2=0.0438, k3=-0.00384)),
+    # A camera that sees all about its front, 130 x 73 deg: equal angles as equal lengths (equidistant), which is near
+    # how lenses for surroundings are built; practical prior.
+    "fisheye": CameraConfig(1280, 720, 564.0, fisheye=Fisheye()),
     # A camera that reads labels from afar, 45 x 26 deg, with the slight pincushion of long lenses; practical prior.
     "tele": CameraConfig(1280, 720, 1545.0, distortion=Distortion(k1=0.03)),
 }

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from warehouse_sim.dataset.frame_files import LabelledTarget
+from warehouse_sim.dataset.lens_row import lens_row
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
@@ -22,16 +23,11 @@ def camera_row(observation: Observation) -> dict[str, Any]:
     T_camera_world = invert(observation.T_world_camera)
     return {
         "cam_K": observation.camera.K.ravel().tolist(),
-        **lens_row(observation.camera, "cam_distortion"),
+        **lens_row(observation.camera, "cam_"),
         "depth_scale": DEPTH_SCALE,
         "cam_R_w2c": T_camera_world[:3, :3].ravel().tolist(),
         "cam_t_w2c": (T_camera_world[:3, 3] * 1000.0).tolist(),
     }
-
-
-def lens_row(camera: PinholeCamera, key: str) -> dict[str, Any]:
-    """Return k1, k2, p1, p2, k3 of the camera's lens under ``key``, our own addition; nothing without a lens."""
-    return {} if camera.distortion is None else {key: list(camera.distortion.coefficients)}
 
 
 def pose_row(annotation: ObjectAnnotation) -> dict[str, Any]:

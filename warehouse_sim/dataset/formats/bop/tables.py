@@ -4,11 +4,11 @@ from typing import Any
 
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout
 from warehouse_sim.dataset.json_file import read_table
+from warehouse_sim.dataset.lens_row import read_lens
 from warehouse_sim.dataset.plain import PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 
 DEPTH_SCALES = Span(1e-3, 1e3)
@@ -95,9 +95,8 @@ def read_camera(data: Any, size_wh: tuple[int, int], where: str) -> PinholeCamer
     fx, skew, cx, _, fy, cy, *last = take_numbers(data, "cam_K", 9, where, _PIXELS)
     if skew != 0.0 or last != [0.0, 0.0, 1.0]:
         raise DatasetError(f"{where}: cam_K must be a pinhole camera without skew")
-    lens = take_numbers(data, "cam_distortion", 5, where, _PIXELS).tolist() if "cam_distortion" in data else None
+    distortion = read_lens(data, where, "cam_")
     try:
-        distortion = None if lens is None else Distortion(*lens)
         camera = PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
         camera.require_clear_lens()
     except ValueError as problem:

@@ -13,7 +13,6 @@ from warehouse_sim.dataset.formats.bop.labels import (
     camera_row,
     coco_annotation,
     coco_image,
-    lens_row,
     pose_row,
     visibility_row,
 )
@@ -22,10 +21,12 @@ from warehouse_sim.dataset.formats.bop.models import write_models
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask
 from warehouse_sim.dataset.json_file import read_table, write_json
+from warehouse_sim.dataset.lens_row import lens_row
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, SceneSpec
 
@@ -53,6 +54,10 @@ _LENS_INFO = """\
 - Images are not rectified: scene_camera.json has one key more than BOP asks for, cam_distortion, with k1 k2 p1 p2 k3 as
   in OpenCV (in camera.json: distortion). cam_K is that of the pinhole; masks, boxes and depth are those of the image.
 """
+_FISHEYE_INFO = """\
+- Images are those of a fisheye: scene_camera.json has one key more than BOP asks for, cam_fisheye, with k1 k2 k3 k4 as
+  in OpenCV's fisheye (in camera.json: fisheye). cam_K is its K; masks, boxes and depth are those of the image.
+"""
 
 
 class BopWriter:
@@ -68,10 +73,11 @@ class BopWriter:
         make_folder(self._layout.root)
         write_models(self._layout.root, models)
         defaults = {key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy", "width", "height")}
-        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera, "distortion")})
+        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera)})
         splits = ", ".join(f"{name} {len(scenes)} scenes" for name, scenes in self._manifest.splits.items())
         text = _INFO.format(splits=splits, scale=DEPTH_SCALE) + (_CLEAN_INFO if self._clean else "")
-        text += "" if camera.distortion is None else _LENS_INFO
+        if camera.distortion is not None:
+            text += _FISHEYE_INFO if isinstance(camera.distortion, Fisheye) else _LENS_INFO
         write_bytes(self._layout.root / "dataset_info.md", text.encode("utf-8"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "BopSceneWriter":

@@ -5,13 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import LidarScan, MountedReading
 
 _KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
 """The seven lines in the order by which loaders find them."""
-_LENS_KEYS = ("K", "D")
-"""Lines of KITTI's raw calibration for images that are not rectified."""
 
 
 def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:
@@ -20,6 +19,7 @@ def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float
     The left camera serves as P0 and P2, so that its frame is the reference frame of the labels, the right one as P1 and
     P3; without a right camera the one serves as all four. The IMU is the LiDAR. A lens does not fit into P2, which is
     that of the pinhole: K_02 and D_02 (k1 k2 p1 p2 k3) follow, as in KITTI's calib_cam_to_cam.txt, K_03 and D_03 too.
+    A fisheye has F_02 (k1 k2 k3 k4) in place of D_02.
 
     Args:
         camera: Intrinsics of both cameras.
@@ -32,8 +32,9 @@ def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float
     text = "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(_KEYS, values, strict=True))
     if camera.distortion is None:
         return text
-    rows = {"K": _row(camera.K), "D": _row(np.array(camera.distortion.coefficients))}
-    names = [f"{key}_{eye}" for eye in (("02", "03") if baseline else ("02",)) for key in _LENS_KEYS]
+    lens = "F" if isinstance(camera.distortion, Fisheye) else "D"
+    rows = {"K": _row(camera.K), lens: _row(np.array(camera.distortion.coefficients))}
+    names = [f"{key}_{eye}" for eye in (("02", "03") if baseline else ("02",)) for key in ("K", lens)]
     return text + "".join(f"{name}: {rows[name[0]]}\n" for name in names)
 
 

@@ -12,11 +12,12 @@ from jaxtyping import Float
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import lens_of
 
 CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
 """The seven lines of a calib file, in order."""
-_LENS_KEYS = ("K", "D")
+_LENS_KINDS = {"D": 5, "F": 4}
+"""First letter of the line of a lens, and how many coefficients stand in it: a distortion or a fisheye."""
 
 
 def parse_label(line: str, where: str) -> KittiLabel:
@@ -55,12 +56,13 @@ def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows colu
             one or two lenses.
     """
     lines = text.split("\n")
-    lens_keys = [f"{key}_{eye}" for eye in ("02", "03") for key in _LENS_KEYS]
     more = len(lines) - len(CALIB_KEYS) - 1
-    if more not in (0, len(_LENS_KEYS), len(lens_keys)) or lines[-1]:
+    kind = "F" if any(line.startswith("F_") for line in lines) else "D"
+    lens_keys = [f"{key}_{eye}" for eye in ("02", "03") for key in ("K", kind)]
+    if more not in (0, 2, 4) or lines[-1]:
         raise DatasetError(f"{where}: {len(CALIB_KEYS)} lines and no blank one are expected")
     shapes = {key: (3, 3 if key == "R0_rect" else 4) for key in CALIB_KEYS}
-    shapes |= {key: (3, 3) if key[0] == "K" else (1, 5) for key in lens_keys[:more]}
+    shapes |= {key: (3, 3) if key[0] == "K" else (1, _LENS_KINDS[kind]) for key in lens_keys[:more]}
     return {key: _matrix(line, key, shape, where) for line, (key, shape) in zip(lines, shapes.items(), strict=False)}
 
 
@@ -75,7 +77,8 @@ def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size
         DatasetError: P2 is that of no camera.
     """
     (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
-    distortion = Distortion(*matrices["D_02"][0].tolist()) if "D_02" in matrices else None
+    lines = [matrices[f"{kind}_02"] for kind in _LENS_KINDS if f"{kind}_02" in matrices]
+    distortion = lens_of(lines[0][0].tolist()) if lines else None
     if min(fx, fy) <= 0.0:
         raise DatasetError(f"P2 of a calib file must have focal lengths above 0, found {fx} and {fy}")
     return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)

@@ -16,6 +16,7 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.fisheye import Fisheye, Lens
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import LidarScan, ObjectModel, Observation, SceneSpec
 
@@ -53,6 +54,11 @@ _LENS_README = """\
   p1 p2 k3 as in OpenCV and in KITTI's raw calib_cam_to_cam.txt (with a right camera K_03 and D_03, too). Labels, boxes
   and depth are those of the image; readers that know P2 only must rectify it first. Disparities are those of the
   rectified pair, f b / z with the f of P2, stored at the pixels of image_2.
+"""
+_FISHEYE_README = """\
+- Images are those of a fisheye: P2 is that of its K, and calib goes on after its seven lines with K_02 and F_02, k1 k2
+  k3 k4 as in OpenCV's fisheye (with a right camera K_03 and F_03, too). Labels, boxes and depth are of the image;
+  readers that know P2 only must rectify it first. Disparities are f b / z with the f of P2, at the pixels of image_2.
 """
 _CLEAN_README = """\
 - image_clean_2, depth_clean_2 (our own): image_2 and depth_2 without errors of the camera{right}; a clean depth that
@@ -110,10 +116,16 @@ class KittiWriter:
             tilt=math.degrees(LARGEST_TILT),
             cameras=_TWO_CAMERAS if stereo else _ONE_CAMERA,
             additions=(_STEREO_README if stereo else "")
-            + (_LEVEL_README if NAME in contents.levelled else _LENS_README if contents.distortion else "")
+            + (_LEVEL_README if NAME in contents.levelled else _lens_text(contents.distortion))
             + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if contents.clean else "")
             + (_LIDARS_README.format(names=names) if names else ""),
         )
+
+
+def _lens_text(lens: Lens | None) -> str:
+    if lens is None:
+        return ""
+    return _FISHEYE_README if isinstance(lens, Fisheye) else _LENS_README
 
 
 class KittiSceneWriter:

@@ -6,9 +6,10 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import take, take_if_given, take_numbers
+from warehouse_sim.dataset.lens_row import read_lens
+from warehouse_sim.dataset.plain import take
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import Lens, same_lens
 
 _KEYS = ("fx", "fy", "cx", "cy")
 
@@ -20,8 +21,7 @@ def cameras(subject: Subject) -> Findings:
     data, where = read_json(path), str(path)
     values = {key: take(data, key, float, where) for key in (*_KEYS, "depth_scale")}
     size_wh = take(data, "width", int, where), take(data, "height", int, where)
-    listed = take_if_given(data, "distortion", list, where)
-    lens = [0.0] * 5 if listed is None else take_numbers(data, "distortion", 5, where).tolist()
+    lens = read_lens(data, where)
     findings, count = Findings(), 0
     if recipe_camera is not None:
         same = size_wh == (recipe_camera.width, recipe_camera.height)
@@ -35,9 +35,6 @@ def cameras(subject: Subject) -> Findings:
     return findings
 
 
-def _same(values: dict[str, float], lens: list[float], camera: PinholeCamera) -> bool:
-    coefficients = (camera.distortion or Distortion()).coefficients
-    return bool(
-        np.allclose([values[key] for key in _KEYS], [getattr(camera, key) for key in _KEYS], rtol=1e-9)
-        and np.allclose(lens, coefficients, rtol=1e-9, atol=1e-12)
-    )
+def _same(values: dict[str, float], lens: Lens | None, camera: PinholeCamera) -> bool:
+    same = np.allclose([values[key] for key in _KEYS], [getattr(camera, key) for key in _KEYS], rtol=1e-9)
+    return bool(same) and same_lens(lens, camera.distortion)

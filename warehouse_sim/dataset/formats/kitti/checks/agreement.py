@@ -16,7 +16,7 @@ from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
 from warehouse_sim.dataset.image_io import decode_depth
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.fisheye import same_lens
 
 _SAME_PLACE = 1e-5
 # Half a step of each format's depth, and float rounding.
@@ -61,9 +61,9 @@ def cameras(subject: Subject) -> Findings:
         size_wh = image.camera.width, image.camera.height
         camera = calib_camera(parse_calib(read_text(path), str(path)), size_wh)
         same_k = np.allclose(camera.K, image.camera.K, rtol=1e-9)
-        lenses = [item.distortion or Distortion() for item in (camera, image.camera)]
-        same_lens = np.allclose(lenses[0].coefficients, lenses[1].coefficients, rtol=1e-9, atol=1e-12)
-        findings.require(same_k and same_lens, f"{path}: is another camera than BOP's")
+        findings.require(
+            same_k and same_lens(camera.distortion, image.camera.distortion), f"{path}: is another camera than BOP's"
+        )
     findings.examined = f"{count} pairs of cameras"
     return findings
 

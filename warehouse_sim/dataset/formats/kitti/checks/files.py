@@ -15,6 +15,7 @@ from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib
 from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.pose import invert
 
 _SAME_PLACE = 1e-5
@@ -54,7 +55,7 @@ def calib(subject: Subject) -> Findings:
         same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
         findings.require(same, f"{path}: P0 must be P2 and P1 must be P3, since there are two cameras and not four")
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
-        findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x the recipe's distortion")
+        findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x or F_0x the rig's lens")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
             R = matrices[key][:, :3]
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
@@ -124,13 +125,14 @@ def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: S
     """Return whether each camera has the lens of the recipe, and no other lines than for that."""
     wanted = None if is_levelled(subject) else subject.manifest.contents.distortion
     eyes = ("02",) if subject.manifest.contents.baseline is None else ("02", "03")
-    if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in "KD"}:
+    kind = "F" if isinstance(wanted, Fisheye) else "D"
+    if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in ("K", kind)}:
         return False
     if wanted is None:
         return True
     lens = wanted.coefficients
     same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
-    return same_k and all(np.allclose(matrices[f"D_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
+    return same_k and all(np.allclose(matrices[f"{kind}_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
 
 
 def _plane(path: Path) -> Float[np.ndarray, " 4"]:
