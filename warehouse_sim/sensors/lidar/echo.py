@@ -12,9 +12,8 @@ from jaxtyping import Float, Float32, Int, Int32
 
 from warehouse_sim.render.raycaster import RayHits
 from warehouse_sim.sensors.lidar.finishes import Finishes
+from warehouse_sim.sensors.retroreflectors import RETROREFLECTIVE
 
-RETROREFLECTIVE = 2.0
-"""Remission from which light goes back to where it came from, whatever the incidence."""
 Which = Literal["strongest", "last", "other"]
 
 

@@ -11,6 +11,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
+from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth
 from warehouse_sim.sensors.rgbd.depth.fattening import fattened, widened
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
@@ -142,6 +143,10 @@ class ActiveStereo(DepthModel):
         seen = capture.surfaces
         surfaces = Surfaces(halved(seen.remission), halved(seen.roughness), halved(seen.metallic))
         diffuse, glossy = returned_light(surfaces, cosine)
+        # The projector lies between the infrared cameras, about half a baseline from either. No source.
+        mirrored = returned_by_retroreflectors(surfaces.remission, cosine, depth, self.baseline / 2)
+        if mirrored is not None:
+            glossy = glossy + mirrored
         dots = np.float32(self.projector_lux) * (diffuse + glossy) / np.square(depth)
         scale = capture.camera.fx / self.focal_px
         hall = hall_light(buffers.rgb, capture.exposure_ev)

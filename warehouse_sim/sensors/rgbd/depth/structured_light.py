@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Float32
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth, jitter_jumps
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, unit_noise
@@ -95,6 +96,9 @@ class StructuredLight(DepthModel):
         """Return where too few dots come back, or too bright ones."""
         assert capture.surfaces is not None
         diffuse, glossy = returned_light(capture.surfaces, cosine)
+        mirrored = returned_by_retroreflectors(capture.surfaces.remission, cosine, depth, self.baseline)
+        if mirrored is not None:
+            glossy = glossy + mirrored
         factor = np.exp(np.float32(_RAGGED) * ragged)
         weak = diffuse + glossy < np.float32(self.min_signal) * factor * np.square(depth)
         return weak | (glossy > np.float32(self.max_glare) * factor)

@@ -13,6 +13,7 @@ from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
+from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
@@ -65,6 +66,11 @@ class TimeOfFlight(DepthModel):
     """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
     min_signal: Annotated[float, Range(0, 1000)] = 0.0005
     """Least light of the emitter that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
+    max_signal: Annotated[float, Range(0.001, 1_000_000)] = 10.0
+    """Most light that pixels take from retroreflectors, 0.001-1,000,000, in the measure of ``min_signal``; beyond it
+    they are saturated and read nothing. No source: a prior."""
+    lamp_offset: Annotated[float, Range(0, 1, "m")] = 0.025
+    """From the emitter to the lens (m), 0-1, that retroreflectors are seen by. No source: a prior."""
     max_sigma: Annotated[float, Range(0.00001, 100, "m")] = 0.1
     """Readings of a larger standard deviation are dropped, as confidence filters do (m), 0.00001-100."""
     multipath: Share = 1.0
@@ -109,9 +115,14 @@ class TimeOfFlight(DepthModel):
             kept = self._kept(capture)
             diffuse, white = diffuse * kept, np.maximum(white * kept, np.float32(0.01))
         light = diffuse + glossy
+        mirrored = returned_by_retroreflectors(capture.surfaces.remission, cosine, depth, self.lamp_offset)
+        if mirrored is not None:
+            light = np.where(mirrored > 0, mirrored, light)
         # Materials are seen coarser than depth: beside an outline they are those of the thing, where nothing is.
         signal = np.divide(light, depth * depth, out=np.zeros_like(depth), where=depth > 0)
         mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture)
+        if mirrored is not None:
+            clear &= ~self._saturated(mirrored, depth, capture.camera)
         if self.multipath > 0:
             longer = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
             longer *= cosine_of_view(camera)
@@ -157,6 +168,13 @@ class TimeOfFlight(DepthModel):
         if self.wiggle > 0:
             error = error + np.float32(self.wiggle) * wiggle(depth, self.unambiguous_range, phase)
         return error
+
+    def _saturated(self, mirrored: Depth, depth: Depth, camera: PinholeCamera) -> Bool[np.ndarray, "h w"]:
+        """Return the pixels that light of retroreflectors floods; it spreads over the spot of each pixel."""
+        signal = mirrored / np.square(np.maximum(depth, _NEAREST))
+        spot = self.sigma_lateral_px * camera.fx / self.focal_px
+        flooded = gathered(signal, spot) if spot > 0 else signal
+        return np.asarray(flooded > np.float32(self.max_signal))
 
     def _kept(self, capture: Capture) -> Depth:
         """Return the share of diffuse light that smooth surfaces send back."""
