@@ -11,6 +11,9 @@ from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import Transform, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
+RETROREFLECTIVE = 2.0
+"""Remission from which a material sends light back to where it came from, whatever the incidence."""
+
 
 @dataclass(frozen=True)
 class Material:

@@ -9,8 +9,8 @@ the sixth power of the cosine of incidence.
 import numpy as np
 from jaxtyping import Float32
 
-RETROREFLECTIVE = 2.0
-"""Remission from which light goes back to where it came from, whatever the incidence."""
+from warehouse_sim.schema.things import RETROREFLECTIVE
+
 _ANGLES_DEG = (0.2, 1.0 / 3.0, 1.0, 10.0)
 _OVER_WHITE = tuple(np.pi * value for value in (330.0, 250.0, 25.0, 0.25))
 _CENTRED_DEG = 0.01

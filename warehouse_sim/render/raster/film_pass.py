@@ -13,7 +13,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.raster.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting
+from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.parts import PartTable
 from warehouse_sim.render.raster.programs import assign, source
@@ -25,7 +25,7 @@ class FilmPass:
 
     def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
         self._context, self._block = context, block
-        self._programs: dict[tuple[int, int, bool], moderngl.Program] = {}
+        self._programs: dict[Variant, moderngl.Program] = {}
 
     def draw(
         self,

@@ -1,6 +1,7 @@
 """What decides how bright surfaces are, bound for the programs that include ``lighting.glsl``."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -43,6 +44,18 @@ UNITS = {
 """Texture units of the samplers in the shaders."""
 
 
+class Variant(NamedTuple):
+    """What the programs that shade are compiled for."""
+
+    lights: int
+    shadows: int
+    """Of the lights, those with a shadow map."""
+    distributions: bool
+    """Whether any light has one."""
+    retroreflectors: bool
+    """Whether lights near the camera are thrown back to it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Lighting:
     """All that decides how bright a surface is."""
@@ -59,20 +72,24 @@ class Lighting:
     """Linear image value of 1 cd/m^2."""
     distributions: DistributionTexture | None = None
     """Those of the scene's lights; None where all are cones."""
+    retroreflectors: bool = False
+    """Whether lights near the camera are thrown back to it."""
 
     @property
-    def variant(self) -> tuple[int, int, bool]:
-        """Number of lights, of those with a shadow map, and whether any has a distribution: each needs a program."""
-        return len(self.lights), sum(item.tile is not None for item in self.lights), self.distributions is not None
+    def variant(self) -> Variant:
+        """What needs a program of its own."""
+        shadows = sum(item.tile is not None for item in self.lights)
+        return Variant(len(self.lights), shadows, self.distributions is not None, self.retroreflectors)
 
     def constants(self) -> dict[str, object]:
         """Return the definitions that ``lighting.glsl`` and what includes it are compiled with."""
-        count, shadows, distributions = self.variant
+        count, shadows, distributions, retroreflectors = self.variant
         seen = [f"seen[{i // 4}][{i % 4}]" for i in range(shadows)]
         calls = [f"add_light({i}, {seen[i] if i < shadows else 1.0}, s, direct);" for i in range(count)]
         return {
             "MAX_LIGHTS": MAX_LIGHTS,
             "DISTRIBUTIONS": int(distributions),
+            "RETROREFLECTORS": int(retroreflectors),
             "ATLAS_PX": float(ATLAS_PX),
             "LUMINANCE": f"vec3{tuple(LUMINANCE.tolist())}",
             "SHADOW_NEAR": SHADOW_NEAR,

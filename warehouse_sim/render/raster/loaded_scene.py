@@ -1,6 +1,9 @@
 """A scene on the graphics device."""
 
+from collections.abc import Sequence
+
 import moderngl
+import numpy as np
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
@@ -17,6 +20,9 @@ from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.schema import Light, SceneChange, SceneSpec
+
+_BESIDE = 3.0
+"""Distance (m) from a camera within which work lights hang; what comes back to it of farther ones is left out."""
 
 
 class LoadedScene:
@@ -97,6 +103,7 @@ class LoadedScene:
             self._spec.ambient,
             self._spec.exposure,
             self._distributions,
+            self.materials.retroreflectors and _beside(kept, T_world_camera),
         )
 
     def _layer(self, light: Light) -> int | None:
@@ -110,3 +117,9 @@ class LoadedScene:
             self._field.release()
         if self._distributions is not None:
             self._distributions.release()
+
+
+def _beside(lights: Sequence[Light], T_world_camera: Transform) -> bool:
+    """Return whether any light is so near to the camera that retroreflectors throw it back there."""
+    away = [np.asarray(light.position, float) - T_world_camera[:3, 3] for light in lights]
+    return any(float(np.linalg.norm(item)) < _BESIDE for item in away)

@@ -10,6 +10,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.render.raster.pictures import PictureLibrary
 from warehouse_sim.render.raster.textures import TextureLibrary
 from warehouse_sim.schema import Material
+from warehouse_sim.schema.things import RETROREFLECTIVE
 
 _LIMIT = 4096  # the geometry buffer stores a material in twelve bits
 
@@ -18,7 +19,8 @@ class MaterialTable:
     """One row a material in a float texture, and the texture sets and pictures that they name.
 
     Columns: base colour and roughness; metallic, emission, layer of the texture or -1, tiles a metre across the grain;
-    tiles a metre along the grain, opacity, layer of the picture, or -2 where ribs are painted instead, or -1.
+    tiles a metre along the grain, opacity, layer of the picture, or -2 where ribs are painted instead, or -1,
+    and 1 for retroreflectors.
 
     Args:
         context: Where to upload to.
@@ -53,7 +55,9 @@ class MaterialTable:
             values[row, 1] = [item.metallic, item.emission, layer, 1.0 / item.texture_size]
             paint = -2 if item.name in ribbed else -1
             picture = shown[item.picture] if item.picture is not None else paint
-            values[row, 2, :3] = [1.0 / along, item.opacity, picture]
+            values[row, 2] = [1.0 / along, item.opacity, picture, item.remission >= RETROREFLECTIVE]
+        self.retroreflectors = bool((values[:, 2, 3] > 0).any())
+        """Whether any of them is one."""
         self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")
         self.values.filter = (moderngl.NEAREST, moderngl.NEAREST)
 

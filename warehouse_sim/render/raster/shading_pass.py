@@ -5,7 +5,7 @@ import moderngl
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
-from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting
+from warehouse_sim.render.raster.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.programs import FullScreen
 from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 from warehouse_sim.render.raster.soft_light import SoftLightPass
@@ -17,7 +17,7 @@ class ShadingPass:
     def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
         self._context = context
         self._soft_light = SoftLightPass(context, block)
-        self._shaders: dict[tuple[int, int, bool], FullScreen] = {}
+        self._shaders: dict[Variant, FullScreen] = {}
         self._normals = FullScreen(context, "surface.glsl", "pack.glsl", "normals.frag")
         self._normals.assign(**UNITS)
 

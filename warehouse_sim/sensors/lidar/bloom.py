@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.render.raycaster import RayHits
+from warehouse_sim.schema.things import RETROREFLECTIVE
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns
-from warehouse_sim.sensors.retroreflectors import RETROREFLECTIVE
 
 _BRIGHTNESS = 10.0
 """Remission of a retroreflector: over 1000 % in SICK's table."""

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float, Float32, Int, Int32
 
 from warehouse_sim.render.raycaster import RayHits
+from warehouse_sim.schema.things import RETROREFLECTIVE
 from warehouse_sim.sensors.lidar.finishes import Finishes
-from warehouse_sim.sensors.retroreflectors import RETROREFLECTIVE
 
 Which = Literal["strongest", "last", "other"]
 

@@ -18,6 +18,9 @@ struct Surface {
     float roughness, a;           // perceptual, and its square
     float emission;
     float factor;                 // of the texture on the base colour
+#if RETROREFLECTORS
+    float throws_back;            // 1 for retroreflectors
+#endif
 };
 
 // What material ``row`` makes of a point. tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m;
@@ -51,6 +54,9 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
     s.f0 = mix(vec3(0.04), s.base, more.x);
     s.diffuse = s.base * (1.0 - more.x) / PI;
     s.emission = more.y;
+#if RETROREFLECTORS
+    s.throws_back = texelFetch(materials, ivec2(2, row), 0).w;
+#endif
     return s;
 }
 
@@ -82,6 +88,16 @@ float spread(const int i, vec3 l, float cone) {
 }
 #endif
 
+#if RETROREFLECTORS
+// Light thrown back over that of white which faces the lamp, as sensors/retroreflectors.py; lv, nl: cosines of the
+// observation angle and of the incidence.
+float thrown_back(float lv, float nl) {
+    float angle = degrees(acos(clamp(lv, -1.0, 1.0)));
+    float share = angle < 1.0 ? 250.0 * pow(max(angle, 0.2) * 3.0, -2.096) : 25.0 / (angle * angle);
+    return angle > 10.0 ? 0.0 : PI * min(share, 330.0) * pow(nl, 6.0);
+}
+#endif
+
 // Add light i, of which the point sees a share.
 void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     vec3 to_light = lights[i].position - s.p;
@@ -93,6 +109,9 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     float share = seen * spread(i, l, cone) * inverse_distance * inverse_distance;
 #else
     float share = seen * cone * cone * inverse_distance * inverse_distance;
+#endif
+#if RETROREFLECTORS
+    float facing = dot(s.g, l) > 0.0 ? share : 0.0;
 #endif
     share = dot(s.g, l) > 0.0 ? share * nl : 0.0;
     // With the half vector h = (l + v) / |l + v|.
@@ -107,6 +126,9 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     sum.matt += lights[i].intensity * share;
     sum.gloss += lights[i].intensity * (lobe - rim);
     sum.rim += lights[i].intensity * rim;
+#if RETROREFLECTORS
+    if (s.throws_back > 0.0) sum.matt += lights[i].intensity * (facing * thrown_back(lv, nl) / dot(s.base, LUMINANCE));
+#endif
 }
 
 // Add what all lights do to the light that goes to the camera: scattered below the surface, and mirrored.
