@@ -6,6 +6,7 @@ from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneChange, SceneSpec
+from warehouse_sim.sensors.film import FilmSight
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +17,8 @@ class Instruments:
     caster: RayCaster
     film: FilmCaster
     meter: LightMeter
+    sight: FilmSight
+    """Film as sensors with a light of their own meet it."""
 
     @classmethod
     def of(cls, scene: SceneSpec, base: "Instruments | None", change: SceneChange) -> "Instruments":
@@ -26,11 +29,13 @@ class Instruments:
             base: Those of the scene that it is a twin of; None when it is no twin.
             change: What differs from the base's scene.
         """
-        caster = base.caster if base and not (change.objects or change.surfaces) else RayCaster(scene)
+        unmoved = base if base and not (change.objects or change.surfaces) else None
+        caster = unmoved.caster if unmoved else RayCaster(scene)
+        sight = unmoved.sight if unmoved else FilmSight(scene)
         film = base.film if base and not change.objects else FilmCaster(scene)
         same_light = base and change.nothing and _metered_alike(base.scene, scene)
         meter = base.meter if base and same_light else LightMeter(scene, caster)
-        return cls(scene, caster, film, meter)
+        return cls(scene, caster, film, meter, sight)
 
 
 def _metered_alike(a: SceneSpec, b: SceneSpec) -> bool:

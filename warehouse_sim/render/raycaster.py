@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Float32, Int, Int32
 
-from warehouse_sim.render.embree import PlacedMeshes
+from warehouse_sim.render.embree import PacketHits, PlacedMeshes
 from warehouse_sim.schema import SceneSpec
 
 
@@ -79,7 +79,25 @@ class RayCaster:
             directions: Directions in the world, of any length.
             coherent: Whether rays that follow one another mostly go the same way, which makes them faster.
         """
-        hits = self._meshes.cast(origins, directions, coherent=coherent)
+        return self._described(self._meshes.cast(origins, directions, coherent=coherent))
+
+    def cast_before(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: Float32[np.ndarray, " n"]
+    ) -> tuple[Int[np.ndarray, " m"], RayHits]:
+        """Return which rays meet anything nearer than ``reach``, and what these meet first.
+
+        Args:
+            origins: Starting points in the world (m).
+            directions: Directions in the world, of any length; rays that follow one another mostly go the same way.
+            reach: In units of the directions.
+        """
+        hits = self._meshes.cast(origins, directions, coherent=True)
+        near = np.flatnonzero(hits.distance < reach)
+        of_near = (hits.distance[near], hits.place[near], hits.piece[near], hits.triangle[near])
+        return near, self._described(PacketHits(*of_near, np.take(hits.normal.T, near, axis=1).T))
+
+    def _described(self, hits: PacketHits) -> RayHits:
+        """Return what packets of rays met in terms of the scene."""
         place = hits.place.astype(np.intp)  # -1 = the last row
         piece, paint = self._first_piece[place], self._first_paint[place]
         piece += hits.piece

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import Viewpoint
+from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.surfaces import Surfaces
 
 
@@ -30,6 +31,8 @@ class Capture:
     motion: Motion = field(default_factory=Motion)
     surfaces: Surfaces | None = None
     """Materials of the pixels, for depth models that need them."""
+    film: FilmImage | None = None
+    """Stretch film before the pixels, for depth models that see it; None = none in view."""
 
 
 def camera_motion(viewpoint: Viewpoint) -> Motion:

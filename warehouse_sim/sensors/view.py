@@ -11,6 +11,7 @@ from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.capture import Motion, camera_motion
 from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.film import FilmImage, FilmSight, see_film
 from warehouse_sim.sensors.surfaces import Surfaces, see_surfaces
 
 
@@ -55,6 +56,8 @@ class SensorView:
     """What the sensors of the rig before this one read at the same moment, by name."""
     name: str = ""
     """Of the sensor in the rig, by which the constant errors of its unit are drawn."""
+    film: FilmSight | None = None
+    """Exact rays against the scene's film; None = there is none."""
 
     @property
     def T_world_camera(self) -> Transform:
@@ -88,6 +91,11 @@ class SensorView:
         """Return the materials behind the pixels of ``render``, and the light that smooth ones throw on if asked."""
         place = self.T_world_camera if T_world_camera is None else T_world_camera
         return see_surfaces(self.scene, self.caster, self.camera, place, reflections)
+
+    def film_before(self, T_world_camera: Transform | None = None) -> FilmImage | None:
+        """Return the film before the pixels of ``render``; None where there is none."""
+        place = self.T_world_camera if T_world_camera is None else T_world_camera
+        return None if self.film is None else see_film(self.film, self.camera, place, self.render(place).depth)
 
     def camera_motion(self, T_world_camera: Transform) -> Motion:
         """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""

@@ -3,7 +3,7 @@
 Film of 500 mm width rises by 300 mm a turn, so that 200 mm of each turn lie over the one before; three turns and more
 hold foot and top. What has more layers is less clear: each number of layers has a material of its own, and none of them
 lies over another, so that all renderers agree. Its folds, roped edges and loose end are narrow strips of denser film.
-The film has no collision boxes and is transparent to depth, ids and LiDAR, as its materials' opacity is below 1.
+The film has no collision boxes and is transparent to true depth and ids, as its materials' opacity is below 1.
 """
 
 import itertools

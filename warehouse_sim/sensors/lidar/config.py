@@ -68,6 +68,8 @@ class LidarConfig:
     """8 bit of 0-100 % remission (linear), or as the VLP-16: 0-100 of 255 for that, the rest for retroreflectors."""
     brightness: BrightnessConfig = field(default_factory=BrightnessConfig)
     """How the intensities of one material differ; ``even``: not at all."""
+    film: bool = True
+    """Whether stretch film sends echoes back and takes light from those behind it, or is not there at all."""
     motion: Literal["ignored", "raw", "deskewed"] = "raw"
     """Whether the vehicle's own motion bends the sweep, and whether points are put back to where it looked forward."""
 
@@ -116,11 +118,11 @@ class LidarConfig:
         return ceil((last - first) / self.azimuth_step_deg) * ceil(lasers / self.every_nth_beam)
 
     def ideal(self) -> "LidarConfig":
-        """Return the same lasers without noise, dropout, steps or width of the beam, always at the same azimuths."""
+        """Return the same lasers without noise, dropout, steps, film or width of the beam, at the same azimuths."""
         errors = "range_noise laser_bias range_noise_weak range_step dark_range extinction bloom_deg"
         none: dict[str, Any] = dict.fromkeys(errors.split(), 0.0)
         even = BrightnessConfig.even()
-        return replace(self, **none, divergence_mrad=(0.0, 0.0), azimuth_phase="fixed", brightness=even)
+        return replace(self, **none, divergence_mrad=(0.0, 0.0), azimuth_phase="fixed", brightness=even, film=False)
 
 
 LIDAR_PRESETS = {name: LidarConfig(**({"model": name} | changes)) for name, changes in PRESETS.items()}

@@ -1,6 +1,6 @@
 """What comes back of a pulse: the echo of one surface, or those of several.
 
-A surface that stops only part of a pulse, such as film, would be one more share: the columns of ``PulseEchoes.of`` are
+A surface that stops only part of a pulse, such as film, is one more share: the columns of ``PulseEchoes.of`` are
 whatever a pulse meets, each with the reflectance of the part of the light that reaches it and comes back.
 """
 

@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float32, Int
 
 from warehouse_sim.render.raycaster import RayCaster, RayHits
+from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes, PulseEchoes, Which, thin_echoes
+from warehouse_sim.sensors.lidar.film_echo import film_met, with_film
 from warehouse_sim.sensors.lidar.finishes import Finishes
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns
 
@@ -41,6 +43,7 @@ def see_sweep(
     origins: Float32[np.ndarray, "n 3"],
     directions: Float32[np.ndarray, "n 3"],
     finishes: Finishes | None = None,
+    film: FilmSight | None = None,
 ) -> SeenSweep:
     """Return the echoes of the sweep's beams.
 
@@ -55,6 +58,7 @@ def see_sweep(
         origins: Where they start in the world (m).
         directions: Unit vectors in the world.
         finishes: Gloss of the materials; None = all are matt.
+        film: Of the scene; what the axis meets is before all of the beam. None = there is none.
     """
     hits = raycaster.cast(origins, directions, coherent=True)
     echoes = thin_echoes(hits, directions, finishes)
@@ -63,13 +67,17 @@ def see_sweep(
         others = Echoes(*nothing, np.zeros(len(directions), np.int32))
     else:
         others = None
-    if not any(config.divergence_mrad):
+    met = None if film is None else film_met(film, sweep.shape, origins, directions, hits)
+    thin = not any(config.divergence_mrad)
+    if thin and met is None:
         return SeenSweep(echoes, others, hits, len(directions))
     echoes = Echoes(echoes.distance.copy(), echoes.reflectance, echoes.instance_ids.copy())
-    beams, sides = _edges(hits, sweep)
+    beams, sides = (np.empty(0, np.intp),) * 2 if thin else _edges(hits, sweep)
     rays = _probes(columns(directions, beams), sides, config.divergence_mrad)
     probes = thin_echoes(raycaster.cast(columns(origins, beams), rays, coherent=True), rays, finishes)
     mixed, shares = _shares(echoes, probes, beams, sides)
+    if met is not None:
+        mixed, shares = with_film(mixed, shares, echoes, met)
     pulses = PulseEchoes.of(shares, pulse_length=config.pulse_length, extinction=config.extinction)
     _put(echoes, mixed, pulses.pick(_FIRST[config.returns]))
     if others is not None:

@@ -11,6 +11,7 @@ from warehouse_sim.render.raycaster import RayCaster, RayHits
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import LidarScan
 from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.lidar.bloom import add_bloom
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes
@@ -54,6 +55,7 @@ class Lidar:
             view.ego_motion,
             unit=LidarUnit.draw(config, of_unit),
             finishes=finishes_of(scene, view.caster.materials, config.brightness, of_scene),
+            film=view.film if config.film else None,
         )
 
 
@@ -66,6 +68,7 @@ def scan(
     *,
     unit: LidarUnit | None = None,
     finishes: Finishes | None = None,
+    film: FilmSight | None = None,
 ) -> LidarScan:
     """Return one sweep.
 
@@ -77,6 +80,7 @@ def scan(
         motion: How the vehicle moves; used unless ``config.motion`` is ``ignored``.
         unit: The unit's constant errors; None = it has none.
         finishes: Gloss, grain and spread of the materials; None = each is matt, even and as its name says.
+        film: The scene's film; None = there is none.
     """
     sweep = make_sweep(config)
     count = len(sweep.directions)
@@ -85,7 +89,7 @@ def scan(
     T_world_head = T_world_lidar if T_lidar_head is None else T_world_lidar @ T_lidar_head
     moving = None if config.motion == "ignored" else motion
     origins, directions = world_rays(sweep, T_world_head, moving)
-    seen = see_sweep(raycaster, config, sweep, origins, directions, finishes)
+    seen = see_sweep(raycaster, config, sweep, origins, directions, finishes, film)
     add_bloom(seen.echoes, seen.hits, sweep, config)
     reader = _Reader(config, sweep, seen.hits, origins, directions, rng, unit, finishes)
     beams, measured, codes, ids = reader.measure(seen.echoes, chance, normal)

@@ -41,7 +41,8 @@ class RgbdCamera:
         depth, T_world_camera = self.config.depth, view.T_world_sensor
         buffers = view.render(T_world_camera, normals=depth.needs_normals)
         surfaces = view.surfaces(T_world_camera, depth.needs_reflections) if depth.needs_surfaces else None
-        capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces)
+        film = view.film_before(T_world_camera) if depth.sees_film else None
+        capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces, film)
         return read_rgbd(buffers, capture, self.config, rng)
 
 

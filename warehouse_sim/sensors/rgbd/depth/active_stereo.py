@@ -10,10 +10,12 @@ from jaxtyping import Bool, Float32
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth
 from warehouse_sim.sensors.rgbd.depth.fattening import fattened, widened
+from warehouse_sim.sensors.rgbd.depth.film_dots import FilmedDots
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, smooth_noise
 from warehouse_sim.sensors.rgbd.depth.pattern import clarity, doubled, hall_light, halved, texture_slope
@@ -97,6 +99,14 @@ class ActiveStereo(DepthModel):
     unit_registration_px: Annotated[float, Range(0, 100, "px")] = 0.5
     """That of where depth is registered beside colour (px of the infrared cameras), 0-100. No source."""
 
+    film: bool = True
+    """Whether stretch film sends dots back and blurs those behind it, or only tints what is seen."""
+
+    @property
+    def sees_film(self) -> bool:
+        """Whether ``Capture.film`` is looked at."""
+        return self.film
+
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
         unit, scale = np.float32(self.focal_px * self.baseline), capture.camera.fx / self.focal_px
@@ -106,10 +116,13 @@ class ActiveStereo(DepthModel):
         size = (inverse.shape[0], inverse.shape[1])
         window = self.window_px * scale
         error, ragged = smooth_noise(size, rng, window), border_noise(size, rng, window)
-        sigma, unclear = self._error(buffers, capture, ragged)
+        sigma, unclear, filmed = self._error(buffers, capture, ragged)
         # Everything below is of the true surface; noise comes on top of what the window has chosen.
         matched, grew = fattened(unit * inverse, self.edge_px * scale, ragged, _STEP_PX)
         lost = (self._hidden(inverse, capture, ragged) & ~grew) | unclear
+        if filmed is not None:
+            assert capture.film is not None
+            self._match_film(matched, unit * inverse, capture.film, *filmed)
         lost |= (matched > np.float32(self.search_px)) | (matched <= 0)
         matched += cv2.multiply(sigma, error)
         matched += own.offset(capture.camera)
@@ -134,8 +147,10 @@ class ActiveStereo(DepthModel):
                 hidden |= widened(shadow, reach, place > 0, swing)
         return np.repeat(hidden, 2, axis=0)[: inverse.shape[0]] if plain else hidden
 
-    def _error(self, buffers: RenderBuffers, capture: Capture, ragged: Depth) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
-        """Return the standard deviation of disparity (px of the sensor), and where nothing can be matched."""
+    def _error(
+        self, buffers: RenderBuffers, capture: Capture, ragged: Depth
+    ) -> tuple[Depth, Bool[np.ndarray, "h w"], tuple[tuple[slice, slice], FilmedDots] | None]:
+        """Return the standard deviation of disparity (px of the sensor), where nothing can be matched, and film."""
         assert buffers.normals is not None
         assert capture.surfaces is not None
         normals, depth = halved(buffers.normals), np.maximum(halved(buffers.depth), np.float32(0.01))
@@ -148,6 +163,7 @@ class ActiveStereo(DepthModel):
         if mirrored is not None:
             glossy = glossy + mirrored
         dots = np.float32(self.projector_lux) * (diffuse + glossy) / np.square(depth)
+        film = self._filmed(dots, glossy, depth, capture, ragged)
         scale = capture.camera.fx / self.focal_px
         hall = hall_light(buffers.rgb, capture.exposure_ev)
         texture = np.float32(scale) * texture_slope(hall, odd_window(self.window_px * scale))
@@ -160,12 +176,55 @@ class ActiveStereo(DepthModel):
         # Texture is everywhere in the window, dots are points of it.
         spread = np.float32(self.blurred_px**2) * (by_dots + np.float32(_DENSE) * texture_share)
         variance += spread / np.square(np.maximum(clear, np.float32(0.05)))
+        if film is not None:
+            variance[film[0]] += film[1].variance(self.blurred_px)
         factor = np.exp(np.float32(_RAGGED) * halved(ragged))
         unclear = (clear < np.float32(self.min_clarity) * factor) | (cosine < np.float32(self.min_cosine) * factor)
         unclear |= (slope * factor > np.float32(self.max_slope)) | (glossy > np.float32(self.max_glare) * factor)
         size = (buffers.depth.shape[0], buffers.depth.shape[1])
         whole = doubled(unclear.view(np.uint8), size, cv2.INTER_NEAREST).view(bool)
-        return doubled(np.float32(self.noise_scale) * np.sqrt(variance), size), whole
+        return doubled(np.float32(self.noise_scale) * np.sqrt(variance), size), whole, film
+
+    def _filmed(
+        self, dots: Depth, glossy: Depth, depth: Depth, capture: Capture, ragged: Depth
+    ) -> tuple[tuple[slice, slice], FilmedDots] | None:
+        """Return where there is film and what is seen of the dots there, all halved; None = there is none.
+
+        Args:
+            dots: Light of the dots behind; changed to that of the dots that are matched.
+            glossy: Light that surfaces mirror; changed to that with the film's.
+            depth: Of what is solid (m).
+            capture: With the film.
+            ragged: Noise of the borders of patches, not halved.
+        """
+        if capture.film is None or not self.film:
+            return None
+        window = capture.film.window
+        film = capture.film.within(window)
+        factor = np.exp(np.float32(_RAGGED) * halved(ragged)[window])
+        unit = self.focal_px * self.baseline
+        seen = FilmedDots.of(dots[window], depth[window], film, factor, self.projector_lux, unit)
+        dots[window] = seen.dots
+        glossy[window] = glossy[window] * np.square(film.passed) + film.glossy
+        return window, seen
+
+    def _match_film(
+        self, matched: Depth, true: Depth, film: FilmImage, window: tuple[slice, slice], seen: FilmedDots
+    ) -> None:
+        """Put the disparity (px of the sensor) of film into ``matched`` where its dots are, if it is before the rest.
+
+        Args:
+            matched: Of the image; changed.
+            true: Of what is solid.
+            film: Halved.
+            window: Its rows and columns that hold film.
+            seen: Which dots are matched there.
+        """
+        size = matched.shape
+        place = tuple(slice(2 * side.start, min(2 * side.stop, n)) for side, n in zip(window, size, strict=True))
+        own = np.where(seen.on_film, np.float32(self.focal_px * self.baseline) / film.depth[window], np.float32(0.0))
+        grown = own.repeat(2, axis=0).repeat(2, axis=1)[: matched[place].shape[0], : matched[place].shape[1]]
+        np.copyto(matched[place], grown, where=grown > true[place])
 
 
 def _facing(normals: Float32[np.ndarray, "h w 3"], capture: Capture) -> tuple[Depth, Depth]:

@@ -58,6 +58,11 @@ class DepthModel(ABC):
         """Whether ``Surfaces.reflected`` must be filled."""
         return False
 
+    @property
+    def sees_film(self) -> bool:
+        """Whether ``Capture.film`` is looked at: sensors with a light of their own meet stretch film."""
+        return False
+
     @abstractmethod
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none, before the range limits.

@@ -10,8 +10,10 @@ from jaxtyping import Bool, Float, Float32
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.edges import inverse_depth, jitter_jumps
+from warehouse_sim.sensors.rgbd.depth.film_dots import FilmedDots
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, unit_noise
 from warehouse_sim.sensors.rgbd.depth.shadow import baseline_shadow
@@ -25,6 +27,8 @@ _PAIRS = ((4, 0), (0, 4), (4, 4), (4, -4), (2, 1), (-1, 2), (4, 2), (-2, 4))
 """Places of the window that stand for its dots, with those opposite (px of the camera)."""
 _RAGGED = 0.3
 """Standard deviation of the natural logarithm of a hole's threshold: borders of holes are not straight."""
+_RIVAL_PX = 0.2
+"""Standard deviation of disparity (px) where dots on film are as bright as those behind it; no source: a prior."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,13 @@ class StructuredLight(DepthModel):
     max_glare: Annotated[float, Range(0.001, 1_000_000)] = 2.0
     """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000: dots that
     saturate run into each other. No source."""
+    film: bool = True
+    """Whether stretch film sends dots back and blurs those behind it, or is not there at all."""
+
+    @property
+    def sees_film(self) -> bool:
+        """Whether ``Capture.film`` is looked at."""
+        return self.film
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
@@ -79,29 +90,45 @@ class StructuredLight(DepthModel):
         lost |= angle > np.float32(np.deg2rad(self.max_angle_deg))
         size = (truth.shape[0], truth.shape[1])
         depth = jitter_jumps(truth, np.float32(scale * self.noise_scale) * lateral_sigma(theta), rng)
+        noise = unit_noise(size, rng, odd_window(_WINDOW_PX * scale))
+        # Drawn last: what the fits say of noise does not depend on it.
+        ragged = np.exp(np.float32(_RAGGED) * border_noise(size, rng, _WINDOW_PX * scale))
         unit = np.float32(self.focal_px * self.baseline)
         lost |= ~self._agreed(unit * inverse_depth(truth), scale)
+        unlit, film = self._dots(truth, cosine, capture, ragged)
+        lost |= unlit
+        if film is not None:
+            depth = np.where(film[0].on_film & (depth > 0), film[1].depth, depth)
         # The published noise holds that of the steps, whose variance is step^2 / 12.
         step = np.float32(self.disparity_step) * np.square(depth) / unit
         sigma = np.float32(self.noise_scale) * axial_sigma(np.maximum(depth, np.float32(0.1)), theta)
         rest = np.sqrt(np.maximum(np.square(sigma) - np.square(step) / np.float32(12.0), np.float32(0.0)))
-        noisy = depth + rest * unit_noise(size, rng, odd_window(_WINDOW_PX * scale))
+        if film is not None:
+            more = film[0].variance(_RIVAL_PX) * np.square(np.float32(self.noise_scale) * np.square(depth) / unit)
+            rest = np.sqrt(np.square(rest) + more)
+        noisy = depth + rest * noise
         steps = np.rint(unit * inverse_depth(np.maximum(noisy, 0)) / np.float32(self.disparity_step))
         read = np.divide(unit / np.float32(self.disparity_step), steps, out=np.zeros_like(noisy), where=steps > 0)
-        # Drawn last: what the fits say of noise does not depend on it.
-        lost |= self._unlit(truth, cosine, capture, border_noise(size, rng, _WINDOW_PX * scale))
         return np.where(lost | (depth <= 0), np.float32(0.0), read)
 
-    def _unlit(self, depth: Depth, cosine: Depth, capture: Capture, ragged: Depth) -> Bool[np.ndarray, "h w"]:
-        """Return where too few dots come back, or too bright ones."""
+    def _dots(
+        self, depth: Depth, cosine: Depth, capture: Capture, factor: Depth
+    ) -> tuple[Bool[np.ndarray, "h w"], tuple[FilmedDots, FilmImage] | None]:
+        """Return where too few dots come back, or too bright ones, and what film makes of them; None = no film."""
         assert capture.surfaces is not None
         diffuse, glossy = returned_light(capture.surfaces, cosine)
         mirrored = returned_by_retroreflectors(capture.surfaces.remission, cosine, depth, self.baseline)
         if mirrored is not None:
             glossy = glossy + mirrored
-        factor = np.exp(np.float32(_RAGGED) * ragged)
-        weak = diffuse + glossy < np.float32(self.min_signal) * factor * np.square(depth)
-        return weak | (glossy > np.float32(self.max_glare) * factor)
+        least = np.float32(self.min_signal) * factor
+        if capture.film is None or not self.film:
+            weak = diffuse + glossy < least * np.square(depth)
+            return weak | (glossy > np.float32(self.max_glare) * factor), None
+        film = capture.film.whole(depth)
+        dots = np.divide(diffuse + glossy, np.square(depth), out=np.zeros_like(depth), where=depth > 0)
+        seen = FilmedDots.of(dots, depth, film, factor, 1.0, self.focal_px * self.baseline)
+        glossy = glossy * np.square(film.passed) + film.glossy
+        return (seen.dots < least) | (glossy > np.float32(self.max_glare) * factor), (seen, film)
 
     def _agreed(self, disparity: Float32[np.ndarray, "h w"], scale: float) -> Bool[np.ndarray, "h w"]:
         """Return where enough of the window lies on one plane.

@@ -12,6 +12,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, Share, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
@@ -92,6 +93,11 @@ class TimeOfFlight(DepthModel):
     """How much farther a return seems that is gloss alone (m), -1 to 1: highlights drive pixels out of their range."""
     reflections: Share = 0.0
     """Share of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
+    film: bool = True
+    """Whether stretch film sends light back and takes some away, or is not there at all."""
+    film_glare: Annotated[float, Range(0.001, 1_000_000)] = 8.0
+    """Most light that wrinkles of film may mirror back, relative to white plaster at the same place, 0.001-1,000,000:
+    more drives pixels out of their range. No source."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,6 +108,11 @@ class TimeOfFlight(DepthModel):
     def needs_reflections(self) -> bool:
         """Whether ``Surfaces.reflected`` must be filled."""
         return self.reflections > 0
+
+    @property
+    def sees_film(self) -> bool:
+        """Whether ``Capture.film`` is looked at."""
+        return self.film
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
@@ -114,15 +125,24 @@ class TimeOfFlight(DepthModel):
         if self.needs_reflections:
             kept = self._kept(capture)
             diffuse, white = diffuse * kept, np.maximum(white * kept, np.float32(0.01))
+        film = None if capture.film is None or not self.film else capture.film.whole(depth)
+        if film is not None:
+            through = np.square(film.passed)
+            diffuse, glossy = diffuse * through, glossy * through
+            white = np.clip(white * through + film.light, np.float32(0.01), np.float32(1.0))
         light = diffuse + glossy
         mirrored = returned_by_retroreflectors(capture.surfaces.remission, cosine, depth, self.lamp_offset)
         if mirrored is not None:
+            mirrored = mirrored if film is None else mirrored * through
             light = np.where(mirrored > 0, mirrored, light)
         # Materials are seen coarser than depth: beside an outline they are those of the thing, where nothing is.
         signal = np.divide(light, depth * depth, out=np.zeros_like(depth), where=depth > 0)
-        mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture)
+        mixed, clear, signal = self._mixed(depth, np.minimum(signal, np.float32(_SATURATED)), capture, film)
         if mirrored is not None:
             clear &= ~self._saturated(mirrored, depth, capture.camera)
+        if film is not None:
+            clear &= film.glossy <= np.float32(self.film_glare)
+            glossy, light = glossy + film.glossy, light + film.light
         if self.multipath > 0:
             longer = multipath_bias(depth, buffers.normals, capture.surfaces.remission, camera)
             longer *= cosine_of_view(camera)
@@ -183,14 +203,16 @@ class TimeOfFlight(DepthModel):
         lost = np.float32(self.reflections) * (np.float32(1.0) - capture.surfaces.reflected.kept)
         return np.asarray(np.float32(1.0) - lost)
 
-    def _mixed(self, depth: Depth, signal: Depth, capture: Capture) -> tuple[Depth, Bool[np.ndarray, "h w"], Depth]:
+    def _mixed(
+        self, depth: Depth, signal: Depth, capture: Capture, film: FilmImage | None = None
+    ) -> tuple[Depth, Bool[np.ndarray, "h w"], Depth]:
         """Return the depth (m) of all light that ends in a pixel, where its phases do not cancel, and that light.
 
         A pixel adds up amplitude and phase; at an edge the sum lies between the two sides, a flying pixel.
         """
         lit = (depth > 0) & (signal > 0)
         spot = self.sigma_lateral_px * capture.camera.fx / self.focal_px
-        if spot == 0 and self.stray_light == 0 and not self.needs_reflections:
+        if spot == 0 and self.stray_light == 0 and not self.needs_reflections and film is None:
             return depth.copy(), lit, signal
         turn, away = 2.0 * np.pi / self.unambiguous_range, cosine_of_view(capture.camera)
         ranges, whole = depth / away, signal
@@ -201,6 +223,10 @@ class TimeOfFlight(DepthModel):
             mirrored = capture.surfaces.reflected
             light = np.float32(self.reflections) * mirrored.light
             more = added(light, mirrored.ranges, turn)
+            real, imaginary, whole = real + more[0], imaginary + more[1], whole + light
+        if film is not None:
+            light = np.minimum(film.light / np.square(film.depth), np.float32(_SATURATED))
+            more = added(light, np.where(light > 0, film.depth, depth) / away, turn)
             real, imaginary, whole = real + more[0], imaginary + more[1], whole + light
         arrived, stray = whole, scattered(real, imaginary, self.stray_light)
         if spot > 0:
