@@ -40,12 +40,14 @@ def pane_lights(scene: SceneSpec, preset: Preset) -> tuple[Light, ...]:
     for direction, panes in _by_direction(scene).items():
         groups = np.array_split(np.arange(len(panes)), min(_MOST, len(panes)))
         for group in groups:
-            places = [panes[k][0] for k in group]
+            places = np.array([panes[k][0] for k in group])
+            # Before a pane that there is: between two of them may be a girder, which would keep all light off.
+            middle = places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]
             area = sum(panes[k][1] for k in group)
             lights.append(
                 Light(
                     kind="spot",
-                    position=np.mean(places, axis=0) + _BEFORE * np.array(direction),
+                    position=middle + _BEFORE * np.array(direction),
                     direction=np.array(direction),
                     intensity=1.5 * luminance * area * _CLEAR,
                     color=(red, green, blue),
