@@ -29,6 +29,13 @@ def test_record_names_everything_in_the_scene(toy_root: Path) -> None:
     assert record.object(99) is None
 
 
+def test_a_record_without_its_objects_says_all_else(toy_root: Path) -> None:
+    whole, brief = read_scene_record(toy_root, 1), read_scene_record(toy_root, 1, objects=False)
+    assert brief.objects == ()
+    assert [item.targets for item in brief.observations] == [item.targets for item in whole.observations]
+    assert (brief.readings, brief.renderer, brief.settle) == (whole.readings, whole.renderer, whole.settle)
+
+
 def test_lights_are_stored(toy_root: Path) -> None:
     data = json.loads((toy_root / "scenes" / "000001.json").read_text())
     (light,) = data["lights"]

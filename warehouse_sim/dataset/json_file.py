@@ -17,6 +17,8 @@ _DEEPEST = 64
 _LARGEST_WHOLE = 2**63 - 1
 _ADVICE = "run 'warehouse-sim validate' on the dataset"
 _TABLE_KEY = re.compile("0|[1-9][0-9]{0,8}")
+_FAR = re.compile("[eE][+]?[0-9]{3}|[0-9]{19}")
+"""What a number beyond 64 bits has at least: an exponent of three digits, or nineteen digits in a row."""
 
 
 def write_json(path: Path, data: Any, depth: int = 1) -> None:
@@ -45,10 +47,10 @@ def read_json(path: Path) -> Any:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); {_ADVICE}") from problem
     except UnicodeDecodeError as problem:
         raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
+    # To look at each number takes longer than all the rest: only where one may be too large.
+    checks: dict[str, Any] = {"parse_float": _float, "parse_int": _whole} if _FAR.search(text) else {}
     try:
-        data = json.loads(
-            text, parse_constant=_refuse, parse_float=_float, parse_int=_whole, object_pairs_hook=_mapping
-        )
+        data = json.loads(text, parse_constant=_refuse, object_pairs_hook=_mapping, **checks)
     except ValueError as problem:
         raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
     except RecursionError as problem:

@@ -140,8 +140,13 @@ def _surface_row(twin: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
     return {"materials": {name: vars(item) for name, item in changed.items()}}
 
 
-def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
+def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> SceneRecord:
     """Read the record of a scene strictly.
+
+    Args:
+        root: Folder of the dataset.
+        scene_index: Which scene.
+        objects: Whether to read what stands in it, thousands of things; without, the record has none.
 
     Raises:
         DatasetError: The record is missing, incomplete or malformed.
@@ -149,13 +154,13 @@ def read_scene_record(root: Path, scene_index: int) -> SceneRecord:
     path = DatasetLayout(root).scene_record(scene_index)
     data, where = read_json(path), str(path)
     observations = take(data, "observations", list, where)
-    objects = take(data, "objects", list, where)
+    things = take(data, "objects", list, where) if objects else []
     return SceneRecord(
         scene_index=take(data, "scene_index", int, where, WHOLE),
         seed=take(data, "seed", int, where),
         split=take(data, "split", str, where),
         renderer=take(data, "renderer", str, where),
-        objects=tuple(_read_object(item, f"{where}: objects[{i}]") for i, item in enumerate(objects)),
+        objects=tuple(_read_object(item, f"{where}: objects[{i}]") for i, item in enumerate(things)),
         observations=tuple(
             read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
         ),

@@ -124,7 +124,7 @@ class DatasetStore:
             raise DatasetError(f"{self.root}: scenes {pending} are missing; go on with --resume")
         for writer in self._writers:
             writer.finish()
-        records = [read_scene_record(self.root, index) for index in range(self.manifest.scenes)]
+        records = [read_scene_record(self.root, index, objects=False) for index in range(self.manifest.scenes)]
         table = split_table(
             {name: [records[index].observations for index in found] for name, found in self.manifest.splits.items()}
         )
