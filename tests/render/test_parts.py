@@ -74,3 +74,16 @@ def test_a_subset_keeps_rows_and_meshes() -> None:
     assert np.array_equal(part.template, table.template[[3, 5]])
     assert np.array_equal(part.T_world_part, table.T_world_part[[3, 5]])
     assert part.tops().tolist() == table.tops()[[3, 5]].tolist()
+
+
+def test_rows_are_cut_where_the_mesh_changes() -> None:
+    drum = box_model("drum", (0.5, 0.5, 1.0))
+    drum = replace(drum, parts=(replace(drum.parts[0], mesh=unit_cylinder(12)),))
+    places = [(name, at(k, 0, 0)) for k, name in enumerate(["box", "drum", "box", "drum"])]
+    table = build_part_table(make_scene([box_model("box", (1, 2, 3)), drum], places), ROWS)
+    meshes = [k for k, rows in enumerate(table.rows_of_mesh) for _ in range(rows.start, rows.stop)]
+    assert table.mesh_of(np.array([3, 0, 2])).tolist() == [meshes[3], meshes[0], meshes[2]]
+    cut = [(mesh, run.tolist()) for mesh, run in table.runs(np.array([1, 0, 3, 2, 1]))]
+    assert cut == [(meshes[0], [1, 0]), (meshes[2], [3, 2]), (meshes[0], [1])]
+    few = table.subset(np.array([2, 3]))  # the first mesh has no rows left
+    assert [(mesh, run.tolist()) for mesh, run in few.runs(np.array([1, 0]))] == [(meshes[2], [1, 0])]

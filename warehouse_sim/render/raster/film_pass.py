@@ -4,7 +4,7 @@ Film is transparent to all but the colour: it writes neither depth nor instance 
 shadow, so that labels speak of the goods behind it. It is hidden by what stands before it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
@@ -73,7 +73,7 @@ class FilmPass:
         separate = (moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
         self._context.blend_func = separate  # type: ignore[assignment]  # moderngl's stub knows pairs only
         far_first = rows[np.argsort(-np.linalg.norm(centre[rows], axis=1), kind="stable")]
-        for mesh, run in _runs(far_first, table):
+        for mesh, run in table.runs(far_first):
             batches[mesh].draw(program, records[run])
 
     def release(self) -> None:
@@ -91,11 +91,3 @@ class FilmPass:
             assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), **UNITS)
             self._programs[lighting.variant] = program
         return self._programs[lighting.variant]
-
-
-def _runs(rows: np.ndarray, table: PartTable) -> Iterator[tuple[int, np.ndarray]]:
-    """Cut ``rows`` where the mesh changes; yield the number of the mesh and its rows."""
-    mesh_of = np.searchsorted([group.stop for group in table.rows_of_mesh], rows, side="right")
-    cuts = np.flatnonzero(np.diff(mesh_of)) + 1
-    for first, run in zip([0, *cuts], np.split(rows, cuts), strict=True):
-        yield int(mesh_of[first]), run

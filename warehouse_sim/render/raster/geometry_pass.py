@@ -146,16 +146,16 @@ class GeometryPass:
         """Draw the rows of a view that are ``wanted``, those without paint first."""
         target, table = view.target, view.table
         for rows_in, buffer in ((wanted & ~table.painted, target.target), (wanted & table.painted, target.painted)):
-            if not rows_in.any():
+            rows = np.flatnonzero(rows_in)
+            if len(rows) == 0:
                 continue
             buffer.use()
-            for rows, mesh, batch in zip(table.rows_of_mesh, table.meshes, view.batches, strict=True):
-                chosen = np.flatnonzero(rows_in[rows]) + rows.start
-                if len(chosen) == 0:
-                    continue
-                chosen = chosen[np.argsort(view.far_end[chosen], kind="stable")]
-                program = self._programs["plain"] if buffer is target.target else self._painting(ribs_of(mesh))
-                batch.draw_levels(program, view.records[chosen], view.levels[chosen])
+            nearest_first = rows[np.argsort(view.far_end[rows], kind="stable")]
+            by_mesh = nearest_first[np.argsort(table.mesh_of(nearest_first), kind="stable")]
+            for number, run in table.runs(by_mesh):
+                plain = buffer is target.target
+                program = self._programs["plain"] if plain else self._painting(ribs_of(table.meshes[number]))
+                view.batches[number].draw_levels(program, view.records[run], view.levels[run])
 
     def _prepare(self, camera: PinholeCamera, size: tuple[int, int], materials: MaterialTable) -> None:
         """Set what all draws share."""

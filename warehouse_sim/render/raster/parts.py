@@ -1,5 +1,6 @@
 """A scene as flat arrays of drawn parts, one row a part, grouped by mesh so that each mesh is drawn in one call."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -79,6 +80,17 @@ class PartTable:
             half_size=self.half_size[rows],
             template=self.template[rows],
         )
+
+    def mesh_of(self, rows: Int[np.ndarray, " k"]) -> Int[np.ndarray, " k"]:
+        """Return the number of the mesh of each of ``rows``."""
+        return np.searchsorted([group.stop for group in self.rows_of_mesh], rows, side="right")
+
+    def runs(self, rows: Int[np.ndarray, " k"]) -> Iterator[tuple[int, Int[np.ndarray, " r"]]]:
+        """Cut ``rows``, at least one, where the mesh changes; yield the number of the mesh and its rows."""
+        mesh_of = self.mesh_of(rows)
+        cuts = np.flatnonzero(np.diff(mesh_of)) + 1
+        for first, run in zip([0, *cuts], np.split(rows, cuts), strict=True):
+            yield int(mesh_of[first]), run
 
     def tops(self) -> Float64[np.ndarray, " n"]:
         """Return the world height of the highest point of each part's box (m)."""
