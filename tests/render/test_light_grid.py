@@ -79,6 +79,24 @@ def test_print_on_a_carton_does_not_paint_it_and_open_frames_do_not_close() -> N
     assert np.isinf(hits.distance).all()
 
 
+def test_a_perforated_upright_is_a_box_of_twelve_faces() -> None:
+    """Three sides of a profile of 0.1 m in many plates, as holes leave them: light does not pass between them."""
+    plate = unit_box()
+    heights = np.linspace(-1.9, 1.9, 12)
+    walls = ((0.0, 0.045, 0.1, 0.01), (-0.045, 0.0, 0.01, 0.1), (0.045, 0.0, 0.01, 0.1))
+    pieces = [
+        TriangleMesh(plate.vertices * [width, depth, 0.2] + [x, y, z], plate.faces)
+        for z in heights
+        for x, y, width, depth in walls
+    ]
+    upright = box_model("upright", (0.1, 0.1, 4.0))
+    upright = replace(upright, parts=(replace(upright.parts[0], mesh=merge(pieces), scale=np.ones(3)),))
+    solid = CoarseScene(make_scene([upright], [("upright", at(0, 0, 0))]))
+    between = (heights[4] + heights[5]) / 2
+    hits = solid.cast(np.array([[0.02, -3.0, between]]), np.array([[0.0, 1.0, 0.0]]))
+    assert hits.distance[0] == pytest.approx(2.95, abs=1e-3)
+
+
 @pytest.mark.parametrize(("metallic", "roughness"), [(0.0, 0.9), (0.0, 0.4), (1.0, 0.5)])
 def test_the_share_that_surfaces_return_is_near_their_colour(metallic: float, roughness: float) -> None:
     """The mirrored part comes on top of what scatters; a rough metal loses a little between its bumps."""

@@ -17,6 +17,8 @@ _TINY = 0.15
 """Parts that fit into a ball of this radius (m) turn no light that matters."""
 _SMALL = 0.75
 """Parts that fit into a ball of this radius (m) are taken for their bounding box if they have many faces."""
+_SLENDER = 0.25
+"""Parts of many faces that are thinner than this (m) along two axes, as perforated uprights are, are boxes, too."""
 _MANY_FACES = 64
 _FULL = 0.15  # share of its bounding box that such a part must fill
 _EMPTY = 0.01
@@ -94,8 +96,10 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
         radius = np.linalg.norm(high - low, axis=1) / 2
         T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
         base = np.array([returned[part.material] for _, part in members])
-        detailed = (radius < _SMALL) & (len(mesh.faces) > _MANY_FACES)
-        as_box, turns = detailed & (_fill(mesh) > _FULL), (radius > _TINY) & ~(detailed & (_fill(mesh) < _EMPTY))
+        many = len(mesh.faces) > _MANY_FACES
+        detailed, fill = many & (radius < _SMALL), _fill(mesh)
+        slender = many & (np.sort(high - low, axis=1)[:, 1] < _SLENDER) & (fill > _EMPTY)
+        as_box, turns = (detailed & (fill > _FULL)) | slender, (radius > _TINY) & ~(detailed & (fill < _EMPTY))
         box = (low + high)[:, None] / 2 + unit_box().vertices * (high - low)[:, None]
         for shape, local, chosen in (
             (unit_box(), box, as_box),
