@@ -81,7 +81,7 @@ def test_no_sky_comes_into_a_closed_room() -> None:
 def test_the_open_sky_gives_what_the_scene_says() -> None:
     """Far from the only thing there: ``ambient`` from above, the ground's share from below, their mean on walls."""
     scene = make_scene([box_model("box", (0.2, 0.2, 0.2))], [("box", at(0, 0, 0))], ambient=200.0)
-    values = field_of(scene).irradiance[0, 0, 0, :, 1]
+    values = field_of(scene).irradiance[..., 1].mean(axis=(0, 1, 2))
     for axis, expected in zip(AXES, (0.65, 0.65, 1.0, 0.65, 0.65, GROUND), strict=True):
         assert values[np.flatnonzero((axis == AXES).all(axis=1))[0]] == pytest.approx(200.0 * expected, rel=0.02)
 
@@ -89,7 +89,7 @@ def test_the_open_sky_gives_what_the_scene_says() -> None:
 def test_what_a_floor_returns_has_its_colour() -> None:
     """A light over an endless red floor: a surface that looks down sees red, and one that looks up nothing."""
     paint = {**MATERIALS, "concrete": Material("concrete", (0.5, 0.1, 0.02), 1.0)}
-    light = replace(spot((0.0, 0.0, 3.0)), cone_inner=1.2, cone_outer=1.4)
+    light = replace(spot((0.0, 0.0, 3.0)), cone_inner=0.9, cone_outer=1.1)
     scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], [light], materials=paint, ambient=0.0)
     field = field_of(scene)
     down, up = field.irradiance[..., 5, :], field.irradiance[..., 2, :]
@@ -102,11 +102,11 @@ def test_what_a_floor_returns_has_its_colour() -> None:
 
 
 def test_points_inside_things_are_not_trusted_and_borrow_from_outside() -> None:
-    models = [FLOOR, box_model("block", (4, 4, 4))]
-    placed = [("floor", at(0, 0, -0.05)), ("block", at(0, 0, 2))]
+    models = [FLOOR, box_model("block", (3, 3, 3))]
+    placed = [("floor", at(0, 0, -0.05)), ("block", at(0, 0, 1.5))]
     field = field_of(make_scene(models, placed, [spot((4.0, 0.0, 6.0))], ambient=50.0))
     place = places_of(field)
-    inside = (np.abs(place - [0, 0, 2]) < 1.9).all(axis=-1)
+    inside = (np.abs(place - [0, 0, 1.5]) < 1.4).all(axis=-1)
     assert inside.any()
     assert (field.weight[inside] < 0.01).all()
     assert (field.weight[(np.abs(place[..., :2]) > 3).any(axis=-1)] == 1.0).all()
@@ -207,3 +207,22 @@ def test_fill_light_reaches_points_by_the_inverse_square_law_and_not_through_a_p
     below = field_of(shut)
     under = in_the_room(below, 4.0) & (places_of(below)[..., 2] < 2.0)
     assert below.irradiance[under].max() < 1.0
+
+
+def test_what_shines_far_aside_is_gathered_and_what_a_shadow_map_shows_is_not() -> None:
+    """Black walls return nothing: points have what shines beyond 70 deg from its axis, and nothing within 64 deg."""
+    lamp = replace(spot((0.0, 0.0, 2.5), 900.0), cone_inner=1.5, cone_outer=1.55)
+    field = field_of(room(8.0, 0.0, [lamp]))
+    place, inside = places_of(field), in_the_room(field, 8.0)
+    away = lamp.position - place
+    distance = np.linalg.norm(away, axis=-1)
+    angle = np.rad2deg(np.arccos(away[..., 2] / distance))
+    far = inside & (angle > 76.0) & (angle < 84.0) & (distance > 2.0)
+    assert far.sum() > 30
+    expected = 900.0 * np.linalg.norm(away[..., :2], axis=-1) / distance**3
+    got = np.linalg.norm(field.irradiance[..., [0, 1, 3, 4], 0], axis=-1)
+    assert np.median(got[far] / expected[far]) == pytest.approx(1.0, abs=0.1)
+    # Not beside the lamp, where points are joined with such as lie aside of it.
+    below = inside & (angle < 40.0) & (distance > 2.0)
+    assert below.sum() > 30
+    assert field.irradiance[below].max() < 0.05 * np.median(got[far])

@@ -124,6 +124,26 @@ def test_each_of_eight_lights_has_its_shadow(renderer: Renderer) -> None:
         assert shaded[pixel][0] < 0.2 * unshaded[pixel][0]
 
 
+def test_in_a_hall_the_shade_under_a_low_shelf_is_dark_to_its_edge(renderer: Renderer) -> None:
+    """Six lamps under the roof of a hall of 40 m, walls as high as they: a map that shows all has coarse texels."""
+    lights = [
+        replace(spot((x, 0.0, 10.0), 2000.0), radius=0.02, cone_inner=0.7, cone_outer=1.48)
+        for x in (-0.5, -0.3, -0.1, 0.1, 0.3, 0.5)
+    ]
+    models = [FLOOR, box_model("shelf", (4.0, 4.0, 0.05), "black"), box_model("wall", (0.2, 30.0, 9.8), "black")]
+    placed = [("floor", at(0, 0, -0.05)), ("shelf", at(-2.0, 0, 0.4))]
+    placed += [("wall", at(x, 0, 4.9)) for x in (-20.0, 20.0)]
+    view = level_camera(np.array([1.6, 0.0, 0.35]), np.pi, -0.22)
+    scene = make_scene(models, placed, lights, materials=BLACK, ambient=0.0, exposure=0.02)
+    bare = replace(scene, lights=tuple(replace(light, casts_shadow=False) for light in lights))
+    shaded, unshaded = (render_rgb(renderer, item, view) for item in (scene, bare))
+    u, v = CAMERA.project((np.linalg.inv(view) @ np.array([-0.12, 0.0, 0.0, 1.0]))[:3])
+    pixel = round(float(v)), round(float(u))
+    assert unshaded[pixel][0] > 0.1
+    assert shaded[pixel][0] < 0.1 * unshaded[pixel][0]
+
+
+TO_WALL = np.array([0.8, -0.2, -0.566])
 RIBBED = {**MATERIALS, "cladding": Material("cladding", (0.5, 0.5, 0.5), 0.8)}
 
 
@@ -137,7 +157,7 @@ def ribbed_wall(renderer: Renderer, lights: Sequence[Light], pitch: float) -> np
 
 def test_ribs_cast_no_pattern_on_their_wall(renderer: Renderer) -> None:
     """Sides of ribs that look away from the light are dark; nothing else is, as with a light that casts no shadows."""
-    light = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
+    light = replace(spot((4.4, 5.0, 5.6), 5000.0), direction=TO_WALL, cone_inner=0.8, cone_outer=1.1, radius=0.15)
     for pitch in (0.0, 0.3):
         shaded, unshaded = (
             ribbed_wall(renderer, [replace(light, casts_shadow=casts)], pitch) for casts in (True, False)
@@ -164,7 +184,7 @@ def test_ribs_too_fine_to_resolve_leave_no_rings_in_even_light(renderer: Rendere
 
 def test_a_dark_face_lends_its_neighbour_no_brightness(renderer: Renderer) -> None:
     """Sides of ribs that no light reaches lie between faces that a light reaches: nowhere does a pixel flash up."""
-    light = replace(spot((4.4, 5.0, 5.6), 5000.0), cone_inner=1.2, cone_outer=1.48, radius=0.15)
+    light = replace(spot((4.4, 5.0, 5.6), 5000.0), direction=TO_WALL, cone_inner=0.8, cone_outer=1.1, radius=0.15)
     shaded, unshaded = (ribbed_wall(renderer, [replace(light, casts_shadow=casts)], 0.3) for casts in (True, False))
     assert unshaded.mean() > 0.1
     assert (shaded < 1.1 * unshaded + 0.02).all()

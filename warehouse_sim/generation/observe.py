@@ -161,7 +161,7 @@ def _read(moment: Moment, sensors: Mapping[str, MountedSensor], known: Readings)
             images=moment.images,
             readings={before: item.reading for before, item in found.items()},
             name=name,
-            film=context.instruments.sight,
+            film=moment.instruments.sight,
         )
         stream = mounted.stream_of(moment.index, moment.variant.noise_draw)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))

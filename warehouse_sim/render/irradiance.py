@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.render.coarse_scene import CoarseScene
 from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, lay_grid, neighbours
-from warehouse_sim.render.light_selection import GROUND, light_geometry
+from warehouse_sim.render.light_selection import GROUND, light_geometry, wide_share
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
@@ -34,6 +34,7 @@ _CONE = 0.8  # cosine with an axis of the rays that tell how far a point sees al
 _BOUNCES = 8  # followed
 _SHARES = 3  # that the rays are split into, one for each bounce in turn
 _NO_TRUST = 1e-3  # weight of a point that lies inside something
+_NEAREST = 1.0  # metres from a lamp within which points get no more of it
 _SHARE = np.float32(0.4)  # of a neighbour in the mean that a point becomes
 _REACH = 4  # points that values are carried into things
 
@@ -85,15 +86,15 @@ class LightGatherer:
         sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
         luminance = np.where(np.isinf(grid.distance), sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
         direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
-        cubes = _all_bounces(grid, luminance, direct) + self._filled_directly([light for light in lights if light.fill])
+        cubes = _all_bounces(grid, luminance, direct) + self._gathered_directly(lights)
         return IrradianceField(tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels))
 
-    def _filled_directly(self, lights: Sequence[Light]) -> Float32[np.ndarray, "p 6 3"]:
-        """Return the irradiance along ``AXES`` of each point straight from lights that fill the hall."""
+    def _gathered_directly(self, lights: Sequence[Light]) -> Float32[np.ndarray, "p 6 3"]:
+        """Return the irradiance along ``AXES`` of each point straight from what no shadow map shows of the lights."""
         points = np.concatenate([level.points for level in self._grid.levels])
         total = np.zeros((len(points), 6, 3), np.float32)
         for light in lights:
-            key = light_geometry(light)
+            key = light_geometry(light) + bytes([light.fill])
             if key not in self._fills:
                 self._fills[key] = _reach_of(light, self._grid.solid, points, None)
             reach = self._fills[key]
@@ -165,13 +166,17 @@ def _reach_of(
 ) -> LightReach:
     """Return what a light reaches: cos(incidence) / r^2; a spot fades as ``relative_intensity`` says.
 
-    Without ``normals`` it is 1 / r^2, that of surfaces which look at the light.
+    Without ``normals`` it is 1 / r^2, that of surfaces which look at the light, of what a grid gathers of it.
     """
     to_light = (np.asarray(light.position, float) - points).astype(np.float32)
     squared = np.einsum("ij,ij->i", to_light, to_light)
     distance = np.sqrt(squared)
-    share = 1.0 / squared if normals is None else np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
     cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
+    if normals is None:
+        # Such a point stands for a cell about it, of which a lamp beside it lights a part only.
+        share = wide_share(light, cosine) / np.maximum(squared, _NEAREST**2)
+    else:
+        share = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
     share *= relative_intensity(light, cosine, -to_light / distance[:, None])
     lit = np.flatnonzero(share > 0.0)
     if light.casts_shadow:
@@ -198,14 +203,11 @@ class _RayShare:
     share: Float32[np.ndarray, "n 3"]
     """By how much each counts: the squares of their normals."""
 
-    def gather(self, grid: LightGrid, before: Float32[np.ndarray, "p 6 3"] | None) -> Float32[np.ndarray, "p 6 3"]:
+    def gather(self, grid: LightGrid, before: Float32[np.ndarray, "p 6 3"]) -> Float32[np.ndarray, "p 6 3"]:
         """Return the irradiance along ``AXES`` when ``before`` is what reaches surfaces beside the lights' light."""
-        luminance, returned = self.sky.copy(), self.returned
-        if before is not None:
-            table = before.reshape(-1, 3)
-            arriving = sum(table[self.seen[:, axis]] * self.share[:, axis, None] for axis in range(3))
-            returned = returned + self.albedo * arriving
-        luminance.reshape(-1, 3)[self.slots] = returned
+        luminance, table = self.sky.copy(), before.reshape(-1, 3)
+        arriving = sum(table[self.seen[:, axis]] * self.share[:, axis, None] for axis in range(3))
+        luminance.reshape(-1, 3)[self.slots] = self.returned + self.albedo * arriving
         gathered = self.kernel @ luminance
         return np.concatenate([_filled(gathered[level.rows], level.trusted) for level in grid.levels])
 
@@ -230,6 +232,22 @@ def _ray_share(
     )
 
 
+def _even_guess(
+    grid: LightGrid, sky: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"]
+) -> Float32[np.ndarray, " 3"]:
+    """Return the irradiance of a space that is lit evenly, as in an integrating sphere: where the bounces start from.
+
+    Started from darkness, they would end a few percent too dark between pale walls.
+    """
+    counted = np.concatenate([level.trusted.ravel() for level in grid.levels])
+    rows = counted[grid.hit // RAYS]
+    rays = np.float32(max(int(counted.sum()) * RAYS, 1))
+    gives = np.pi * sky[counted].sum(axis=(0, 1)) + (grid.albedo[rows] * direct[rows]).sum(axis=0)
+    kept = np.minimum(grid.albedo[rows].sum(axis=0) / rays, np.float32(0.95))
+    guess: Float32[np.ndarray, " 3"] = (gives / rays / (1.0 - kept)).astype(np.float32)
+    return guess
+
+
 def _all_bounces(
     grid: LightGrid, sky: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"]
 ) -> Float32[np.ndarray, "p 6 3"]:
@@ -243,7 +261,7 @@ def _all_bounces(
         direct: Irradiance from the lights where rays hit (lx).
     """
     shares = [_ray_share(grid, sky, direct, number, _SHARES) for number in range(_SHARES)]
-    values: Float32[np.ndarray, "p 6 3"] | None = None
+    values = np.broadcast_to(_even_guess(grid, sky, direct), (len(grid.rays), len(AXES), 3))
     for number in range(_BOUNCES):
         values = shares[number % _SHARES].gather(grid, values)
     return _ray_share(grid, sky, direct, 0, 1).gather(grid, values)

@@ -12,11 +12,11 @@ from jaxtyping import Bool, Float, Float32, Int
 from warehouse_sim.render.coarse_scene import CoarseScene
 from warehouse_sim.schema import SceneSpec
 
-RAYS = 48
+RAYS = 24
 """Rays from each point."""
 _FARTHEST = (4.0, 150.0)  # metres from where cameras may stand that each grid reaches
-_POINTS = (3400, 800)  # of each grid, about
-_SPACING = (0.6, 1.0)  # least distance between two points of each (m)
+_POINTS = (8000, 1000)  # of each grid, about
+_SPACING = (0.4, 1.0)  # least distance between two points of each (m)
 _PITCH = 2.0  # metres between the places that stand for an aisle, about
 _HEIGHTS = (0.7, 2.0, 3.3)  # metres above its floor
 _EYE_RAYS = 200  # directions from each such place that tell what can be seen

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float, Float64
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.light_grid import aisle_places
@@ -12,6 +12,9 @@ from warehouse_sim.schema import Light, SceneSpec
 
 GROUND = 0.3
 """How bright the lower half of the even environment is, as a share of the upper half."""
+WIDE_FROM, WIDE_TO = np.deg2rad(64.0), np.deg2rad(70.0)
+"""Angles from a light's axis over which shadow maps hand it over to what is gathered on a grid: a flat map that went on
+to 85 deg would have four times as large texels all over, and a lamp sends a few percent of its light there."""
 _AHEAD = 4.0  # metres before a camera where its image is taken to be
 
 
@@ -25,6 +28,25 @@ def light_geometry(light: Light) -> bytes:
     numbers = [*light.position, *light.direction, light.cone_inner, light.cone_outer, light.radius, light.casts_shadow]
     own = b"" if light.distribution is None else light.distribution.share.tobytes() + np.array(light.along).tobytes()
     return light.kind.encode() + np.array(numbers, float).tobytes() + own
+
+
+def wide_share(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return the share of a light that is gathered on a grid, by the cosine between its axis and where it shines.
+
+    All of a light that fills the hall, what goes far aside of one that has a shadow map, and nothing of others.
+    """
+    if light.fill:
+        return np.ones_like(cosine)
+    scale, offset = map_ramp(light)
+    return 1.0 - np.clip(cosine * scale + offset, 0.0, 1.0)
+
+
+def map_ramp(light: Light) -> tuple[float, float]:
+    """Return scale and offset of the share that shadow maps keep: saturate(cosine * scale + offset)."""
+    if light.kind != "spot" or not light.casts_shadow:
+        return 0.0, 1.0
+    near, far = float(np.cos(WIDE_FROM)), float(np.cos(WIDE_TO))
+    return 1.0 / (near - far), -far / (near - far)
 
 
 def point_ahead(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.render.light_selection import map_ramp
 from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
 from warehouse_sim.schema import Light
 
@@ -27,7 +28,7 @@ LIGHT = np.dtype(
         ("tile_low", "f4", 2),
         ("tile_high", "f4", 2),
         ("softness", "f4", 2),
-        ("unused", "f4", 2),
+        ("map_ramp", "f4", 2),
         ("along", "f4", 3),
         ("layer", "f4"),
     ]
@@ -59,6 +60,7 @@ def light_records(lights: Sequence[ShadedLight], T_world_camera: Transform) -> n
             record["axis"] = T_camera_world[:3, :3] @ np.asarray(light.direction, float)
             record["cone_scale"] = 1.0 / max(inner - outer, 1e-3)
             record["cone_offset"] = -outer * record["cone_scale"]
+        record["map_ramp"] = map_ramp(light)
         record["layer"] = -1.0
         if item.layer is not None:
             record["along"] = T_camera_world[:3, :3] @ np.asarray(light.along)

@@ -10,6 +10,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.render.light_selection import WIDE_TO
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
 from warehouse_sim.render.raster.mesh_batch import MeshBatch, MeshLibrary
 from warehouse_sim.render.raster.mesh_levels import choose_levels, only_level
@@ -23,13 +24,12 @@ from warehouse_sim.schema import Light
 MAX_SHADOWS = 8
 """Maps that a view looks up; of more, those that matter most to it. Point lights have none."""
 ATLAS_PX = 4096
-"""Edge of the atlas that holds all maps: as many columns as rows, at least two."""
+"""Edge of the atlas that holds all maps: at least two rows and two columns, and as many columns as rows or one more."""
 BLOCK_TEXELS = 8
 """Edge of the blocks of which the nearest blocker is kept beside the maps."""
 SHADOW_NEAR = 0.1
 """Nearest distance along its axis at which something shades a light (m)."""
 _MARGIN_PX = 8  # texels that the filter reads around a point
-_WIDEST = np.deg2rad(80.0)  # half angle beyond which a flat map would be all stretch
 _UNIT_CAMERA = PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0)  # projects to tangents
 _FLOOR = 1e-3  # what lies wholly at or below this height (m) can shade nothing
 
@@ -87,8 +87,13 @@ class ShadowAtlas:
         self._context.cull_face = "front"
         casters = table.casts & (table.tops() > _FLOOR)
         batches = self._with_shapes(table, casters, batches)
-        side = max(math.ceil(math.sqrt(len(lights))), 2)
-        tiles = [self._draw_tile(light, number, side, table, casters, batches) for number, light in enumerate(lights)]
+        columns = max(math.ceil(math.sqrt(len(lights))), 2)
+        size = ATLAS_PX // columns, ATLAS_PX // max(math.ceil(len(lights) / columns), 2)
+        corners = [(number % columns * size[0], number // columns * size[1]) for number in range(len(lights))]
+        tiles = [
+            self._draw_tile(light, corner, size, table, casters, batches)
+            for light, corner in zip(lights, corners, strict=True)
+        ]
         self._target.viewport = (0, 0, *self._target.size)
         self.depth.use(0)
         self._find_blockers.assign(shadow_atlas=0)
@@ -122,26 +127,24 @@ class ShadowAtlas:
     def _draw_tile(
         self,
         light: Light,
-        number: int,
-        side: int,
+        corner: tuple[int, int],
+        size: tuple[int, int],
         table: PartTable,
         casters: np.ndarray,
         batches: Sequence[MeshBatch],
     ) -> ShadowTile:
-        edge = ATLAS_PX // side
         T_world_light = light_frame(light)
         records = placed_records(table, T_world_light)
-        reach = float(np.tan(min(light.cone_outer, _WIDEST)))
+        reach = float(np.tan(min(light.cone_outer, WIDE_TO)))
         left, top, right, bottom = _window(table, records, casters, reach)
-        inner = edge - 2 * _MARGIN_PX
-        fx, fy = inner / (right - left), inner / (bottom - top)
-        column, row = (number % side) * edge, (number // side) * edge
-        self._target.viewport = (column, row, edge, edge)
+        (column, row), (width, height) = corner, size
+        fx, fy = (width - 2 * _MARGIN_PX) / (right - left), (height - 2 * _MARGIN_PX) / (bottom - top)
+        self._target.viewport = (column, row, width, height)
         cx, cy = _MARGIN_PX - left * fx, _MARGIN_PX - top * fy
         self._program["intrinsics"] = (fx, fy, cx, cy)
-        self._program["window"] = (edge, edge)
+        self._program["window"] = size
         # The map as a camera: what it cannot show apart need not be drawn apart.
-        as_camera = PinholeCamera(edge, edge, fx, fy, cx, cy)
+        as_camera = PinholeCamera(width, height, fx, fy, cx, cy)
         levels = choose_levels(table, [batch.errors for batch in batches], records, as_camera)
         drawn = thinned_sheets(table, records)
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
@@ -151,7 +154,7 @@ class ShadowAtlas:
             scale=(fx / ATLAS_PX, fy / ATLAS_PX),
             offset=((column + cx) / ATLAS_PX, (row + cy) / ATLAS_PX),
             low=((column + _MARGIN_PX) / ATLAS_PX, (row + _MARGIN_PX) / ATLAS_PX),
-            high=((column + edge - _MARGIN_PX) / ATLAS_PX, (row + edge - _MARGIN_PX) / ATLAS_PX),
+            high=((column + width - _MARGIN_PX) / ATLAS_PX, (row + height - _MARGIN_PX) / ATLAS_PX),
             texel_angle=max(1.0 / fx, 1.0 / fy),
         )
 

@@ -104,7 +104,9 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     float inverse_distance = inversesqrt(dot(to_light, to_light));
     vec3 l = to_light * inverse_distance;
     float cosine = dot(s.n, l), nl = max(cosine, 0.0), lv = dot(l, s.v);
-    float cone = clamp(-dot(l, lights[i].axis) * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
+    float along = -dot(l, lights[i].axis);
+    float cone = clamp(along * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
+    seen *= clamp(along * lights[i].map_ramp.x + lights[i].map_ramp.y, 0.0, 1.0);
 #if DISTRIBUTIONS
     float share = seen * spread(i, l, cone) * inverse_distance * inverse_distance;
 #else
