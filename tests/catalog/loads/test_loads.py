@@ -7,6 +7,7 @@ from warehouse_sim.catalog.loads import (
     DRUMS,
     HEAVY_SKUS,
     LOADS,
+    OPEN_CARTONS,
     SACK_SHAPES,
     SACKS,
     SKUS,
@@ -25,7 +26,7 @@ CLASSES = {
     "wrap": WRAPS,
 }
 
-_FURTHER = {*CARRIERS, *SACK_SHAPES, *HEAVY_SKUS}
+_FURTHER = {*CARRIERS, *SACK_SHAPES, *HEAVY_SKUS, *OPEN_CARTONS}
 
 
 def test_every_load_has_the_class_of_its_list() -> None:
