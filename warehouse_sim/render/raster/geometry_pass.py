@@ -56,6 +56,10 @@ class GeometryBuffer:
 
 _FINE = 64
 """Parts of more triangles are drawn last, and only where what is before them leaves room to see them."""
+_LARGE = 4.0
+"""Parts of this radius (m) and more, floors and walls, hide others and are not hidden: they keep their turn.
+
+Where two surfaces are equally far the one that was drawn first stays, as on the edge of what stands on the floor."""
 _WORTH_A_LOOK = 30_000
 """Least number of triangles of such parts for which the depth is read back."""
 _LOOKS = 2
@@ -125,7 +129,7 @@ class GeometryPass:
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
             fine[rows] = batch.triangles[levels[rows]]
         view = _View(target, table, records, batches, levels, far_end)
-        late = np.flatnonzero(seen & (fine > _FINE))
+        late = np.flatnonzero(seen & (fine > _FINE) & (table.radius < _LARGE))
         if fine[late].sum() < _WORTH_A_LOOK:
             self._draw_rows(view, seen)
             return
