@@ -20,6 +20,9 @@ _FOCAL = Span(1e-3, 1e6)
 _LIDAR_WORDS = ("intensity_scale", "motion", "spin")
 _SPREADS = {"laser_gain": 3.0**0.5, "range_residual": 2.0, "speckle": 6.0}
 """How far the logarithms of an intensity's factors go, in their standard deviations."""
+_BIASED = {"active_stereo": 0.02, "structured_light": 0.02, "time_of_flight": 0.02}
+"""Depth models with constant errors -> the most of them as a share of depth: 2 % is what data sheets of such cameras
+promise (D400 series, at 2 m)."""
 _POINTS = ("points", "intensity", "ring", "time")
 
 
@@ -50,6 +53,7 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
     lidar = None if sensors.get("lidar", {}) is None else _lidar(sensors, inner)
     lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {})
     matched = right is not None and right.get("matching") is not None
+    depths = _depth_models(recipe, where)
     more = take_if_given(sensors, "more", dict, inner) or {}
     imu = {} if take_if_given(sensors, "imu", dict, inner) is None else {IMU: "imu"}
     try:
@@ -64,7 +68,8 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
             lidar=lidar,
             lidars=lidars,
             sensors=imu | {name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more},
-            depth_ranges=_depth_ranges(recipe, where),
+            depth_ranges=_depth_ranges(depths, where),
+            depth_bias=max((_BIASED.get(str(depth.get("model")), 0.0) for depth in depths.values()), default=0.0),
             tilted_viewpoints=_tilted(scene, f"{where}: scene"),
             targets=_targets(scene, f"{where}: scene"),
         )
@@ -120,13 +125,12 @@ def _lidar(sensors: dict[str, Any], where: str) -> LidarContents:
     return from_mapping(LidarContents, spread | known | angles, f"{where}.lidar")
 
 
-def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:
-    """Return the largest range of every depth camera that has one, by where the recipe has it."""
+def _depth_models(recipe: dict[str, Any], where: str) -> dict[str, dict[str, Any]]:
+    """Return the settings of every depth camera by where the recipe has it."""
     sensors = take_if_given(recipe, "sensors", dict, where) or {}
     twins = take_if_given(recipe, "twins", dict, where) or {}
     noise = take_if_given(twins, "noise", list, f"{where}: twins") or []
     cameras = {"sensors.": sensors} | {f"twins.noise[{i}].": twin for i, twin in enumerate(noise)}
-    found = {}
     readers = {
         f"{prefix}rgbd": take_if_given(owner, "rgbd", dict, f"{where}: {prefix[:-1]}") or {}
         for prefix, owner in cameras.items()
@@ -135,12 +139,17 @@ def _depth_ranges(recipe: dict[str, Any], where: str) -> dict[str, float]:
     if choices:  # of which one is drawn instead of the rig's own
         del readers["sensors.rgbd"]
     readers |= {f"sensors.choices[{i}]": choice for i, choice in enumerate(choices)}
-    for name, rgbd in readers.items():
-        depth = take_if_given(rgbd, "depth", dict, f"{where}: {name}") or {}
-        largest = take_if_given(depth, "max_range", float, f"{where}: {name}.depth", PLACES)
-        if largest is not None:
-            found[f"{name}.depth"] = largest
-    return found
+    return {
+        f"{name}.depth": take_if_given(rgbd, "depth", dict, f"{where}: {name}") or {} for name, rgbd in readers.items()
+    }
+
+
+def _depth_ranges(depths: dict[str, dict[str, Any]], where: str) -> dict[str, float]:
+    """Return the largest range of every depth camera that has one, by where the recipe has it."""
+    found = {
+        name: take_if_given(depth, "max_range", float, f"{where}: {name}", PLACES) for name, depth in depths.items()
+    }
+    return {name: largest for name, largest in found.items() if largest is not None}
 
 
 def lidar_tilts(recipe: dict[str, Any]) -> bool:
