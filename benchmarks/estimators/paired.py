@@ -1,31 +1,52 @@
 """Train on raster images, on path traced ones and on both, and score each on both: which does better on the other.
 
     python -m benchmarks.estimators.paired --write                          # makes what is missing; hours of paths
-    python -m benchmarks.estimators.paired --recipe smoke --samples 1 --steps 10 --seeds 0 --folder out/trial
+    python -m benchmarks.estimators.paired --recipe benchmarks/estimators/paired_small.yaml --samples 4 --steps 10
 
 Both sets are made from the same seeds: the same scenes, views, labels and sensor noise, split alike, so that images
 differ in how light was computed and in nothing else. Each training takes as many steps.
 """
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
+import numpy as np
 import tyro
 
+from benchmarks.estimators.marked import replace_table
 from benchmarks.estimators.score import SELECTIONS, score
+from benchmarks.estimators.study import DOCUMENT, answer, applies, as_markdown, passed
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim import generate, load_recipe, train
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.generation.plan import GenerateConfig
 
 METHOD = "densefusion"
 TRAINED_ON = {"raster": ("raster",), "pathtrace": ("pathtrace",), "both": ("raster", "pathtrace")}
-METRICS = ("add_5pct", "dock_0mm")
+METRICS = ("add_5pct", "add_10pct", "dock_0mm")
 STEPS = 2000
 CONFIG = TrainConfig(
     max_minutes=None, max_steps=STEPS, batch=32, learning_rate=2e-3, threads=1, workers=1, validations=2
 )
+QUESTIONS = (
+    ("path traced images in place of raster ones, scored on path traced", "pathtrace", "raster", "pathtrace"),
+    ("raster images in place of path traced ones, scored on raster", "raster", "pathtrace", "raster"),
+    ("both in place of raster images alone, scored on path traced", "both", "raster", "pathtrace"),
+    ("both in place of path traced images alone, scored on raster", "both", "pathtrace", "raster"),
+)
+"""What is asked: does training on the second help, against training on the third, when scored on the fourth."""
+SMALL = Path(__file__).with_name("paired_small.yaml")
+"""A recipe of few small images, for where hours of paths are too many."""
+MARK = "python -m benchmarks.estimators.paired"
+
+Found = Mapping[tuple[str, str], Sequence[Scores]]
+"""Scores of each training's seeds, by what was trained and what was scored on."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +54,7 @@ class Pairs:
     """The two sets: one recipe, one seed, two renderers."""
 
     recipe: str = "photoreal"
-    """Shipped recipe."""
+    """Shipped recipe, or a file."""
     seed: int = 0
     """Of both."""
     scenes: int | None = None
@@ -80,7 +101,7 @@ def main(
     """Make both sets, train on one, the other and both, and score each on the test scenes of both.
 
     Args:
-        recipe: Shipped recipe.
+        recipe: Shipped recipe, or a file.
         folder: Where data and runs are kept; what is complete is not made again.
         scenes: Number of scenes, by default the recipe's.
         views: Observations of each scene, by default the recipe's.
@@ -91,25 +112,64 @@ def main(
     """
     pairs = Pairs(recipe, scenes=scenes, views=views, samples=samples)
     data = {name: made(pairs, name, folder) for name in ("raster", "pathtrace")}
-    rows = []
-    for name, sources in TRAINED_ON.items():
-        for seed in seeds:
-            run = folder / "runs" / f"{name}-{seed}"
-            if not (run / "result.json").is_file():
-                config = replace(CONFIG, max_steps=steps, seed=seed)
-                train(METHOD, [data[item] for item in sources], run, config, resume=run.exists())
-            for other, root in data.items():
-                scores = score(run, root, "test", SELECTIONS[-1:], run / other)[SELECTIONS[-1].name]
-                values = {metric: scores.overall.metrics[metric] for metric in METRICS}
-                title = f"trained on {name}, scored on {other}, seed {seed}"
-                rows += [{"name": f"{title}: {metric}", "value": value} for metric, value in rounded(values).items()]
-                print(title, values, flush=True)
+    found: dict[tuple[str, str], list[Scores]] = {}
+    for name, seed in product(TRAINED_ON, seeds):
+        run = folder / "runs" / f"{name}-{seed}"
+        if not (run / "result.json").is_file():
+            config = replace(CONFIG, max_steps=steps, seed=seed)
+            train(METHOD, [data[item] for item in TRAINED_ON[name]], run, config, resume=run.exists())
+        for other, root in data.items():
+            scores = score(run, root, "test", SELECTIONS[-1:], run / other)[SELECTIONS[-1].name]
+            found.setdefault((name, other), []).append(scores)
+    rows, answers = shares(found), differences(found)
+    for row in (*rows, *answers):
+        print(row, flush=True)
     if write:
-        command = (
-            f"python -m benchmarks.estimators.paired --recipe {recipe} --samples {samples} --steps {steps} --write"
-        )
-        how = {"recipe": pairs.recipe, "seed": pairs.seed, "scenes": scenes, "views": views, "method": METHOD}
-        write_result(RESULTS / "paired.json", command, rows, data=how)
+        chosen = {"recipe": recipe, "scenes": scenes, "views": views, "samples": samples, "steps": steps}
+        options = [f"--{key} {value}" for key, value in chosen.items() if value is not None]
+        command = " ".join([MARK, *options, "--seeds", *map(str, seeds), "--write"])
+        how = {"recipe": recipe, "seed": pairs.seed, **_sizes(data["raster"])}
+        training = {"method": METHOD, "steps": steps, "batch": CONFIG.batch, "size": CONFIG.size, "seeds": list(seeds)}
+        write_result(RESULTS / "paired.json", command, rows, data=how, training=training, answers=answers)
+        replace_table(DOCUMENT, MARK, as_markdown(answers))
+
+
+def shares(found: Found) -> list[dict]:
+    """Return for each training, test set and metric the mean over seeds, with a 95 % interval over test scenes."""
+    rows = []
+    for ((name, other), scores), metric in product(found.items(), METRICS):
+        each = np.stack([passed(item, metric) for item in scores])
+        if not each.size:
+            continue  # nothing in sight can be docked
+        scenes = scores[0].table.scene_id[applies(scores[0], metric)]
+        row = {
+            "name": f"trained on {name}, scored on {other}: {metric}",
+            "value": float(each.mean()),
+            "interval": share_interval(each.mean(axis=0), scenes, 2000, np.random.default_rng(0)),
+            "seeds": [float(value) for value in each.mean(axis=1)],
+            "n": each.shape[1],
+        }
+        rows.append(rounded(row))
+    return rows
+
+
+def differences(found: Found) -> list[dict]:
+    """Return the answers to the questions, with intervals over seeds and over test scenes."""
+    return [
+        rounded(answer(question, found[first, scored], found[second, scored], metric))
+        for question, first, second, scored in QUESTIONS
+        for metric in METRICS
+        if applies(found[first, scored][0], metric).any()
+    ]
+
+
+def _sizes(root: Path) -> dict[str, int]:
+    """Return how many scenes and images a dataset has, and how many of them each split."""
+    reader = DatasetReader(root)
+    images = {split: reader.images(split) for split in ("train", "val", "test")}
+    counts = {f"images of {split}": len(found) for split, found in images.items()}
+    scenes = {f"scenes of {split}": len({image.scene_id for image in found}) for split, found in images.items()}
+    return {**scenes, **counts}
 
 
 if __name__ == "__main__":

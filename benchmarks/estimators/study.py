@@ -95,7 +95,7 @@ def main(
         for name, scores in score(run, data, "test", SELECTIONS, run / "scores").items():
             found.setdefault((method, name), []).append(scores)
     rows = [_value(method, setting, metric, found[method, setting]) for method, setting in found for metric in METRICS]
-    answers = [_answer(question, found[a], found[b], metric)
+    answers = [answer(question, found[a], found[b], metric)
                for question, a, b in QUESTIONS for metric in METRICS if a in found and b in found]  # fmt: skip
     for row in rows:
         print(f"{row['name']:60s} {100 * row['value']:5.1f}  {[round(100 * value, 1) for value in row['seeds']]}")
@@ -133,11 +133,15 @@ def _value(method: str, setting: str, metric: str, scores: Sequence[Scores]) -> 
     }
 
 
-def _answer(question: str, first: Sequence[Scores], second: Sequence[Scores], metric: str) -> dict:
+def answer(question: str, first: Sequence[Scores], second: Sequence[Scores], metric: str) -> dict:
+    """Return by how much the first trainings pass a metric more often than the second, one of each a seed.
+
+    Both were scored on the same objects.
+    """
     # Row by row and seed by seed: what makes a scene hard for both cancels.
-    gains = np.stack([_passed(a, metric) - _passed(b, metric) for a, b in zip(first, second, strict=True)])
+    gains = np.stack([passed(a, metric) - passed(b, metric) for a, b in zip(first, second, strict=True)])
     by_seed = gains.mean(axis=1)
-    scenes = first[0].table.scene_id[_applies(first[0], metric)]
+    scenes = first[0].table.scene_id[applies(first[0], metric)]
     return {
         "question": question,
         "metric": metric,
@@ -183,11 +187,13 @@ def seed_interval(values: Sequence[float]) -> tuple[float, float]:
     return mean - half, mean + half
 
 
-def _passed(scores: Scores, metric: str) -> np.ndarray:
-    return pass_values(scores.table, MetricConfig())[metric][_applies(scores, metric)]
+def passed(scores: Scores, metric: str) -> np.ndarray:
+    """Return one value in 0-1 for each object that a metric applies to."""
+    return pass_values(scores.table, MetricConfig())[metric][applies(scores, metric)]
 
 
-def _applies(scores: Scores, metric: str) -> np.ndarray:
+def applies(scores: Scores, metric: str) -> np.ndarray:
+    """Tell for each object whether a metric applies to it."""
     return ~np.isnan(pass_values(scores.table, MetricConfig())[metric])
 
 
