@@ -4,6 +4,7 @@
 under a GGX lobe of 4 % at normal incidence, or a tinted GGX lobe for metals.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import mitsuba as mi
@@ -14,6 +15,8 @@ from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.schema import Material
 
 _MIN_ROUGHNESS = 0.05  # as the raster backend has it
+_ROUGHNESS_STEP = 0.02
+"""Roughness of textured materials is rounded to it, so that they share their maps."""
 
 
 def scattering(material: Material) -> Any:
@@ -50,10 +53,25 @@ def _surface(material: Material, base: np.ndarray) -> Any:
     if texture is not None and base.any():
         surface["base_color"] = _bitmap(np.clip(texture.albedo * base, 0.0, 1.0))
     if texture is not None and texture.roughness is not None:
-        surface["roughness"] = _bitmap(np.clip(texture.roughness * material.roughness, _MIN_ROUGHNESS, 1.0))
+        step = round(material.roughness / _ROUGHNESS_STEP)
+        surface["roughness"] = _roughness(str(material.texture), step, mi.variant())
     if texture is not None and texture.normal is not None:
-        surface = {"type": "normalmap", "normalmap": _bitmap(texture.normal), "surface": surface}
+        bent = _normals(str(material.texture), mi.variant())
+        surface = {"type": "normalmap", "normalmap": bent, "surface": surface}
     return mi.load_dict({"type": "twosided", "surface": surface})
+
+
+# A hall has some hundred painted materials on a dozen texture sets: what only the set decides is made once.
+@lru_cache(maxsize=64)
+def _normals(texture: str, variant: str) -> Any:
+    return _bitmap(load_texture_set(texture).normal)
+
+
+@lru_cache(maxsize=256)
+def _roughness(texture: str, step: int, variant: str) -> Any:
+    factor = load_texture_set(texture).roughness
+    assert factor is not None
+    return _bitmap(np.clip(factor * (step * _ROUGHNESS_STEP), _MIN_ROUGHNESS, 1.0))
 
 
 def _bitmap(values: np.ndarray) -> Any:

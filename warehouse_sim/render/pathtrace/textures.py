@@ -1,6 +1,7 @@
 """The baked texture sets as arrays that scattering functions are made of."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
@@ -10,6 +11,10 @@ from jaxtyping import Float32
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render.albedo import NO_CHANGE
 from warehouse_sim.resources import texture_folder
+
+
+_ALBEDO_PX = 512
+"""Largest edge: each painted material has a map of its own, and a hall some hundred of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +29,7 @@ class TextureSet:
     """Factor on the roughness."""
 
 
+@lru_cache(maxsize=64)
 def load_texture_set(name: str) -> TextureSet:
     """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
 
@@ -35,6 +41,8 @@ def load_texture_set(name: str) -> TextureSet:
         known = ", ".join(sorted(item.name for item in folder.parent.glob("*") if item.is_dir())) or "(none)"
         raise RenderError(f"texture {name!r}: {folder / 'albedo.png'} does not exist; textures there: {known}")
     albedo = _read(name, folder / "albedo.png", cv2.IMREAD_GRAYSCALE)
+    if albedo.shape[0] > _ALBEDO_PX:
+        albedo = cv2.resize(albedo, (_ALBEDO_PX, _ALBEDO_PX), interpolation=cv2.INTER_AREA)
     normal = _read(name, folder / "normal.png", cv2.IMREAD_COLOR) if (folder / "normal.png").is_file() else None
     roughness = folder / "roughness.png"
     return TextureSet(
