@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import catalog_names, catalog_object, materials
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog.smooth_materials import smooth_materials
 from warehouse_sim.color import linear_from_srgb, srgb_from_linear
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform
@@ -20,7 +21,7 @@ LARGE = PinholeCamera(400 * FINER, 120 * FINER, 360.0 * FINER, 360.0 * FINER, *(
 
 
 def wall_scene() -> SceneSpec:
-    """Return a clad wall at y = 0 under light from one side."""
+    """Return a clad wall at y = 0 under light from one side; smooth, as ribs are judged and not the sheet's texture."""
     model = catalog_object("wall_clad")
     down = np.array([0.3, 0.3, -0.95]) / np.linalg.norm([0.3, 0.3, -0.95])
     lights = tuple(
@@ -28,7 +29,7 @@ def wall_scene() -> SceneSpec:
         for x in (-16.0, 6.0)
     )
     placed = ObjectInstance(1, model.name, make_transform(translation=np.array([0.0, 0.0, 4.5])))
-    return SceneSpec(0, 0, {model.name: model}, materials(), (placed,), lights, (), ambient=60.0, exposure=0.004)
+    return SceneSpec(0, 0, {model.name: model}, smooth_materials(), (placed,), lights, (), ambient=60.0, exposure=0.004)
 
 
 @pytest.mark.gl
@@ -51,8 +52,8 @@ def test_it_is_near_the_mean_of_sixteen_samples_a_pixel(
 @pytest.mark.parametrize(
     ("place", "yaw", "limit"),
     [
-        ((0.3, -25.0, 2.5), 1.5708, 2.6),
-        ((-20.0, -6.0, 2.5), 0.25, 2.8),
+        ((0.3, -25.0, 2.5), 1.5708, 2.75),
+        ((-20.0, -6.0, 2.5), 0.25, 2.3),
         ((0.3, -45.0, 2.5), 1.5708, 1.3),
         ((-45.0, -12.0, 3.0), 0.25, 1.6),
     ],
@@ -60,13 +61,16 @@ def test_it_is_near_the_mean_of_sixteen_samples_a_pixel(
 def test_in_shadows_it_is_near_the_mean_of_64_samples_a_pixel(
     renderer: Renderer, place: tuple[float, float, float], yaw: float, limit: float
 ) -> None:
-    """RMS of the fine error: 2.4, 2.5, 1.1 and 1.3 codes; 2.9, 3.3, 1.6 and 2.4 when a mean normal mirrored sharply."""
+    """RMS of the fine error: 2.6, 2.0, 1.1 and 1.2 codes."""
     finer, width, height, focal = 8, 240, 90, 260.0
     centre = (finer * (width - 1) + finer - 1) / 2, (finer * (height - 1) + finer - 1) / 2
     large = PinholeCamera(width * finer, height * finer, focal * finer, focal * finer, *centre)
     wall = wall_scene()
+    # Aimed at the wall: what a lamp sends far from its axis is gathered on the grid, which ribs do not sharpen.
+    towards = np.array([0.3, 0.9, -0.3]) / np.linalg.norm([0.3, 0.9, -0.3])
+    aimed = {"direction": towards, "cone_inner": 0.9, "cone_outer": 1.1, "casts_shadow": True}
     T_world_camera = level_camera(np.array(place), yaw, 0.1 if place[1] == -25.0 else 0.0)
-    renderer.load(replace(wall, lights=tuple(replace(light, casts_shadow=True) for light in wall.lights)))
+    renderer.load(replace(wall, lights=tuple(replace(light, **aimed) for light in wall.lights)))
     one = renderer.render(PinholeCamera.from_focal(width, height, focal), T_world_camera)
     many = renderer.render(large, T_world_camera)
     light = linear_from_srgb(many.rgb[..., 1] / 255.0).reshape(height, finer, width, finer).mean(axis=(1, 3))

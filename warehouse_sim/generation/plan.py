@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads import OPEN_CARTONS
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
@@ -112,11 +113,17 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
     Appearance and wear of one geometry share its obj_id; the first name the recipe lists stands for it.
     """
     loads = recipe.scene.loads
-    others = (*loads.cartons, *loads.goods, *recipe.scene.traffic.objects)
+    opened = [name for name, (sku, _) in OPEN_CARTONS.items() if sku in loads.cartons and _opens(recipe)]
+    others = (*loads.cartons, *opened, *loads.goods, *recipe.scene.traffic.objects)
     bulk = map(loads.pallet, loads.pallet_names)
     models = [*all_pallets(loads), *bulk, *(catalog_object(name) for name in others)]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
+
+
+def _opens(recipe: Recipe) -> bool:
+    """Return whether cartons of the recipe may stand open."""
+    return recipe.scene.carton_wear.open_share > 0
 
 
 def _features(recipe: Recipe, config: GenerateConfig, scenes: int) -> Float[np.ndarray, "n k"]:

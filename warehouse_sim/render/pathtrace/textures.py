@@ -12,7 +12,6 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.render.albedo import NO_CHANGE
 from warehouse_sim.resources import texture_folder
 
-
 _ALBEDO_PX = 512
 """Largest edge: each painted material has a map of its own, and a hall some hundred of them."""
 
