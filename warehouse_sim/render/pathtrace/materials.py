@@ -64,7 +64,9 @@ def _surface(material: Material, base: np.ndarray) -> Any:
 # A hall has some hundred painted materials on a dozen texture sets: what only the set decides is made once.
 @lru_cache(maxsize=64)
 def _normals(texture: str, variant: str) -> Any:
-    return _bitmap(load_texture_set(texture).normal)
+    normal = load_texture_set(texture).normal
+    assert normal is not None
+    return _bitmap(normal)
 
 
 @lru_cache(maxsize=256)
