@@ -27,7 +27,7 @@ from benchmarks.acceptance.depth_surfaces import surface_rows
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 
 FRONT_PRESETS = ("tof_industrial", "flexx2", "azure_kinect")
 """Cameras of the recordings' kind; only the first one is meant to be theirs."""

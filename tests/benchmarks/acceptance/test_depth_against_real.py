@@ -11,7 +11,7 @@ from benchmarks.acceptance.depth_recordings import recorded_fronts
 from benchmarks.acceptance.depth_statistics import Front, statistics_of
 from benchmarks.acceptance.depth_surfaces import surface_rows
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.sensors.rgbd.depth.unit_errors import smooth_noise
+from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise
 
 K = np.array([[400.0, 0, 199.5], [0, 400.0, 149.5], [0, 0, 1]])
 Z, FLOOR = 1.5, 0.4

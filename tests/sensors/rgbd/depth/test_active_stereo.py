@@ -11,7 +11,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
 
 CAMERA = PinholeCamera.from_focal(848, 240, 424.0)
 CAPTURE = capture_of(CAMERA)

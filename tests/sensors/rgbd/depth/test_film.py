@@ -9,7 +9,7 @@ from tests.sensors.targets import CAMERA, capture_of, plane
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.rgbd.depth import PRESETS, DepthModel
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 
 WALL = plane(1.5)
 

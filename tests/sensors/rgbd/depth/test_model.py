@@ -7,7 +7,7 @@ from warehouse_sim.errors import ConfigError
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS, DepthModel
-from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
 
 
 def config_of(depth: object) -> DepthModel:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.sensors.targets import capture_of, plane
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
+from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
 
 CAPTURE = capture_of()
 STILL = TimeOfFlight(noise_scale=0.0, multipath=0.0, sigma_lateral_px=0.0, max_range=9.0, focal_px=585.5)

@@ -4,13 +4,13 @@ from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
-from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.flight.tof_industrial import TOF_INDUSTRIAL
 from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
 from warehouse_sim.sensors.rgbd.depth.quadratic import QuadraticDepth
-from warehouse_sim.sensors.rgbd.depth.structured_light import StructuredLight
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.tof_industrial import TOF_INDUSTRIAL
+from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight
 
 MODELS: dict[str, type[DepthModel]] = {
     model.kind: model for model in (IdealDepth, QuadraticDepth, StructuredLight, ActiveStereo, TimeOfFlight)

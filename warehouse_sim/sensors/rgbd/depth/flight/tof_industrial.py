@@ -4,7 +4,7 @@ The recordings (640 x 480, 463 px, 15 frames of five places, of which four at re
 them is said to be, and ``benchmarks/acceptance/depth_against_real.py`` compares all of it with them.
 """
 
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 
 TOF_INDUSTRIAL = TimeOfFlight(
     min_range=0.15,

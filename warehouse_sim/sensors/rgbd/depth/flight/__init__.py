@@ -1,0 +1,1 @@
+"""Cameras that measure the time of flight of modulated light."""

@@ -1,0 +1,1 @@
+"""Cameras that triangulate: with a projected pattern, or by matching two images."""
