@@ -187,7 +187,7 @@ def _add_level(
             at = np.array([x + (index - (count - 1) / 2) * rack.bay_width / count, FRAME_DEPTH / 2, top])
             at[2] -= STEP_HEIGHT / 2
             draft.add("mesh_deck", T_world_rack @ make_transform(translation=at))
-    if rack.support_bars and step:
+    elif rack.support_bars and step:
         for place in rack.places:
             for side in (-_BAR, _BAR):
                 at = np.array([x + place + side, FRAME_DEPTH / 2, top - STEP_HEIGHT / 2])

@@ -55,7 +55,7 @@ class RackAisleConfig(Layout):
     bay_load: Annotated[float, Range(300, 12_000, "kg")] | None = None
     """What the load notice allows a level of a bay (kg), 300-12,000; null = what the pallets carry."""
     support_bars: bool = False
-    """Whether two bars lie under each pallet; they need step beams and no decks."""
+    """Whether two bars lie under each pallet where there is no deck; they need step beams."""
     signs: bool = False
     """Whether load notices, labels of the places and numbers of the bays hang on the rack."""
     rows_behind: Annotated[int, Range(0, 8)] = 0
@@ -74,8 +74,8 @@ class RackAisleConfig(Layout):
                 f"{self.pallets_per_bay} pallets of {self.pallet_width} m need gaps of 0.05 m beyond bay_width "
                 f"{self.bay_width} m; take fewer pallets_per_bay"
             )
-        if self.support_bars and (self.beams != "step" or self.mesh_decks):
-            raise ValueError("support_bars need step beams (beams: step) and no mesh_decks")
+        if self.support_bars and self.beams != "step":
+            raise ValueError("support_bars need step beams (beams: step)")
         if self.mesh_decks and (self.beams != "step" or self.bay_width == min(BAY_WIDTHS.values())):
             raise ValueError("mesh_decks need step beams (beams: step) and a bay_width of 2.7 or 3.6 m")
 
