@@ -48,6 +48,7 @@ class Tally:
         thin = self.faults["layer not full"]
         return {
             "name": name,
+            "value": self.faults.total(),
             "scenes": self.scenes,
             "contacts that bear": self.contacts,
             "contacts that break the rule": self.faults.total() - thin,
