@@ -19,17 +19,17 @@ DRAWN = {
 def test_a_rig_without_choices_has_its_own_camera_without_a_name() -> None:
     rig = from_mapping(RigConfig, {"rgbd": {"depth": "d435"}}, "here")
     drawn = rig.draw_sensor(np.random.default_rng(0))
-    depth = replace(rig.rgbd.depth, unit=drawn.rgbd.depth.triangulation.unit)
+    depth = replace(rig.rgbd.depth, unit=drawn.rgbd.depth.unit)
     assert drawn == SensorChoice("", replace(rig.rgbd, depth=depth))
 
 
 def test_each_scene_has_another_built_camera_unless_its_number_is_given() -> None:
     rig = from_mapping(RigConfig, {"rgbd": {"depth": "d435"}}, "here")
-    units = {rig.draw_sensor(np.random.default_rng(seed)).rgbd.depth.triangulation.unit for seed in range(20)}
+    units = {rig.draw_sensor(np.random.default_rng(seed)).rgbd.depth.unit for seed in range(20)}
     assert None not in units
     assert len(units) == 20
     given = from_mapping(RigConfig, {"rgbd": {"depth": {"preset": "d435", "unit": 7}}}, "here")
-    assert {given.draw_sensor(np.random.default_rng(seed)).rgbd.depth.triangulation.unit for seed in range(5)} == {7}
+    assert {given.draw_sensor(np.random.default_rng(seed)).rgbd.depth.unit for seed in range(5)} == {7}
 
 
 def test_cameras_are_drawn_by_their_weights() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from warehouse_sim.render.pathtrace.textures import load_texture_set
+from warehouse_sim.render.pathtrace.textures import TextureSet, load_texture_set
 from warehouse_sim.render.picture_layout import picture_albedo
 from warehouse_sim.schema import Material
 
@@ -54,26 +54,24 @@ def _surface(material: Material, base: np.ndarray) -> Any:
         surface["base_color"] = _bitmap(np.clip(texture.albedo * base, 0.0, 1.0))
     if texture is not None and texture.roughness is not None:
         step = round(material.roughness / _ROUGHNESS_STEP)
-        surface["roughness"] = _roughness(str(material.texture), step, mi.variant())
+        surface["roughness"] = _roughness(texture, step, mi.variant())
     if texture is not None and texture.normal is not None:
-        bent = _normals(str(material.texture), mi.variant())
+        bent = _normals(texture, mi.variant())
         surface = {"type": "normalmap", "normalmap": bent, "surface": surface}
     return mi.load_dict({"type": "twosided", "surface": surface})
 
 
 # A hall has some hundred painted materials on a dozen texture sets: what only the set decides is made once.
 @lru_cache(maxsize=64)
-def _normals(texture: str, variant: str) -> Any:
-    normal = load_texture_set(texture).normal
-    assert normal is not None
-    return _bitmap(normal)
+def _normals(texture: TextureSet, variant: str) -> Any:
+    assert texture.normal is not None
+    return _bitmap(texture.normal)
 
 
 @lru_cache(maxsize=256)
-def _roughness(texture: str, step: int, variant: str) -> Any:
-    factor = load_texture_set(texture).roughness
-    assert factor is not None
-    return _bitmap(np.clip(factor * (step * _ROUGHNESS_STEP), _MIN_ROUGHNESS, 1.0))
+def _roughness(texture: TextureSet, step: int, variant: str) -> Any:
+    assert texture.roughness is not None
+    return _bitmap(np.clip(texture.roughness * (step * _ROUGHNESS_STEP), _MIN_ROUGHNESS, 1.0))
 
 
 def _bitmap(values: np.ndarray) -> Any:
