@@ -102,7 +102,8 @@ def main(
     broken = sum(row["contacts that break the rule"] + row["on less than 85 % of a layer"] for row in rows)
     print(f"output: {broken} faults in {sum(row['scenes'] for row in rows)} scenes")
     if write:
-        command = f"python -m benchmarks.acceptance.crush --scenes {scenes} --seed {seed} --write"
+        chosen = f"--recipes {' '.join(recipes)} " if recipes else ""
+        command = f"python -m benchmarks.acceptance.crush {chosen}--scenes {scenes} --seed {seed} --write"
         write_result(RESULTS / "crush.json", command, rows)
 
 

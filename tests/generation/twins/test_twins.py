@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gl
 
 PLAIN = {
     "lights": [{"name": "half", "factor": 0.5}],
-    "materials": [{"name": "other surfaces", "swap": {"kraft": "board_white", "concrete": "epoxy_grey"}}],
+    "materials": [{"name": "other surfaces", "swap": {"kraft": "board_white", "concrete": "blockwork"}}],
     "noise": [{"name": "again"}, {"name": "coarse", "rgbd": {"depth": {"sigma_base": 0.2}}, "draw": 0}],
     "without_occluders": True,
 }
@@ -98,15 +98,15 @@ def test_another_surface_changes_colours_and_remission(made: tuple[int, dict[str
     for first, twin in pairs(made[1], "other surfaces"):
         assert np.array_equal(first.rgbd.depth, twin.rgbd.depth)
         changed += not np.array_equal(first.buffers.rgb, twin.buffers.rgb)
-        # The same noise on the same beams; a weaker echo scatters a little more and is missed more often, and a coated
-        # floor throws on what meets it at a grazing angle.
+        # The same noise on the same beams; a weaker echo scatters a little more and is missed more often. Both are
+        # matt: a coated floor would throw on what meets it at a grazing angle.
         assert first.lidar is not None
         assert twin.lidar is not None
         beams = [item.lidar.ring + 1j * item.lidar.time for item in (first, twin)]
         common, seen, again = np.intersect1d(*beams, return_indices=True)
-        assert len(common) > 0.95 * len(first.lidar.points)
+        assert len(common) > 0.99 * len(first.lidar.points)
         moved = np.linalg.norm(first.lidar.points[seen] - twin.lidar.points[again], axis=1)
-        assert np.quantile(moved, 0.99) < 0.01
+        assert np.quantile(moved, 0.99) < 0.005
     assert changed == len(made[1]["base"])
 
 
