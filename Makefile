@@ -2,12 +2,13 @@
 BIN := .venv/bin
 OUT ?= out/demo
 
-.PHONY: demo test test-slow lint speed setup setup-demo clean help
+.PHONY: demo test test-slow test-ecosystem lint speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
 	@echo "make test       the test suite (under 15 minutes on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
+	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
 	@echo "make setup      install only, into .venv, what tests need; make setup-demo: what the demo needs"
@@ -16,10 +17,19 @@ demo: .venv/.ready-demo
 	$(BIN)/warehouse-sim demo --out $(OUT)
 
 test: .venv/.ready-dev
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+	$(BIN)/python -m pytest -m "not slow and not ecosystem" -n 2 --dist loadfile
 
 test-slow: .venv/.ready-dev .venv/.ready-speed
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m "slow and not ecosystem"
+
+test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready
+	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python $(BIN)/python -m pytest -m ecosystem
+
+# Tools of many licences, some of them AGPL: never a dependency, never beside the package.
+.venv-ecosystem/.ready: tests/ecosystem/requirements.txt
+	$(BIN)/python -m venv .venv-ecosystem
+	.venv-ecosystem/bin/python -m pip install --quiet --requirement tests/ecosystem/requirements.txt
+	touch $@
 
 lint: .venv/.ready-dev
 	$(BIN)/ruff check .
@@ -40,4 +50,4 @@ setup-demo: .venv/.ready-demo
 	sh setup.sh $*
 
 clean:
-	rm -rf .venv out build dist
+	rm -rf .venv .venv-ecosystem out build dist

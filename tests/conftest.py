@@ -1,5 +1,6 @@
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -18,3 +19,12 @@ def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
         del os.environ["WAREHOUSE_SIM_CACHE"]
     else:
         os.environ["WAREHOUSE_SIM_CACHE"] = before
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """Return the folder of recorded data; tests that ask for it carry the marker ``real``."""
+    folder = Path(os.environ.get("WAREHOUSE_SIM_REAL_DATA") or Path(__file__).parents[2] / "shared" / "real")
+    if not folder.is_dir():
+        pytest.skip("WAREHOUSE_SIM_REAL_DATA names no folder of recorded data")
+    return folder
