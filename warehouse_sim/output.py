@@ -87,6 +87,15 @@ def share_file(source: Path, path: Path, data: bytes) -> None:
         os.replace(temporary, path)
 
 
+def link_or_copy(source: Path, path: Path) -> None:
+    """Make ``path`` a second name of ``source``; a copy where the disk has no hard links.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    share_file(source, path, source.read_bytes())
+
+
 def remove_temporaries(root: Path) -> None:
     """Delete what a killed run left behind under ``root``.
 

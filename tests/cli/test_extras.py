@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.dataset.formats.test_external_bop import write_folder
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import VERBS
@@ -24,6 +25,7 @@ VERB = {
     "preview": ("preview smoke --out p.png", SCENES),
     "check-scene": ("check-scene smoke", SCENES),
     "generate": ("generate smoke --scenes 1 --workers 1 --out {new}", SCENES),
+    "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
     "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
@@ -70,6 +72,8 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "data": make_dataset(root / "data"),
         "run": made_run(root / "run"),
         "predictions": root / "p.csv",
+        "theirs": write_folder(root / "theirs"),
+        "converted": root / "converted",
         "new": root / "new",
     }
 

@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from tests.dataset.formats.test_external_bop import write_folder
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
 
 FOLDER_VERBS = {
     "generate": "generate smoke --scenes 1 --workers 1",
+    "convert": "convert {theirs} --to bop",
     "train": "train densefusion-pointcloud --data {data} --cache none",
     "evaluate": "evaluate {predictions} --data {data}",
     "demo": "demo --recipe smoke",
@@ -34,7 +36,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     root = tmp_path_factory.mktemp("made")
     data, run = make_dataset(root / "data"), made_run(root / "run")
     assert main(shlex.split(f"predict {run} --data {data} --out {root / 'p.csv'}")) == 0
-    return {"data": data, "run": run, "predictions": root / "p.csv"}
+    return {"data": data, "run": run, "predictions": root / "p.csv", "theirs": write_folder(root / "theirs")}
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import tyro
 
 from warehouse_sim.cli.catalog import catalog
 from warehouse_sim.cli.check_scene import check_scene
+from warehouse_sim.cli.convert import convert
 from warehouse_sim.cli.demo import demo
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.cli.export import export
@@ -30,6 +31,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "preview": preview,
     "check-scene": check_scene,
     "generate": generate,
+    "convert": convert,
     "validate": validate,
     "train": train,
     "predict": predict,

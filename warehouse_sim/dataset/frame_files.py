@@ -1,6 +1,6 @@
 """What the formats have in common of one observation: who is labelled, and the files that they share."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -17,15 +17,16 @@ class SharedFile:
     """Content that several formats store: encoded once, written once, then given more names."""
 
     data: bytes
-    _first: Path | None = field(default=None, init=False)
+    stored_at: Path | None = None
+    """A file that holds the content already; the first one that is saved, where there was none."""
 
     def save(self, path: Path) -> None:
         """Put the content at ``path``."""
-        if self._first is None:
+        if self.stored_at is None:
             write_bytes(path, self.data)
-            self._first = path
+            self.stored_at = path
         else:
-            share_file(self._first, path, self.data)
+            share_file(self.stored_at, path, self.data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +44,14 @@ class ObservationFiles:
     """One observation on its way to disk, handed to every writer in turn."""
 
     observation: Observation
+    stored_rgb: Path | None = None
+    """A PNG file that holds the colour image already; None where it is yet to be encoded."""
 
     @cached_property
     def rgb(self) -> SharedFile:
         """The colour image as PNG."""
+        if self.stored_rgb is not None:
+            return SharedFile(self.stored_rgb.read_bytes(), self.stored_rgb)
         return SharedFile(encode_rgb(self.observation.rgbd.rgb))
 
     @cached_property

@@ -76,6 +76,8 @@ class Manifest:
     """Version of the folder's layout."""
     contents: Contents = field(default_factory=Contents)
     """The sensors, and what else of the recipe formats, readers and checks need to know."""
+    converted_from: str = ""
+    """Name of the dataset that others made and this one holds in another format; empty = made from the recipe."""
 
     def __post_init__(self) -> None:
         if self.format_version != FORMAT_VERSION:

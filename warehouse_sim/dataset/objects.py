@@ -11,7 +11,16 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.json_file import read_table, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.plain import LENGTHS, plain, read_transform, shown, take, take_name, take_numbers
+from warehouse_sim.dataset.plain import (
+    LENGTHS,
+    plain,
+    read_transform,
+    shown,
+    take,
+    take_if_given,
+    take_name,
+    take_numbers,
+)
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -89,10 +98,11 @@ def object_info(model: ObjectModel, root: Path) -> ObjectInfo:
         name=model.name,
         class_name=model.class_name,
         size=np.asarray(model.size, dtype=float),
-        diameter=diameter(model.mesh().vertices),
+        diameter=diameter(model.mesh().vertices) if model.parts else float(np.linalg.norm(model.size)),
         symmetry=model.symmetry,
         pockets=model.pockets,
         root=root,
+        is_scan=model.metric_mesh is not None,
     )
 
 
@@ -144,6 +154,7 @@ def _to_plain(info: ObjectInfo) -> dict[str, Any]:
             "diameter": info.diameter,
             "symmetries": info.symmetry.transforms,
             "pockets": pockets,
+            **({"is_scan": True} if info.is_scan else {}),
         }
     )
 
@@ -171,6 +182,7 @@ def _from_plain(obj_id: int, data: Any, where: str, root: Path) -> ObjectInfo:
         ),
         pockets=tuple(_read_pocket(pocket, f"{where}: pockets[{i}]") for i, pocket in enumerate(pockets)),
         root=root,
+        is_scan=take_if_given(data, "is_scan", bool, where) or False,
     )
 
 

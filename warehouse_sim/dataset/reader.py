@@ -18,7 +18,7 @@ from warehouse_sim.dataset.readings import read_reading
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.schema import ChannelReading, MountedReading, StatedCalibration
+from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, StatedCalibration
 
 __all__ = ["Calibration", "DatasetReader", "ImageRecord", "ObjectInfo", "TargetRecord", "is_dataset", "open_format"]
 
@@ -134,6 +134,31 @@ class DatasetReader:
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's whole silhouette, as far as it lies in the image."""
         return self._reader.mask(image, gt_index)
+
+    def sweep(self, image: ImageRecord) -> MountedReading[LidarScan] | None:
+        """Read the sweep of the main LiDAR; None where no format of the dataset holds one.
+
+        Raises:
+            DatasetError: A file is missing or malformed.
+        """
+        for reader in (self._reader, *self._others):
+            read = getattr(reader, "sweep", None)
+            found: MountedReading[LidarScan] | None = None if read is None else read(image)
+            if found is not None:
+                return found
+        return None
+
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the file of the colour image, if it is an 8-bit RGB image in PNG."""
+        read = getattr(self._reader, "rgb_file", None)
+        return None if read is None else read(image)
+
+    @cached_property
+    def _others(self) -> tuple[FormatReader, ...]:
+        """Readers of the dataset's further formats."""
+        names = () if self.manifest is None else self.manifest.formats
+        found = [dataset_format(name).reader(self.root) for name in names if name in FORMATS.names()]
+        return tuple(reader for reader in found if reader is not None and type(reader) is not type(self._reader))
 
     def readings(self, image: ImageRecord) -> dict[str, MountedReading[ChannelReading]]:
         """Read what other sensors than cameras and LiDARs gave at the observation, by their names in the rig.

@@ -1,6 +1,6 @@
 """A dataset folder while it is made: begun once, written scene by scene in any order, finished once."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.output import make_folder, remove_temporaries, write_bytes, writing
+from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
 
@@ -68,11 +68,12 @@ class DatasetStore:
     def write_scene(
         self,
         scene: SceneSpec,
-        observations: Iterable[Observation],
+        observations: Iterable[Observation | ObservationFiles],
         settle: Mapping[str, Any],
         renderer: str,
         occlusion: Mapping[str, Any] | None = None,
         twins: Sequence[tuple[str, SceneSpec]] = (),
+        origin: Mapping[str, Any] | None = None,
     ) -> None:
         """Store one scene in every format; its record comes last and makes it count as complete.
 
@@ -83,35 +84,75 @@ class DatasetStore:
             renderer: Description of the renderer that draws the observations.
             occlusion: Plain data on how requests for a visible fraction were met, if there were any.
             twins: Name and scene of each variant beside the scene itself.
+            origin: Plain data on where others' observations come from.
 
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
         """
-        index = scene.scene_index
-        split = self.manifest.split_of(index)
-        scene_writers = [writer.scene(scene) for writer in self._writers]
-        rows: list[dict[str, Any]] = []
         described: dict[str, list[Described]] = {}
-        for observation in observations:
-            self._require_next(observation, index, len(rows))
-            files = ObservationFiles(observation)
-            for scene_writer in scene_writers:
-                scene_writer.write(files)
+        rows: list[dict[str, Any]] = []
+        for observation in self._written(scene, observations):
             self._store_readings(observation, described)
             rows.append(observation_row(observation))
-        if len(rows) != self.manifest.observations_per_scene:
-            raise DatasetError(
-                f"scene {index}: {len(rows)} observations, the dataset has {self.manifest.observations_per_scene} "
-                "in every scene; check the recipe's viewpoints"
-            )
-        for scene_writer in scene_writers:
-            scene_writer.finish()
         write_worn_meshes(self.root, scene)
         extra = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
         if described:
             sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
             extra["readings"] = to_mapping(sensors)
-        write_scene_record(self._layout.scene_record(index), scene, split, rows, extra, twins)
+        if origin is not None:
+            extra["origin"] = dict(origin)
+        split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
+        write_scene_record(path, scene, split, rows, extra, twins)
+
+    def take_over_scene(
+        self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], source: Path
+    ) -> None:
+        """Store a scene of another dataset; what is no format's, its record last of all, is linked, or copied.
+
+        Args:
+            scene: The scene as its record has it.
+            observations: Its observations in order of index.
+            source: Folder of the dataset that it is taken from.
+
+        Raises:
+            DatasetError: As ``write_scene``.
+        """
+        theirs, index = DatasetLayout(source), scene.scene_index
+        for observation in self._written(scene, observations):
+            for name in other_readings(observation):
+                number = observation.observation_index
+                make_folder(self._layout.reading(name, index, number).parent)
+                link_or_copy(theirs.reading(name, index, number), self._layout.reading(name, index, number))
+        for name in sorted({item.model for item in scene.instances}):
+            if theirs.worn_mesh(name).is_file():
+                make_folder(self._layout.worn)
+                link_or_copy(theirs.worn_mesh(name), self._layout.worn_mesh(name))
+        link_or_copy(theirs.scene_record(index), self._layout.scene_record(index))
+
+    def _written(
+        self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles]
+    ) -> Iterator[Observation]:
+        """Write a scene's observations in every format, and yield each when it is written.
+
+        Raises:
+            DatasetError: A format cannot hold one, or their number is not the manifest's.
+        """
+        index, count = scene.scene_index, 0
+        scene_writers = [writer.scene(scene) for writer in self._writers]
+        for item in observations:
+            files = item if isinstance(item, ObservationFiles) else ObservationFiles(item)
+            self._require_next(files.observation, index, count)
+            for scene_writer in scene_writers:
+                scene_writer.write(files)
+            count += 1
+            yield files.observation
+        if count != self.manifest.observations_per_scene:
+            raise DatasetError(
+                f"scene {index}: {count} observations, the dataset has {self.manifest.observations_per_scene} "
+                "in every scene; check the recipe's viewpoints"
+            )
+        for scene_writer in scene_writers:
+            scene_writer.finish()
 
     def finish(self) -> Manifest:
         """Store what needs all scenes and, last of all, the manifest.

@@ -115,6 +115,8 @@ class ObjectModel:
     """Whose make it is ("EPAL", "POOL"), where that is branded on it."""
     bears: float | None = None
     """What may stand on it (kg); None leaves it to what its class bears."""
+    metric_mesh: TriangleMesh | None = None
+    """The surface (m, object frame) whose vertices pose errors use, where a dataset had one; None = yet to be made."""
 
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""

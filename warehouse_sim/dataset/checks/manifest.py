@@ -25,8 +25,11 @@ def contents(subject: Subject) -> Findings:
     findings = Findings(f"{manifest.scenes} scenes ({splits}), disjoint by scene")
     _known_formats(findings, subject)
     _own_targets(findings, subject)
-    findings.require(bool(manifest.recipe), f"{subject.layout.manifest}: recipe is empty; nobody can make this again")
-    _of_recipe(findings, subject)
+    if not manifest.converted_from:
+        findings.require(
+            bool(manifest.recipe), f"{subject.layout.manifest}: recipe is empty; nobody can make this again"
+        )
+        _of_recipe(findings, subject)
     if manifest.split_table:
         _split_table(findings, subject)
     return findings

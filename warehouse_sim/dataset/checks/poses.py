@@ -80,9 +80,8 @@ def _judge_all(findings: Findings, comparisons: list[_Comparison], bias: float) 
     residuals = np.array([item.residual for item in comparisons])
     residual = float((weights * residuals).sum() / max(weights.sum(), 1e-9))
     findings.require(shift <= _LARGEST_MEAN_SHIFT_PX, f"models are drawn {shift:.3f} px beside their masks on average")
-    allowed = _LARGEST_RESIDUAL + bias * float(
-        (weights * [item.distance for item in comparisons]).sum() / weights.sum()
-    )
+    distance = float((weights * [item.distance for item in comparisons]).sum() / max(weights.sum(), 1e-9))
+    allowed = _LARGEST_RESIDUAL + bias * distance
     findings.require(abs(residual) <= allowed, f"stored depth is {residual:.4f} m from the models' on average")
     findings.examined = (
         f"{len(comparisons)} targets: mean shift {shift:.3f} px to the mask, {residual * 1000:.2f} mm to the depth"

@@ -57,7 +57,11 @@ class DatasetWriter(Protocol):
 
 
 class FormatReader(Protocol):
-    """Reads one format, as training and scoring need it."""
+    """Reads one format, as training and scoring need it.
+
+    Two more methods may say more of an image: ``sweep(image)`` returns the main LiDAR's mounted sweep, None where there
+    is none, and ``rgb_file(image)`` the file of its colour image, None where it is not 8-bit RGB as PNG.
+    """
 
     @property
     def objects(self) -> Mapping[int, ObjectInfo]:

@@ -14,7 +14,7 @@ from warehouse_sim.dataset.formats.bop.external_models import read_models
 from warehouse_sim.dataset.formats.bop.external_scene import TABLE, ExternalScene
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.bop.reader import require_size
-from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb
+from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, is_rgb_png
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
@@ -77,6 +77,11 @@ class ExternalReader:
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image; a grey one has three equal channels."""
         return require_size(decode_any_rgb(self._scene(image).image_file(image.image_id)), image, "rgb")
+
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the file of the colour image, if it is an 8-bit RGB image in PNG."""
+        path = self._scene(image).image_file(image.image_id)
+        return path if is_rgb_png(path) else None
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""

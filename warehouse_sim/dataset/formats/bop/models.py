@@ -10,6 +10,7 @@ from warehouse_sim.dataset.checksums import write_checksums
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
 from warehouse_sim.dataset.json_file import write_json
 from warehouse_sim.dataset.ply import write_ply
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.geometry.remesh import grid_box, split_long_edges
@@ -20,12 +21,18 @@ _FEWEST, _MOST = 2000, 4000
 
 
 def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
-    """Write models/ and models_eval/ with their models_info.json, in millimetres, and their checksums."""
+    """Write models/ and models_eval/ with their models_info.json, in millimetres, and their checksums.
+
+    Raises:
+        DatasetError: A model has no shape.
+    """
     layout = BopLayout(folder)
     for kind in ("models", "models_eval"):
         make_folder(layout.models_info(kind).parent)
         infos = {}
         for model in sorted(models, key=lambda model: model.obj_id):
+            if not model.parts:
+                raise DatasetError(f"BOP: there is no mesh of {model.name}; write a format that holds none")
             mesh = model.mesh() if kind == "models" else even_mesh(model)
             mesh_mm = TriangleMesh(mesh.vertices * 1000.0, mesh.faces)
             write_ply(layout.model(kind, model.obj_id), mesh_mm)
@@ -38,8 +45,10 @@ def even_mesh(model: ObjectModel) -> TriangleMesh:
     """Return the surface of ``model`` (m) with 2,000 to 4,000 evenly spread vertices.
 
     A plain box has only its corners as vertices, which would make every pose error one of corners. Models of very many
-    parts, or with very many triangles of their own, end above that number.
+    parts, or with very many triangles of their own, end above that number. What comes with one keeps it.
     """
+    if model.metric_mesh is not None:
+        return model.metric_mesh
     area = model.mesh().face_areas().sum()
     spacing = float(np.sqrt(area / _MOST))
     for _ in range(20):

@@ -76,6 +76,10 @@ class BopReader:
         """Read the colour image."""
         return require_size(decode_rgb(self._scene(image).rgb(image.image_id)), image, "rgb")
 
+    def rgb_file(self, image: ImageRecord) -> Path:
+        """Return the PNG of the colour image."""
+        return self._scene(image).rgb(image.image_id)
+
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
         return self._depth(image, self._scene(image).depth(image.image_id))

@@ -1,0 +1,23 @@
+"""``warehouse-sim convert``: a dataset that is there, ours or others', is written in further formats."""
+
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import count_progress, finish
+
+
+def convert(data: tyro.conf.Positional[Path], to: tuple[str, ...], out: Path, resume: bool = False) -> None:
+    """Write a dataset in other formats, scene by scene; images are linked where the disk can, not copied.
+
+    Args:
+        data: Dataset folder, of this package or of others.
+        to: Formats to write, see ``warehouse-sim list``.
+        out: Dataset folder to make.
+        resume: Go on with a run that was interrupted; finished scenes are kept.
+    """
+    from warehouse_sim.dataset.convert import convert as run
+
+    with count_progress("scenes") as progress:
+        run(data, out, to, resume, progress)
+    finish(out, "validate", out)

@@ -1,0 +1,131 @@
+"""An observation as a dataset stores it, put together again for the writers of other formats."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Int32
+
+from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.observation_record import RecordedObservation, RecordedTarget
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.schema import (
+    CAMERA,
+    LIDAR,
+    Conditions,
+    MountedReading,
+    ObjectAnnotation,
+    Observation,
+    Reading,
+    RenderBuffers,
+    RgbdReading,
+    Viewpoint,
+)
+
+
+def stored_observation(
+    reader: DatasetReader, image: ImageRecord, number: tuple[int, int], recorded: RecordedObservation | None = None
+) -> ObservationFiles:
+    """Read all that a dataset holds of one image.
+
+    What no file holds is missing: ids of pixels that are no target's are 0, silhouettes end at the image's border, and
+    without clean images the readings stand for them.
+
+    Args:
+        reader: The dataset.
+        image: Which image.
+        number: Scene and observation that it becomes.
+        recorded: What the scene record says of it; None where there is none.
+    """
+    rgb, depth = reader.rgb(image), reader.depth(image)
+    readings: dict[str, MountedReading[Reading]] = {CAMERA: MountedReading(np.eye(4), RgbdReading(rgb, depth))}
+    sweep = reader.sweep(image)
+    if sweep is not None:
+        readings[LIDAR] = MountedReading(sweep.T_camera_sensor, sweep.reading)
+    for name, item in reader.readings(image).items():
+        readings[name] = MountedReading(item.T_camera_sensor, item.reading)
+    ids = np.zeros(depth.shape, dtype=np.int32)
+    annotations = [_annotation(reader, image, target, depth > 0, ids) for target in _far_to_near(image)]
+    measured = {} if recorded is None else {target.instance_id: target for target in recorded.targets}
+    observation = Observation(
+        *number,
+        camera=image.camera,
+        T_world_camera=image.T_world_camera,
+        readings=readings,
+        buffers=RenderBuffers(
+            reader.clean_rgb(image) if reader.has_clean else rgb,
+            reader.clean_depth(image) if reader.has_clean else depth,
+            ids,
+        ),
+        annotations=tuple(
+            _measured(item, measured.get(item.instance_id))
+            for item in sorted(annotations, key=lambda item: item.instance_id)
+        ),
+        viewpoint=None if recorded is None else _viewpoint(recorded),
+        conditions=Conditions() if recorded is None else recorded.conditions,
+        stated=None if recorded is None else recorded.stated,
+    )
+    return ObservationFiles(observation, reader.rgb_file(image))
+
+
+def instance_id(target: TargetRecord) -> int:
+    """Return a target's number in its scene; where the dataset has none, that of its label."""
+    return target.instance_id or target.gt_index + 1
+
+
+def _far_to_near(image: ImageRecord) -> list[TargetRecord]:
+    """Return the targets in the order in which their pixels are painted: boxes that stand for masks overlap."""
+    return sorted(image.targets, key=lambda item: -float(item.T_camera_object[2, 3]))
+
+
+def _annotation(
+    reader: DatasetReader,
+    image: ImageRecord,
+    target: TargetRecord,
+    has_depth: Bool[np.ndarray, "h w"],
+    ids: Int32[np.ndarray, "h w"],
+) -> ObjectAnnotation:
+    """Return a target's label and paint its visible pixels into ``ids``."""
+    visible, whole = (read(image, target.gt_index) for read in (reader.mask_visible, reader.mask))
+    ids[visible] = instance_id(target)
+    whole = whole | visible  # others round the two masks in different ways
+    box = mask_box_xyxy(whole)
+    left, top, right, bottom = (0, 0, -1, -1) if box is None else box
+    info = reader.objects[target.obj_id]
+    inside = int(np.count_nonzero(whole))
+    return ObjectAnnotation(
+        instance_id=instance_id(target),
+        class_name=info.class_name,
+        obj_id=target.obj_id,
+        T_camera_object=target.T_camera_object,
+        size=info.size,
+        box_amodal_xyxy=target.box_amodal_xyxy,
+        box_visible_xyxy=mask_box_xyxy(visible),
+        silhouette_offset=(left, top),
+        silhouette=whole[top : bottom + 1, left : right + 1],
+        pixels_all=max(target.pixels_all, inside),
+        pixels_in_image=inside,
+        pixels_visible=int(np.count_nonzero(visible)),
+        pixels_valid=int(np.count_nonzero(visible & has_depth)),
+    )
+
+
+def _measured(annotation: ObjectAnnotation, recorded: RecordedTarget | None) -> ObjectAnnotation:
+    if recorded is None:
+        return annotation
+    return replace(annotation, hidden_by=recorded.hidden_by, illuminance=recorded.illuminance)
+
+
+def _viewpoint(recorded: RecordedObservation) -> Viewpoint:
+    return Viewpoint(
+        T_world_camera=recorded.T_world_camera,
+        kind=recorded.kind,
+        T_world_vehicle=recorded.T_world_vehicle,
+        velocity=recorded.velocity,
+        yaw_rate=recorded.yaw_rate,
+        time=recorded.time,
+        sequence=recorded.sequence,
+        target=recorded.target,
+        visible_request=recorded.visible_request,
+    )
