@@ -1,0 +1,124 @@
+"""What a robot's errors do to an estimator: outlines, neighbours, boxes and names that are wrong.
+
+    python -m benchmarks.estimators.stress densefusion-depth rectangle-fit --write
+
+The scenes are those of the frozen recipe from a seed that nothing was trained on; they are made where they are missing.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from benchmarks.estimators.data import FOLDER
+from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
+from benchmarks.estimators.score import rows
+from benchmarks.result import RESULTS, write_result
+from warehouse_sim import evaluate, generate, load_estimator, load_recipe
+from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators.predict import read_images
+from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.resources import model_names
+from warehouse_sim.schema import PoseEstimate
+
+SEED = 41
+SHOWN = ("add_5pct", "dock_0mm_2_7m", "dock_0mm", "dock_20mm")
+TRAINED = PredictConfig(selection="consensus", refine="icp")
+_IMAGES_AT_ONCE = 8
+
+
+def made(recipe: str, scenes: int, views: int, folder: Path) -> Path:
+    """Return the folder of the scenes, generated first if it is not complete."""
+    root = folder / "data" / f"stress_{recipe}"
+    if not (root / "manifest.json").is_file():
+        loaded = load_recipe(recipe)
+        loaded = replace(
+            loaded,
+            name=root.name,
+            scene=replace(loaded.scene, observations_per_scene=views),
+            sensors=replace(loaded.sensors, lidar=None),
+            split=SplitConfig(0.0, 0.0, 1.0),
+        )
+        config = GenerateConfig(
+            scenes=scenes, seed=SEED, formats=("bop",), workers=os.cpu_count() or 1, resume=root.exists()
+        )
+        generate(loaded, root, config)
+    return root
+
+
+def opened(name: str, reader: DatasetReader) -> PoseEstimator:
+    """Return an estimator that knows the objects of a dataset, as the tables use it."""
+    trained = name in model_names() or Path(name).is_dir()
+    estimator = load_estimator(name, TRAINED) if trained else load_estimator(name)
+    if isinstance(estimator, Onboarding):
+        estimator.onboard(reader.objects)
+    return estimator
+
+
+def predict(
+    estimator: PoseEstimator, images: Sequence[RgbdImage], disturb: Disturb, seed: int = 0
+) -> list[PoseEstimate]:
+    """Return the estimates of disturbed images; each has a random stream of its own."""
+    changed = [disturb(item, np.random.default_rng([seed, item.scene_id, item.image_id])) for item in images]
+    batched = getattr(estimator, "estimate_all", None)
+    if batched is None:
+        return [estimate for image in changed for estimate in estimator.estimate(image)]
+    groups = [changed[start : start + _IMAGES_AT_ONCE] for start in range(0, len(changed), _IMAGES_AT_ONCE)]
+    return [estimate for group in groups for estimate in batched(group)]
+
+
+def scored(estimates: Sequence[PoseEstimate], data: Path, place: Path, method: str) -> Scores:
+    """Store estimates and return their scores."""
+    pose_csv.write(place / "predictions.csv", estimates)
+    return evaluate(place / "predictions.csv", data, "test", method=method)
+
+
+def main(
+    methods: tyro.conf.Positional[tuple[str, ...]],
+    folder: Path = FOLDER,
+    recipe: str = "industrial-v1",
+    scenes: int = 24,
+    views: int = 6,
+    only: tuple[str, ...] = (),
+    write: bool = False,
+) -> None:
+    """Score estimators under every disturbance.
+
+    Args:
+        methods: Bundled models, run folders, or registered estimators that need no training.
+        folder: Where data, predictions and scores are kept.
+        recipe: Whose scenes.
+        scenes: Number of scenes.
+        views: Observations of each scene.
+        only: Names of disturbances; all by default.
+        write: Store the result.
+    """
+    data = made(recipe, scenes, views, folder)
+    reader, found = DatasetReader(data), []
+    for method in methods:
+        estimator = opened(method, reader)
+        images = list(read_images(estimator, reader, reader.images("test")))
+        for name in only or DISTURBANCES:
+            place = folder / "scores" / Path(method).name / data.name / name.replace(" ", "_")
+            scores = scored(predict(estimator, images, DISTURBANCES[name]), data, place, f"{method}, {name}")
+            for row in rows(scores, method, name, "pallet"):
+                if row["metric"] in SHOWN:
+                    found.append({**row, "name": f"{method}, {name}: {row['metric']}", "masks": name})
+                    print(f"{found[-1]['name']:60} {row['value']:.3f} {row['interval']} n {row['n']}", flush=True)
+    if write:
+        command = f"python -m benchmarks.estimators.stress {' '.join(methods)} --write"
+        how = {"recipe": recipe, "seed": SEED, "scenes": scenes, "views": views}
+        write_result(RESULTS / "stress.json", command, found, data=how)
+
+
+if __name__ == "__main__":
+    tyro.cli(main, description=__doc__)
