@@ -35,6 +35,8 @@ FACES: dict[str, tuple[float, float, float]] = {
 """Sides that a pocket can open on, with their outward normals."""
 MeshReader = Callable[[int, bool], TriangleMesh]
 """Reads the surface (m, object frame) of an obj_id; on True the same with evenly spread vertices."""
+CloudReader = Callable[[], Float[np.ndarray, "n 3"]]
+"""Reads the points (m, object frame) that stand for a surface."""
 _MOST_SYMMETRIES = 1000
 _SAME_LENGTH = 1e-3
 """How far (m) vertices may leave the nominal box."""
@@ -50,7 +52,7 @@ class ObjectInfo:
     size: Float[np.ndarray, " 3"]
     """Nominal outer edge lengths (m)."""
     diameter: float
-    """Largest distance (m) between two vertices."""
+    """Largest distance (m) between two vertices; the diagonal of its box where it has no CAD."""
     symmetry: SymmetryGroup
     """Poses that look the same, print included."""
     pockets: tuple[Pocket, ...]
@@ -60,6 +62,21 @@ class ObjectInfo:
     """Where its surface comes from; None in a dataset without meshes."""
     is_scan: bool = False
     """Whether others described it, whose meshes are measured: declared symmetries need not be exact."""
+    read_cloud: CloudReader | None = None
+    """Where its points come from if it has no CAD: they are its model then, and its diameter is its box's diagonal."""
+
+    @property
+    def has_cad(self) -> bool:
+        """Whether its surface is known, or only points that a LiDAR saw in its box."""
+        return self.read_cloud is None
+
+    def model_points(self) -> Float[np.ndarray, "n 3"]:
+        """Read the points (m, object frame) that pose errors use: even vertices of its surface, or its cloud.
+
+        Raises:
+            DatasetError: As ``mesh``, or the cloud cannot be read.
+        """
+        return self.metric_mesh().vertices if self.read_cloud is None else self.read_cloud()
 
     def mesh(self) -> TriangleMesh:
         """Read the CAD surface (m, object frame).
@@ -80,12 +97,16 @@ class ObjectInfo:
         Raises:
             DatasetError: As ``mesh``.
         """
+        if not self.has_cad:
+            return self.symmetry
         # Imported on use: it brings scipy.spatial, which takes longer to import than all else that reading needs.
         from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 
         return shape_symmetry(self.mesh(), self.symmetry)
 
     def _read(self, even: bool) -> TriangleMesh:
+        if not self.has_cad:
+            raise DatasetError(f"{self.root}: {self.name} has no CAD surface, its model is the points in its box")
         if self.read_mesh is None:
             raise DatasetError(f"{self.root}: no mesh of {self.name}; generate it in a format that holds meshes")
         return self.read_mesh(self.obj_id, even)

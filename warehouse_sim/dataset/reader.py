@@ -67,7 +67,7 @@ class DatasetReader:
         digest = hashlib.sha256()
         for path in (path for split in self.splits for path in self._reader.files(split)):
             digest.update(f"{path.relative_to(self.root)} {path.stat().st_size}\n".encode())
-            digest.update(path.read_bytes() if path.suffix == ".json" else b"")
+            digest.update(path.read_bytes() if path.suffix in (".json", ".txt") else b"")
         return digest.hexdigest()
 
     @property

@@ -1,7 +1,9 @@
 """What a reader says of an image and of each target that is labelled in it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 
@@ -27,6 +29,12 @@ class TargetRecord:
     """Pixels of the silhouette in the image, hidden or not, with a depth reading."""
     pixels_all: int
     """Pixels of the whole silhouette, inside the image or not."""
+    geometry: ObjectInfo | None = None
+    """Its own, where the objects of a class have no CAD and differ; else it is that of its obj_id."""
+
+    def info(self, objects: Mapping[int, ObjectInfo]) -> ObjectInfo:
+        """Return its own geometry, else that of its obj_id among ``objects``."""
+        return self.geometry or objects[self.obj_id]
 
 
 @dataclass(frozen=True, eq=False)

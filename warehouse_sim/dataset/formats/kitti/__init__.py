@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import DatasetWriter
+from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
 from warehouse_sim.dataset.formats.kitti.layout import NAME
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 
 
@@ -42,12 +43,24 @@ class KittiFormat:
 
         return KittiWriter(root, manifest)
 
-    def reader(self, root: Path) -> None:
-        """Return nothing: its labels have no masks, and boxes only for what stands."""
+    def reader(self, root: Path) -> FormatReader | None:
+        """Return a reader of a folder without a manifest; None of one with it: what leans has no box, nothing a mask.
+
+        To read the KITTI files of such a dataset as others' are read, give the folder ``kitti`` in it.
+        """
+        if DatasetLayout(root).manifest.is_file():
+            return None
+        from warehouse_sim.dataset.formats.kitti.external import ExternalKittiReader
+        from warehouse_sim.dataset.formats.kitti.external_splits import external_folder
+
+        folder = external_folder(root)
+        return None if folder is None else ExternalKittiReader(folder)
 
     def recognises(self, root: Path) -> bool:
-        """Return that no folder is read."""
-        return False
+        """Return whether the folder, or ``kitti`` in it, holds frames of KITTI."""
+        from warehouse_sim.dataset.formats.kitti.external_splits import external_folder
+
+        return external_folder(root) is not None
 
 
 FORMAT = KittiFormat()

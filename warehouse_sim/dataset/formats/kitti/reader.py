@@ -1,6 +1,6 @@
 """KITTI files as text and numbers, read as strictly as the strictest known reader does.
 
-The format as a whole has no reader that training could use: its labels hold upright boxes and no masks.
+For the checks of this package's own files; ``tolerant`` reads those of others.
 """
 
 import math

@@ -1,0 +1,243 @@
+"""Read a KITTI object detection folder that others made, or our own without its manifest: no masks, no CAD.
+
+Each frame is a scene of its own, with the frame's number and one image: frames of KITTI are single shots of many
+drives, so that one says little of the next, and an interval over scenes counts each of them.
+"""
+
+import logging
+from functools import cached_property, lru_cache, partial
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int32, UInt8
+
+from warehouse_sim.dataset.formats.kitti.external_frame import (
+    FrameCalibration,
+    KittiFrame,
+    StoredSweep,
+    points_in_box,
+    read_sweep,
+)
+from warehouse_sim.dataset.formats.kitti.external_objects import box_info, class_infos, class_numbers
+from warehouse_sim.dataset.formats.kitti.external_splits import frames_by_split
+from warehouse_sim.dataset.formats.kitti.external_target import box_pixels, target_record
+from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE
+from warehouse_sim.dataset.formats.kitti.sweep_depth import sweep_depth
+from warehouse_sim.dataset.image_io import decode_any_rgb, decode_depth
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.schema import LidarScan, MountedReading
+
+log = logging.getLogger(__name__)
+_KEPT_FRAMES = 16
+"""Sweeps and depth images that are kept: labels of one frame ask for them one after the other."""
+
+
+class ExternalKittiReader:
+    """A KITTI folder without a manifest.
+
+    Args:
+        root: Folder with ``training`` or ``testing``.
+
+    Raises:
+        DatasetError: A list of frames is malformed.
+    """
+
+    has_clean = False
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.dropped_points: dict[str, int] = {}
+        """Points that were left out because they are not finite, by sweep file; of the sweeps read so far."""
+        self._told = False
+        self._frames = frames_by_split(root)
+        self._images: dict[str, list[ImageRecord]] = {}
+        self._calibration = lru_cache(_KEPT_FRAMES)(KittiFrame.calibration)
+        self._sweep = lru_cache(_KEPT_FRAMES)(self._read_sweep)
+        self._depth = lru_cache(_KEPT_FRAMES)(self._read_depth)
+
+    @cached_property
+    def objects(self) -> dict[int, ObjectInfo]:
+        """One object a class: its mean box, and the clouds of some of its instances."""
+        targets = [target for split in self._frames for image in self.images(split) for target in image.targets]
+        return class_infos(targets, self.root)
+
+    @cached_property
+    def splits(self) -> dict[str, tuple[int, ...]]:
+        """Numbers of the frames of each split, which are its scenes."""
+        return {name: tuple(frame.number for frame in frames) for name, frames in self._frames.items()}
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What is not in the folder and is made of what is."""
+        frames = [frame for listed in self._frames.values() for frame in listed]
+        made = [] if all(frame.find("depth_2", ".png") for frame in frames) else [
+            "depth: projected LiDAR, the nearest point of a pixel, where depth_2 is missing"
+        ]  # fmt: skip
+        return (
+            *made,
+            "masks: pixels of the 2D box, the visible ones without those whose depth is outside the 3D box",
+            "visible fraction: of the levels truncated and occluded",
+            "model: cloud of the instance in its 3D box",
+            "diameter: box diagonal",
+        )
+
+    def images(self, split: str) -> list[ImageRecord]:
+        """Return the images of a split by number; frames without labels have no targets.
+
+        Raises:
+            DatasetError: No such split, or a file is missing or malformed.
+        """
+        if split not in self._frames:
+            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self._frames)}")
+        if split not in self._images:
+            self._images[split] = [self._record(split, frame) for frame in self._frames[split]]
+        return self._images[split]
+
+    def files(self, split: str) -> list[Path]:
+        """Return every file of the frames of a split, sorted."""
+        return sorted(path for frame in self._frames[split] for path in frame.files())
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image; a grey one has three equal channels."""
+        pixels = decode_any_rgb(self._frame(image).image())
+        return _require_size(pixels, image, self._frame(image).image())
+
+    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Return the depth image: that of ``depth_2``, else of the sweep; metres along the optical axis, 0 = none."""
+        return self._depth(self._frame(image), image).copy()
+
+    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Refuse: nobody else stores it."""
+        raise DatasetError(f"{self.root}: holds no clean images")
+
+    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Refuse: nobody else stores it."""
+        raise DatasetError(f"{self.root}: holds no clean images")
+
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Return the pixels of a target's 2D box, but for those whose depth lies outside its 3D box."""
+        target, depth = image.targets[gt_index], self._depth(self._frame(image), image)
+        mask = self.mask(image, gt_index)
+        assert target.geometry is not None
+        v, u = np.nonzero(mask & (depth > 0))
+        points = image.camera.rays_at(u, v) * depth[v, u][:, None].astype(float)
+        inside = np.abs(transform_points(invert(target.T_camera_object), points)) <= target.geometry.size / 2.0
+        mask[v, u] = inside.all(axis=1)
+        return mask
+
+    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Return the pixels of a target's 2D box."""
+        return box_pixels(image.targets[gt_index].box_amodal_xyxy, image.camera)
+
+    def sweep(self, image: ImageRecord) -> MountedReading[LidarScan] | None:
+        """Read the LiDAR's points of an image; None where there are none.
+
+        Without ``velodyne_ids`` a point has the id of the first label whose box holds it; without ``velodyne_beams``
+        rings and times are 0.
+        """
+        frame = self._frame(image)
+        stored, T_camera_lidar = self._sweep(frame), self._calibration(frame).T_camera_lidar
+        if stored is None or T_camera_lidar is None:
+            return None
+        ring, time = (np.zeros((2, len(stored.points)), "f4")) if stored.beams is None else stored.beams.T
+        ids = _ids_by_box(image, stored, T_camera_lidar) if stored.instance_ids is None else stored.instance_ids
+        scan = LidarScan(
+            stored.points,
+            np.clip(stored.intensity, 0.0, 1.0),
+            ids.astype(np.int32),
+            np.rint(ring).astype(np.int32),
+            time.astype(np.float32),
+        )
+        return MountedReading(T_camera_lidar, scan)
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        labels = (label for frames in self._frames.values() for frame in frames for _, label in frame.labels())
+        return class_numbers(label.type for label in labels)
+
+    def _record(self, split: str, frame: KittiFrame) -> ImageRecord:
+        found, T_world_rect = self._calibration(frame), frame.T_world_rect()
+        T_rect_camera = invert(found.T_camera_rect)
+        targets = [
+            self._target(frame, found, index, instance_id, label)
+            for index, (instance_id, label) in enumerate(frame.labels())
+        ]
+        return ImageRecord(
+            split=split,
+            scene_id=frame.number,
+            image_id=0,
+            camera=found.camera,
+            T_world_camera=np.eye(4) if T_world_rect is None else T_world_rect @ T_rect_camera,
+            depth_scale=1000.0 / STEPS_PER_METRE,
+            targets=tuple(targets),
+        )
+
+    def _target(
+        self, frame: KittiFrame, found: FrameCalibration, index: int, instance_id: int, label: KittiLabel
+    ) -> TargetRecord:
+        height, width, length = label.size_hwl
+        size, T_camera_box = np.array([length, width, height]), found.T_camera_rect @ label.T_camera_object()
+        read = partial(self._cloud, frame, T_camera_box, size)
+        info = box_info(self._numbers[label.type], label.type, size, self.root, read)
+        return target_record(index, instance_id, label, T_camera_box, info)
+
+    def _cloud(
+        self, frame: KittiFrame, T_camera_box: Transform, size: Float[np.ndarray, " 3"]
+    ) -> Float[np.ndarray, "n 3"]:
+        """Return the points of a frame's sweep in a box, in its frame."""
+        stored, T_camera_lidar = self._sweep(frame), self._calibration(frame).T_camera_lidar
+        if stored is None or T_camera_lidar is None:
+            raise DatasetError(
+                f"{frame.folder / 'velodyne'}: there is no sweep of frame {frame.name}, or calib lacks Tr_velo_to_cam; "
+                "without CAD the points in a box are the model of what stands there"
+            )
+        return points_in_box(stored.points.astype(float), invert(T_camera_box) @ T_camera_lidar, size)
+
+    def _read_sweep(self, frame: KittiFrame) -> StoredSweep | None:
+        stored = read_sweep(frame)
+        if stored is not None and stored.dropped:
+            self.dropped_points[f"{frame.folder.name}/velodyne/{frame.name}.bin"] = stored.dropped
+            log.warning("%s: left out %d points of frame %s, not finite", self.root, stored.dropped, frame.name)
+        return stored
+
+    def _read_depth(self, frame: KittiFrame, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        path = frame.find("depth_2", ".png")
+        if path is not None:
+            return _require_size(decode_depth(path), image, path).astype(np.float32) / np.float32(STEPS_PER_METRE)
+        stored, T_camera_lidar = self._sweep(frame), self._calibration(frame).T_camera_lidar
+        if stored is None or T_camera_lidar is None:
+            raise DatasetError(
+                f"{frame.folder}: frame {frame.name} has neither depth_2 nor a sweep with Tr_velo_to_cam to make a "
+                "depth image of; training and scoring need one"
+            )
+        if not self._told:
+            log.warning("%s: no depth_2; depth images are the sweeps, projected (nearest point of a pixel)", self.root)
+            self._told = True
+        return sweep_depth(image.camera, transform_points(T_camera_lidar, stored.points.astype(float)))
+
+    def _frame(self, image: ImageRecord) -> KittiFrame:
+        return self._by_number[image.split][image.scene_id]
+
+    @cached_property
+    def _by_number(self) -> dict[str, dict[int, KittiFrame]]:
+        return {name: {frame.number: frame for frame in frames} for name, frames in self._frames.items()}
+
+
+def _ids_by_box(image: ImageRecord, stored: StoredSweep, T_camera_lidar: Transform) -> Int32[np.ndarray, " n"]:
+    points, ids = stored.points.astype(float), np.zeros(len(stored.points), dtype=np.int32)
+    for target in reversed(image.targets):
+        assert target.geometry is not None
+        in_box = np.abs(transform_points(invert(target.T_camera_object) @ T_camera_lidar, points))
+        ids[(in_box <= target.geometry.size / 2.0).all(axis=1)] = target.instance_id
+    return ids
+
+
+def _require_size(pixels: np.ndarray, image: ImageRecord, path: Path) -> np.ndarray:
+    if pixels.shape[:2] != (image.camera.height, image.camera.width):
+        wanted = image.camera.height, image.camera.width
+        raise DatasetError(f"{path}: is {pixels.shape[:2]}, its image {wanted} (height, width)")
+    return pixels
