@@ -1,6 +1,7 @@
 """Triangle meshes as PLY, in the dialect that the BOP toolkit reads: type names float, int and uchar."""
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,24 +15,32 @@ _LONGEST_HEADER = 1000
 _FARTHEST = 1e7
 """Largest coordinate that is read: 10 km in millimetres."""
 _FACE = np.dtype([("count", "u1"), ("indices", "<i4", (3,))])
-_HEADER = """ply
-format binary_little_endian 1.0
-comment millimetres, z up, origin at the centre of the bounding box
-element vertex {vertices}
-property float x
-property float y
-property float z
-element face {faces}
-property list uchar int vertex_indices
-end_header
-"""
+_COMMENT = "millimetres, z up, origin at the centre of the bounding box"
+
+
+def ply_header(comment: str, elements: Mapping[str, tuple[int, Sequence[str]]]) -> bytes:
+    """Return the header of a little-endian PLY file.
+
+    Args:
+        comment: One line on units and frame.
+        elements: How many there are of each, and their properties as the file names them ("float x").
+    """
+    lines = ["ply", "format binary_little_endian 1.0", f"comment {comment}"]
+    for name, (count, properties) in elements.items():
+        lines += [f"element {name} {count}", *(f"property {item}" for item in properties)]
+    return "\n".join([*lines, "end_header", ""]).encode("ascii")
+
+
+def _mesh_header(vertices: int, faces: int) -> bytes:
+    corners = ("float x", "float y", "float z")
+    return ply_header(_COMMENT, {"vertex": (vertices, corners), "face": (faces, ["list uchar int vertex_indices"])})
 
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:
     """Write positions and triangles; the unit is the caller's (BOP models are in millimetres)."""
     faces = np.empty(len(mesh.faces), dtype=_FACE)
     faces["count"], faces["indices"] = 3, mesh.faces
-    header = _HEADER.format(vertices=len(mesh.vertices), faces=len(faces)).encode("ascii")
+    header = _mesh_header(len(mesh.vertices), len(faces))
     write_bytes(path, header + mesh.vertices.astype("<f4").tobytes() + faces.tobytes(), durable=True)
 
 
@@ -52,8 +61,7 @@ def read_ply(path: Path) -> TriangleMesh:
         if len(words) == 3 and words[0] == "element" and _COUNT.fullmatch(words[2])
     }
     vertices, faces = counts.get("vertex", 0), counts.get("face", 0)
-    expected = _HEADER.format(vertices=vertices, faces=faces).encode("ascii")
-    if header + mark != expected or len(body) != vertices * 12 + faces * _FACE.itemsize:
+    if header + mark != _mesh_header(vertices, faces) or len(body) != vertices * 12 + faces * _FACE.itemsize:
         raise DatasetError(f"{path}: is not a mesh written by this package; generate the dataset again")
     points = np.frombuffer(body, dtype="<f4", count=vertices * 3).reshape(-1, 3)
     rows = np.frombuffer(body, dtype=_FACE, offset=vertices * 12)

@@ -19,6 +19,8 @@ from warehouse_sim.schema import ObjectModel, SceneSpec
 FORMATS = Registry("dataset format")
 FORMATS.add("bop", "warehouse_sim.dataset.formats.bop:FORMAT")
 FORMATS.add("kitti", "warehouse_sim.dataset.formats.kitti:FORMAT")
+FORMATS.add("pcd", "warehouse_sim.dataset.formats.clouds:PCD")
+FORMATS.add("ply", "warehouse_sim.dataset.formats.clouds:PLY")
 
 
 class SceneWriter(Protocol):
