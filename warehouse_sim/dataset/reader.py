@@ -141,10 +141,13 @@ class DatasetReader:
         Raises:
             DatasetError: A file is missing or malformed.
         """
-        for reader in (self._reader, *self._others):
-            read = getattr(reader, "sweep", None)
-            found: MountedReading[LidarScan] | None = None if read is None else read(image)
-            if found is not None:
+        if self.manifest is None:
+            read = getattr(self._reader, "sweep", None)
+            return None if read is None else read(image)
+        for name in (name for name in self.manifest.formats if name in FORMATS.names()):
+            read = getattr(dataset_format(name), "sweep", None)
+            if read is not None:
+                found: MountedReading[LidarScan] = read(self.root, self.manifest, image)
                 return found
         return None
 
@@ -152,13 +155,6 @@ class DatasetReader:
         """Return the file of the colour image, if it is an 8-bit RGB image in PNG."""
         read = getattr(self._reader, "rgb_file", None)
         return None if read is None else read(image)
-
-    @cached_property
-    def _others(self) -> tuple[FormatReader, ...]:
-        """Readers of the dataset's further formats."""
-        names = () if self.manifest is None else self.manifest.formats
-        found = [dataset_format(name).reader(self.root) for name in names if name in FORMATS.names()]
-        return tuple(reader for reader in found if reader is not None and type(reader) is not type(self._reader))
 
     def readings(self, image: ImageRecord) -> dict[str, MountedReading[ChannelReading]]:
         """Read what other sensors than cameras and LiDARs gave at the observation, by their names in the rig.

@@ -92,7 +92,7 @@ def _annotation(
     whole = whole | visible  # others round the two masks in different ways
     box = mask_box_xyxy(whole)
     left, top, right, bottom = (0, 0, -1, -1) if box is None else box
-    info = reader.objects[target.obj_id]
+    info = target.info(reader.objects)
     inside = int(np.count_nonzero(whole))
     return ObjectAnnotation(
         instance_id=instance_id(target),

@@ -15,7 +15,7 @@ _NO_SIZE = np.zeros(3)
 
 def stored_model(info: ObjectInfo) -> ObjectModel:
     """Return an object's geometry in one part, with the even mesh that it is measured by; none where it has no mesh."""
-    has_mesh = info.read_mesh is not None
+    has_mesh = info.has_cad and info.read_mesh is not None
     part = (Part(info.mesh(), np.ones(3), np.eye(4), material=""),) if has_mesh else ()
     return ObjectModel(
         name=info.name,

@@ -109,8 +109,9 @@ class FormatReader(Protocol):
 class Format(Protocol):
     """A dataset format; its files go into the dataset's folder of its name.
 
-    One class attribute may say more of it. With ``needs_level_camera = True`` observations of a camera that can tilt
-    have a second one in ``Observation.level``, that of a level virtual camera.
+    A method ``sweep(root, manifest, image)`` may read the main LiDAR's mounted sweep of an image of a dataset with a
+    manifest, where the format holds them. One class attribute may say more of it: with ``needs_level_camera = True``
+    observations of a camera that can tilt have a second one in ``Observation.level``, that of a level virtual camera.
     """
 
     @property

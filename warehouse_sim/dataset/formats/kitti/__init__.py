@@ -9,6 +9,8 @@ from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
 from warehouse_sim.dataset.formats.kitti.layout import NAME
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.schema import LidarScan, MountedReading
 
 
 class KittiFormat:
@@ -55,6 +57,12 @@ class KittiFormat:
 
         folder = external_folder(root)
         return None if folder is None else ExternalKittiReader(folder)
+
+    def sweep(self, root: Path, manifest: Manifest, image: ImageRecord) -> MountedReading[LidarScan]:
+        """Read the main LiDAR's sweep of an image of a dataset with a manifest."""
+        from warehouse_sim.dataset.formats.kitti.stored_sweep import stored_sweep
+
+        return stored_sweep(root, manifest, image)
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder, or ``kitti`` in it, holds frames of KITTI."""
