@@ -18,6 +18,8 @@ from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
 _FORMAT = 4
+WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
+"""What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Scores:
     method: str
     """Name of the method, from the name of its predictions file."""
     dataset: dict[str, Any]
-    """Which data: recipe, seed, scenes, split, and the hash of the manifest."""
+    """Which data: recipe, seed, scenes, split, the hash of the manifest; ``WITHOUT_CAD`` where it holds for them."""
     settings: dict[str, Any]
     """The resolved ``ScoreConfig``."""
     counts: dict[str, int]
@@ -76,6 +78,7 @@ class Scores:
         metrics, counts = self.overall.metrics, self.counts
         thresholds = self.settings["metrics"]
         accuracy = [f"{100 * metrics[f'add_{k}pct']:.1f} % under {k} % d" for k in thresholds["diameter_percent"]]
+        words = ", ".join(f"{key}: {self.dataset[key]}" for key in reversed(WITHOUT_CAD) if key in self.dataset)
         docking = [f"{100 * metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in thresholds["docking_margin_mm"]]
         lines = [
             f"{self.method} on {self.dataset['recipe']} {self.dataset['split']}: "
@@ -83,6 +86,7 @@ class Scores:
             f"ADD:     {', '.join(accuracy)}, median {100 * metrics['median_add']:.2f} cm",
             f"5cm5deg: {100 * metrics['pose_5cm_5deg']:.1f} %",
         ]
+        lines += [words] if words else []
         return lines + ([f"docking: {', '.join(docking)} of room"] if self.overall.dockable_count else [])
 
 

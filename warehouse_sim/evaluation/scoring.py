@@ -16,7 +16,7 @@ from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
-from warehouse_sim.evaluation.scores import ScoreConfig, Scores
+from warehouse_sim.evaluation.scores import WITHOUT_CAD, ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.units import check_unit
 from warehouse_sim.geometry.pose import Transform, invert
@@ -52,7 +52,7 @@ def evaluate(
     if len(table) == 0:
         raise EvaluationError(
             f"{data}: split {split!r} has no ground truth that is visible enough to count; "
-            "generate more scenes, or lower measure.min_visible_fraction"
+            "generate more scenes, or lower measure.min_visible_fraction (without CAD measure.min_model_points)"
         )
     groups = {
         name: tuple(summarise(label, table.select(rows), config.metrics, config.groups) for label, rows in group)
@@ -87,6 +87,7 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
         "observations_per_scene": None if manifest is None else manifest.observations_per_scene,
         "split": split,
         "manifest_sha256": reader.digest,
+        **({} if all(info.has_cad for info in reader.objects.values()) else WITHOUT_CAD),
     }
 
 
@@ -118,7 +119,7 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
             raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
     for image in images:
         for target in image.targets:
-            T, info = target.T_camera_object, objects[target.obj_id]
+            T, info = target.T_camera_object, target.info(objects)
             around = bool(np.all(np.abs(invert(T)[:3, 3]) < info.size / 2.0))
             if around or _behind(T, info):
                 raise EvaluationError(

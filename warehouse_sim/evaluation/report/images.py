@@ -47,7 +47,7 @@ def frame_with_boxes(data: DatasetReader, image: ImageRecord, width: int) -> Ima
     camera = image.camera.crop(0.0, 0.0, width, height, scale)
     canvas = _resize(data.rgb(image), width, height)
     for target in image.targets:
-        draw_box_3d(canvas, camera, target.T_camera_object, data.objects[target.obj_id].size, TRUE_COLOR, 1)
+        draw_box_3d(canvas, camera, target.T_camera_object, target.info(data.objects).size, TRUE_COLOR, 1)
     return canvas
 
 

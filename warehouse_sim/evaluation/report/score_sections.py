@@ -13,6 +13,7 @@ from warehouse_sim.evaluation.report.cases import choose_cases
 from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
 from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, share_cell, signed
 from warehouse_sim.evaluation.report.sources import EvaluationSource
+from warehouse_sim.evaluation.scores import WITHOUT_CAD
 from warehouse_sim.evaluation.summary import Summary
 
 _TABLE_SHARES = {
@@ -101,7 +102,7 @@ def _case_groups(source: EvaluationSource, count: int) -> list[dict[str, Any]]:
             target = image.targets[int(scores.table.gt_index[row])]
             prediction = int(scores.table.prediction[row])
             estimate = scores.estimates[prediction].T_camera_object if prediction >= 0 else None
-            info = data.objects[target.obj_id]
+            info = target.info(data.objects)
             crop = close_up(data.rgb(image), image.camera, info, target.T_camera_object, estimate)
             cases.append({"uri": jpeg_uri(crop)} | _case_caption(scores.table, row))
         groups.append({"title": group.title, "cases": cases})
@@ -133,4 +134,5 @@ def _identity_line(source: EvaluationSource) -> str:
         f"{counted(counts['scenes'], 'scene')}, {counted(counts['images'], 'image')}, "
         f"{counted(counts['ground_truths'], 'object')} ({left_out} more are hardly visible and left out), "
         f"{counted(counts['predictions'], 'prediction')}"
+        + "".join(f", {key}: {data[key]}" for key in WITHOUT_CAD if key in data)
     )

@@ -18,7 +18,9 @@ from warehouse_sim.estimators.pose.densefusion.calibration import (
     write_calibration,
 )
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
+from warehouse_sim.estimators.pose.densefusion.object_meshes import without_mesh
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import Transform
@@ -65,8 +67,11 @@ def calibrate(
         progress: Called with the share that is done.
 
     Returns:
-        The curves. There is none for a way whose val images hold fewer than ``LEAST_SAMPLES`` objects or one scene.
+        The curves. There is none for ICP where the run lacks a CAD surface, nor for a way whose val images hold fewer
+        than ``LEAST_SAMPLES`` objects or one scene.
     """
+    if any(config.refine == "icp" for config in configs) and without_mesh(run, read_config(run).objects):
+        configs = [config for config in configs if config.refine != "icp"]
     estimators = [Estimator(run, config) for config in configs]
     parts = []
     for number, data in enumerate(datasets):

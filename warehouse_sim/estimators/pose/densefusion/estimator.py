@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.errors import InputError
+from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.chain import Chain, ObjectPoints, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropLabel, cut_mask
-from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
+from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, without_mesh
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
@@ -39,7 +39,7 @@ class Estimator(Chain):
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
         self.calibration: ErrorCurve | None = read_calibration(run).get(config.selection, config.refine)
         """How confidence predicts the error; None when it was not fitted for these settings."""
-        icp = (IcpRefiner(read_meshes(run), config.icp, config.seed),) if config.refine == "icp" else ()
+        icp = (self._icp(run),) if config.refine == "icp" else ()
         refine = (self._runner.refine, *icp)
         super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify))
 
@@ -77,6 +77,13 @@ class Estimator(Chain):
             for obj_id in self._may_be(item)
         )
         return [crop for crop in found if crop is not None]
+
+    def _icp(self, run: Path) -> IcpRefiner:
+        if lacking := without_mesh(run, self.objects):
+            raise TrainingError(
+                f"{run} has no CAD surface of {', '.join(lacking)}, which ICP needs; predict with another --refine"
+            )
+        return IcpRefiner(read_meshes(run), self.config.icp, self.config.seed)
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]

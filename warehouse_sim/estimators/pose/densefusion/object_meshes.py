@@ -17,10 +17,13 @@ MESHES = "objects.safetensors"
 
 
 def dataset_meshes(datasets: Sequence[Path], shapes: Sequence[ObjectShape]) -> dict[int, TriangleMesh]:
-    """Return the CAD surfaces (m, object frame) of ``shapes`` by obj_id, each from the first dataset that has it."""
+    """Return the CAD surfaces (m, object frame) of ``shapes`` by obj_id, each from the first dataset that has it.
+
+    Objects without CAD are left out.
+    """
     readers = [DatasetReader(data) for data in datasets]
     known = {obj_id: info for reader in reversed(readers) for obj_id, info in reader.objects.items()}
-    return {shape.obj_id: known[shape.obj_id].mesh() for shape in shapes}
+    return {shape.obj_id: known[shape.obj_id].mesh() for shape in shapes if known[shape.obj_id].has_cad}
 
 
 def write_meshes(run: Path, meshes: Mapping[int, TriangleMesh]) -> None:
@@ -30,6 +33,12 @@ def write_meshes(run: Path, meshes: Mapping[int, TriangleMesh]) -> None:
         tensors[f"{obj_id}.vertices"] = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
         tensors[f"{obj_id}.faces"] = np.ascontiguousarray(mesh.faces, dtype=np.int32)
     write_bytes(run / MESHES, safetensors.numpy.save(tensors), durable=True)
+
+
+def without_mesh(run: Path, shapes: Sequence[ObjectShape]) -> list[str]:
+    """Return the names of the objects whose CAD surface a run folder does not have."""
+    known = read_meshes(run)
+    return [shape.name for shape in shapes if shape.obj_id not in known]
 
 
 def read_meshes(run: Path) -> dict[int, TriangleMesh]:

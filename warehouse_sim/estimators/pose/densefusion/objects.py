@@ -11,10 +11,12 @@ from torch import Tensor
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.plain import is_rigid
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.ranges import Range, ranged
 
 _MOMENT_SAMPLES = 20_000
+_BLUR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,8 @@ class ObjectShape:
     name: str
     """Name of the geometry."""
     diameter: Annotated[float, Range(0.0001, 1000, "m")]
-    """Largest distance between two surface points (m), 0.0001-1,000; half of it is the network's unit of length."""
+    """Largest distance between two surface points (m), 0.0001-1,000, or the mean box's diagonal of a class without CAD;
+    half of it is the network's unit of length."""
     centroid: Annotated[tuple[float, ...], Range(-1000, 1000, "m")]
     """Mean of the surface in the object frame (m), 3 values, -1,000 to 1,000."""
     covariance: Annotated[tuple[float, ...], Range(-1_000_000, 1_000_000, "m^2")]
@@ -53,15 +56,20 @@ class ObjectShape:
 def measure_shape(
     info: ObjectInfo, rng: np.random.Generator, sees_colour: bool = True, surface_points: int = 0
 ) -> ObjectShape:
-    """Return the shape of an object of a dataset, its moments over the area of its CAD surface.
+    """Return the shape of an object of a dataset, its moments over the area of its CAD surface, or over its cloud.
+
+    An object without CAD is a class: its cloud is that of many instances.
 
     Args:
         info: The object.
         rng: Source of the samples.
         sees_colour: Whether the network can tell poses apart by what is printed on the object.
         surface_points: Points of the surface to keep.
+
+    Raises:
+        TrainingError: It has no CAD, and no LiDAR point lies in any of its boxes.
     """
-    points, _ = sample_surface(info.mesh(), _MOMENT_SAMPLES, rng)
+    points = _samples(info, rng)
     symmetry = info.symmetry if sees_colour else info.shape_symmetry
     return ObjectShape(
         obj_id=info.obj_id,
@@ -73,6 +81,19 @@ def measure_shape(
         surface=tuple(np.round(points[:surface_points], 4).ravel().tolist()),
         class_name=info.class_name,
     )
+
+
+def _samples(info: ObjectInfo, rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
+    """Draw points evenly from the CAD surface; of what has none, from its cloud, each moved by about a millimetre.
+
+    So the cloud of one flat side has a covariance that can be inverted.
+    """
+    if info.has_cad:
+        return sample_surface(info.mesh(), _MOMENT_SAMPLES, rng)[0]
+    cloud = info.model_points()
+    if len(cloud) == 0:
+        raise TrainingError(f"{info.root}: no LiDAR point lies in any box of {info.name}; leave it out with --objects")
+    return cloud[rng.integers(len(cloud), size=_MOMENT_SAMPLES)] + rng.normal(0.0, _BLUR, (_MOMENT_SAMPLES, 3))
 
 
 class ShapeTensors(NamedTuple):

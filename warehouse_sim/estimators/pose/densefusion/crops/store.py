@@ -89,7 +89,7 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     """
     digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, _SEED, split, asdict(config)]).encode())
     for path in reader.files(split):
-        labels = path.read_bytes() if path.suffix == ".json" else b""
+        labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
         digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)
     return digest.hexdigest()[:24]
 
