@@ -18,6 +18,7 @@ from warehouse_sim.dataset.plain import (
     take_numbers,
 )
 from warehouse_sim.dataset.stated_calibration import read_stated, stated_row
+from warehouse_sim.geometry.level_view import lean
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation, StatedCalibration
 
@@ -25,6 +26,8 @@ _TIMES = Span(0.0, 1e6)
 _LUX = Span(0.0, 1e9)
 _EXPOSURES = Span(-100.0, 100.0)
 _SPEEDS = Span(-100.0, 100.0)
+_LARGEST_LEAN = np.deg2rad(2.0) + 1e-9
+"""Rounding on the way through poses must not turn 2 deg into more (rad)."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,16 @@ class RecordedObservation:
     """In order of instance id."""
     stated: StatedCalibration | None = None
     """What the rig says of its calibration; None = the truth."""
+    T_camera_lidar: Transform | None = None
+    """True pose of a main LiDAR that leans, whose points formats may turn; None where it does not."""
+
+
+def lidar_leans(T_world_lidar: Transform) -> bool:
+    """Return whether a LiDAR leans by more than 2 deg, so that its z axis passes for vertical no longer.
+
+    Real KITTI's own is mounted up to about one degree off.
+    """
+    return lean(T_world_lidar) > _LARGEST_LEAN
 
 
 def observation_row(observation: Observation) -> dict[str, Any]:
@@ -81,6 +94,8 @@ def observation_row(observation: Observation) -> dict[str, Any]:
         row |= {"visible_request": view.visible_request, "T_world_vehicle": view.T_world_vehicle}
         row |= {"velocity": view.velocity, "yaw_rate": view.yaw_rate}
         row["vehicle_lights"] = [light_row(light) for light in view.lights]
+    if observation.lidar is not None and lidar_leans(observation.T_world_lidar):
+        row["T_camera_lidar"] = observation.T_camera_lidar
     row["conditions"] = vars(observation.conditions)
     row["targets"] = [_target_row(item) for item in observation.annotations if item.pixels_visible > 0]
     if observation.stated is not None:
@@ -105,6 +120,7 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
     vehicle = take_if_given(data, "T_world_vehicle", list, where)
     x, y, z = take_numbers(data, "velocity", 3, where, _SPEEDS).tolist() if "velocity" in data else (0.0, 0.0, 0.0)
     stated = take_if_given(data, "stated", dict, where)
+    lidar = take_if_given(data, "T_camera_lidar", list, where)
     return RecordedObservation(
         T_world_camera=T_world_camera,
         conditions=_read_conditions(take(data, "conditions", dict, where), f"{where}: conditions"),
@@ -118,6 +134,7 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
         visible_request=request,
         targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),
         stated=None if stated is None else read_stated(stated, f"{where}: stated"),
+        T_camera_lidar=None if lidar is None else read_transform(lidar, f"{where}: T_camera_lidar"),
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, level_camera
+from warehouse_sim.geometry.pose import Transform, level_camera, rotation_x
 
 STEEPEST = np.deg2rad(60.0)
 """Angle to the horizon up to which a level camera's image plane is used; beyond, its pixels show next to nothing."""
@@ -30,6 +30,28 @@ def levelled(T_world_camera: Transform) -> Transform:
     if np.hypot(*ahead) < _VERTICAL:
         ahead = np.sign(T_world_camera[2, 2]) * T_world_camera[:2, 1]
     return level_camera(T_world_camera[:3, 3], float(np.arctan2(ahead[1], ahead[0])))
+
+
+def upright(T_world_sensor: Transform) -> Transform:
+    """Return the pose at the same place with its z axis up, turned there about a horizontal axis.
+
+    What hangs upside down is turned about its own x axis first, so that it looks ahead as before.
+    """
+    R = T_world_sensor[:3, :3]
+    if R[2, 2] < 0.0:
+        R = R @ rotation_x(np.pi)
+    x, y, z = R[:, 2]
+    # The shortest turn of a unit vector a onto b, I + [a x b] + [a x b]^2 / (1 + a.b), for b = (0, 0, 1).
+    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
+    T_world_upright = T_world_sensor.copy()
+    T_world_upright[:3, :3] = (np.eye(3) + cross + cross @ cross / (1.0 + z)) @ R
+    return T_world_upright
+
+
+def lean(T_world_sensor: Transform) -> float:
+    """Return by how much a z axis leans against the vertical (rad, 0 to pi)."""
+    x, y, z = T_world_sensor[:3, 2]
+    return float(np.arctan2(np.hypot(x, y), z))
 
 
 def level_view(camera: PinholeCamera, T_world_camera: Transform) -> tuple[PinholeCamera, Transform]:

@@ -84,6 +84,11 @@ class Observation:
         return self.readings[LIDAR].T_camera_sensor
 
     @property
+    def T_world_lidar(self) -> Transform:
+        """Pose of the main LiDAR, which the rig must have, in the world."""
+        return self.T_world_camera @ self.T_camera_lidar
+
+    @property
     def lidars(self) -> dict[str, MountedReading[LidarScan]]:
         """The sweeps of the LiDARs beside the main one, by name."""
         return {

@@ -193,12 +193,6 @@ def test_slightly_leaning_object_keeps_its_centre() -> None:
     assert np.abs(label.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max() < 1e-12
 
 
-def tilted_lidar(observation):
-    return observation.with_reading(
-        "lidar", observation.lidar, T_CAMERA_LIDAR @ make_transform(rotation_y(math.radians(5.0)))
-    )
-
-
 def two_words(observation):
     first, *others = observation.annotations
     return replace(observation, annotations=(replace(first, class_name="euro pallet"), *others))
@@ -220,7 +214,6 @@ def pitched(pitch: float = 0.0, roll: float = 0.0):
     [
         (pitched(pitch=math.radians(-5)), "the camera is tilted by 5.00 deg, KITTI needs a level camera"),
         (pitched(roll=math.radians(0.2)), "the camera is tilted by 0.20 deg"),
-        (tilted_lidar, "the LiDAR is tilted by 5.00 deg against the camera"),
         (lambda observation: observation.with_reading("lidar", None), "there is no LiDAR; give the recipe one"),
         (two_words, "the class name 'euro pallet' must be one word"),
         (too_deep, "depth 256.500 m does not fit into 16 bits"),

@@ -30,13 +30,13 @@ class KittiFormat:
         return CHECKS
 
     def refuse(self, manifest: Manifest) -> None:
-        """Refuse views far below the horizon, a leaning LiDAR or none, long class names, too many frames, far depth."""
+        """Refuse views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
         from warehouse_sim.dataset.formats.kitti import limits
 
         limits.require_numbers(manifest)
         limits.require_words(manifest.targets)
         limits.require_views_near_horizon(manifest.contents)
-        limits.require_level_lidar(manifest)
+        limits.require_lidar(manifest.contents)
         require_depth_fits(manifest.contents, limits.STEPS_PER_METRE, NAME)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:

@@ -6,7 +6,6 @@ import numpy as np
 
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.recipe_contents import lidar_tilts
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.level_view import STEEPEST
 from warehouse_sim.schema import Observation
@@ -15,8 +14,6 @@ STEPS_PER_METRE = 256.0
 """Of the depth images."""
 _LARGEST_FRAME = 999_999
 _LARGEST_CAMERA_TILT = math.radians(0.1)
-_LARGEST_LIDAR_TILT = math.radians(2.0)
-"""Real KITTI's own LiDAR is mounted up to about one degree off."""
 
 
 def require_numbers(manifest: Manifest) -> None:
@@ -61,32 +58,16 @@ def require_views_near_horizon(contents: Contents) -> None:
         )
 
 
-def require_level_lidar(manifest: Manifest) -> None:
-    """Refuse a rig without a main LiDAR, or with one that does not stand upright on a level camera or vehicle.
+def require_lidar(contents: Contents) -> None:
+    """Refuse a rig without a main LiDAR.
 
     Raises:
-        DatasetError: There is none, its mount leans by more than KITTI's readers bear, or it tilts with the camera.
+        DatasetError: There is none.
     """
-    contents = manifest.contents
     if contents.lidar is None:
         raise DatasetError(
             "KITTI: sensors.lidar is null, but every KITTI frame has a sweep; give the recipe a LiDAR, or leave kitti "
             "out of --formats"
-        )
-    pitch, roll = contents.lidar.pitch_deg, contents.lidar.roll_deg
-    # Yaw, then pitch, then roll: the z axis rises by the product of both cosines.
-    tilt = math.acos(math.cos(math.radians(pitch)) * math.cos(math.radians(roll)))
-    if tilt > _LARGEST_LIDAR_TILT:
-        raise DatasetError(
-            f"KITTI: sensors.lidar_mount tilts the LiDAR by {math.degrees(tilt):.2f} deg (pitch_deg {pitch:g}, "
-            f"roll_deg {roll:g}), but KITTI's readers take its z axis for vertical; keep it within "
-            f"{math.degrees(_LARGEST_LIDAR_TILT):g} deg, mount it under sensors.lidars, or leave kitti out of --formats"
-        )
-    if contents.tilted_viewpoints and lidar_tilts(manifest.recipe):
-        raise DatasetError(
-            "KITTI: sensors.lidar_mount is carried by the camera, which viewpoints.kind "
-            f"{', '.join(contents.tilted_viewpoints)} tilts, but KITTI's readers take the LiDAR's z axis for vertical; "
-            "set its carrier to upright or vehicle, or leave kitti out of --formats"
         )
 
 
@@ -94,7 +75,7 @@ def require_level(observation: Observation, where: str) -> None:
     """Refuse what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
 
     Raises:
-        DatasetError: The camera or the LiDAR is tilted.
+        DatasetError: The camera is tilted.
     """
     world_up = np.array([0.0, 0.0, 1.0])
     camera_up = -observation.T_world_camera[:3, 1]
@@ -103,12 +84,6 @@ def require_level(observation: Observation, where: str) -> None:
         raise DatasetError(
             f"{where}: the camera is tilted by {math.degrees(tilt):.2f} deg, KITTI needs a level camera; "
             "hand the writer its level view, set viewpoints.level: true, or leave kitti out of --formats"
-        )
-    tilt = _angle(observation.T_camera_lidar[:3, 2], np.array([0.0, -1.0, 0.0]))
-    if tilt > _LARGEST_LIDAR_TILT:
-        raise DatasetError(
-            f"{where}: the LiDAR is tilted by {math.degrees(tilt):.2f} deg against the camera, KITTI readers take its "
-            "z axis for vertical; mount it level, or leave kitti out of --formats"
         )
 
 

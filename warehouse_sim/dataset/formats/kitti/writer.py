@@ -9,6 +9,7 @@ import numpy as np
 from warehouse_sim.dataset.formats.kitti.calib import calib_text, lidars_text, plane_text
 from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
 from warehouse_sim.dataset.formats.kitti.layout import NAME, KittiLayout, frames_of, kitti_kinds, kitti_layout
+from warehouse_sim.dataset.formats.kitti.level_sweep import level_sweep, may_lean
 from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
@@ -64,6 +65,11 @@ _CLEAN_README = """\
 - image_clean_2, depth_clean_2 (our own): image_2 and depth_2 without errors of the camera{right}; a clean depth that
   does not fit into 16 bits is 0.
 """
+_LEANING_README = """\
+- The LiDAR may lean. Readers take its z axis for vertical: where it leans by more than 2 deg, velodyne holds its points
+  turned into a frame at its place whose z axis is up, and Tr_velo_to_cam leads on from there. Order, rings, times and
+  ids are those of the sweep. ../scenes/ has its true pose, T_camera_lidar, in the frame of the true camera.
+"""
 _LIDARS_README = """\
 - velodyne_NAME, velodyne_NAME_ids: further LiDARs ({names}), each in its own frame; calib_lidars (our own) holds their
   poses, Tr_NAME_to_cam, as calib does of the main one.
@@ -118,6 +124,7 @@ class KittiWriter:
             additions=(_STEREO_README if stereo else "")
             + (_LEVEL_README if NAME in contents.levelled else _lens_text(contents.distortion))
             + (_CLEAN_README.format(right="; so is image_clean_3" if stereo else "") if contents.clean else "")
+            + (_LEANING_README if may_lean(self._manifest) else "")
             + (_LIDARS_README.format(names=names) if names else ""),
         )
 
@@ -138,7 +145,7 @@ class KittiSceneWriter:
         """Write one frame.
 
         Raises:
-            DatasetError: Camera or LiDAR is tilted, the LiDAR is missing, or a depth does not fit.
+            DatasetError: The camera is tilted, the LiDAR is missing, or a depth does not fit.
         """
         files = files.levelled
         observation = files.observation
@@ -146,14 +153,15 @@ class KittiSceneWriter:
         if observation.lidar is None:
             raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
         require_level(observation, where)
+        lidar = level_sweep(observation)
         rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
         baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
         contents = {
             "depth_2": encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where),
-            "velodyne": point_bytes(observation.lidar),
-            "velodyne_ids": observation.lidar.instance_ids.astype("<i4").tobytes(),
-            "velodyne_beams": beam_bytes(observation.lidar),
-            "calib": calib_text(observation.camera, observation.T_camera_lidar, baseline).encode("ascii"),
+            "velodyne": point_bytes(lidar.reading),
+            "velodyne_ids": lidar.reading.instance_ids.astype("<i4").tobytes(),
+            "velodyne_beams": beam_bytes(lidar.reading),
+            "calib": calib_text(observation.camera, lidar.T_camera_sensor, baseline).encode("ascii"),
             "label_2": _lines(rows),
             "label_2_ids": _lines(map(str, ids)),
             "planes": plane_text(observation.T_world_camera).encode("ascii"),

@@ -10,13 +10,14 @@ from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled
+from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import is_level
 from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib
 from warehouse_sim.dataset.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.geometry.pose import invert
+from warehouse_sim.geometry.pose import Transform, invert, make_transform
 
 _SAME_PLACE = 1e-5
 
@@ -60,6 +61,8 @@ def calib(subject: Subject) -> Findings:
             R = matrices[key][:, :3]
             rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
             findings.require(bool(rigid), f"{path}: {key} is not a rotation")
+        T_world_points = T_world_image(subject, scene, observation) @ _pose(matrices["Tr_velo_to_cam"])
+        is_level(findings, T_world_points, subject.record(scene).observations[observation], f"{path}: Tr_velo_to_cam")
         plane_path = kitti_layout(subject.root).file(split, "planes", frame)
         T_camera_world = invert(T_world_image(subject, scene, observation))
         expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
@@ -133,6 +136,10 @@ def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: S
     lens = wanted.coefficients
     same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
     return same_k and all(np.allclose(matrices[f"{kind}_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
+
+
+def _pose(matrix: Float[np.ndarray, "3 4"]) -> Transform:
+    return make_transform(matrix[:, :3], matrix[:, 3])
 
 
 def _plane(path: Path) -> Float[np.ndarray, " 4"]:

@@ -13,6 +13,7 @@ from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels, tilt
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw
+from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import as_measured
 from warehouse_sim.dataset.formats.kitti.checks.sweep_grid import SweepGrid
 from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
@@ -39,13 +40,15 @@ class _Sweep:
     ring: Int[np.ndarray, " n"]
     time: Float[np.ndarray, " n"]
     T_world_lidar: Transform
+    """Of the frame that the points are stored in, when the LiDAR looks forward."""
     observation: RecordedObservation
     law: LidarLaw
 
     @cached_property
     def grid(self) -> SweepGrid:
         """Which beam stands beside which."""
-        return SweepGrid.of(self.cloud[:, :3], self.ids, (self.ring, self.time), self.law)
+        own = as_measured(self.cloud[:, :3], self.T_world_lidar, self.observation)
+        return SweepGrid.of(own, self.ids, (self.ring, self.time), self.law)
 
 
 @dataclass

@@ -3,14 +3,18 @@
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float, Float32
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_bytes
-from warehouse_sim.dataset.formats.kitti.checks.frames import frames
+from warehouse_sim.dataset.checks.text import read_bytes, read_text
+from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.checks.points import read_points
+from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import as_measured
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
+from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.split import Split
+from warehouse_sim.geometry.pose import make_transform
 
 _FEW_POINTS = 100
 """So few points can lie on one ring, or on surfaces without an id."""
@@ -21,7 +25,7 @@ _SPREAD = np.deg2rad(2.0)
 def sweeps(subject: Subject) -> Findings:
     """Points have ids, rings that follow their elevation, and times; so has every further LiDAR, but for its beams."""
     findings, count = Findings(), 0
-    for split, scene, _, frame in frames(subject):
+    for split, scene, observation, frame in frames(subject):
         known = {item.instance_id for item in subject.record(scene).objects} | {0}
         for name in ("velodyne", *(f"velodyne_{name}" for name in subject.manifest.contents.lidars)):
             cloud, ids = read_points(subject, split, frame, name)
@@ -33,13 +37,28 @@ def sweeps(subject: Subject) -> Findings:
             place = kitti_layout(subject.root).file(split, name, frame)
             findings.require(bool(finite), f"{place}: a point is not finite, or a reflectance is not in 0-1")
             if name == "velodyne" and finite:
-                _beams_follow(findings, kitti_layout(subject.root).file(split, "velodyne_beams", frame), cloud)
+                path = kitti_layout(subject.root).file(split, "velodyne_beams", frame)
+                _beams_follow(findings, path, _own_points(subject, (split, scene, observation, frame), cloud))
             count += 1
     findings.examined = f"{count} sweeps with ids, rings and times"
     return findings
 
 
-def _beams_follow(findings: Findings, path: Path, cloud: Float32[np.ndarray, "n 4"]) -> None:
+def _own_points(
+    subject: Subject, frame: tuple[Split, int, int, int], cloud: Float32[np.ndarray, "n 4"]
+) -> Float[np.ndarray, "n 3"]:
+    """Return the points of the main LiDAR in its own frame, which its rings and times belong to."""
+    split, scene, observation, number = frame
+    recorded = subject.record(scene).observations[observation]
+    if recorded.T_camera_lidar is None:
+        return cloud[:, :3]
+    path = kitti_layout(subject.root).file(split, "calib", number)
+    matrix = parse_calib(read_text(path), str(path))["Tr_velo_to_cam"]
+    T_world_points = T_world_image(subject, scene, observation) @ make_transform(matrix[:, :3], matrix[:, 3])
+    return as_measured(cloud[:, :3], T_world_points, recorded)
+
+
+def _beams_follow(findings: Findings, path: Path, cloud: Float[np.ndarray, "n 3"]) -> None:
     beams = read_bytes(path)
     whole = findings.require(len(beams) == 8 * len(cloud), f"{path}: does not hold a ring and a time of each point")
     if not whole:
