@@ -5,6 +5,7 @@ import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from warehouse_sim.errors import OutputError
 
@@ -67,6 +68,25 @@ def write_bytes(path: Path, data: bytes, durable: bool = False) -> None:
             with contextlib.suppress(OSError):
                 temporary.unlink()
             raise
+
+
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to write piece by piece; it is at ``path`` when the block has ended well, and not before.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    temporary = _temporary(path)
+    with writing(path):
+        try:
+            with open(temporary, "wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 def share_file(source: Path, path: Path, data: bytes) -> None:

@@ -3,13 +3,18 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Int32
 
-from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask, encode_rgb
+from warehouse_sim.dataset.run_lengths import run_lengths
 from warehouse_sim.output import share_file, write_bytes
 from warehouse_sim.schema import ObjectAnnotation, Observation
+
+MILLIMETRES = 1000.0
+"""Steps of a metre in depth images of millimetres."""
 
 
 @dataclass
@@ -38,6 +43,26 @@ class LabelledTarget:
     """The part of the whole silhouette that lies in the image."""
     mask_visible: Bool[np.ndarray, "h w"]
 
+    @cached_property
+    def mask_png(self) -> SharedFile:
+        """The silhouette as PNG, 255 where it is."""
+        return SharedFile(encode_mask(self.mask))
+
+    @cached_property
+    def mask_visible_png(self) -> SharedFile:
+        """The visible pixels as PNG, 255 where they are."""
+        return SharedFile(encode_mask(self.mask_visible))
+
+    @cached_property
+    def runs(self) -> dict[str, Any]:
+        """The silhouette as COCO's run lengths."""
+        return run_lengths(self.mask)
+
+    @cached_property
+    def runs_visible(self) -> dict[str, Any]:
+        """The visible pixels as COCO's run lengths."""
+        return run_lengths(self.mask_visible)
+
 
 @dataclass(frozen=True, eq=False)
 class ObservationFiles:
@@ -53,6 +78,22 @@ class ObservationFiles:
         if self.stored_rgb is not None:
             return SharedFile(self.stored_rgb.read_bytes(), self.stored_rgb)
         return SharedFile(encode_rgb(self.observation.rgbd.rgb))
+
+    @cached_property
+    def depth_mm(self) -> SharedFile:
+        """The depth that was read as 16-bit PNG, a millimetre a step.
+
+        Raises:
+            DatasetError: A depth does not fit.
+        """
+        item = self.observation
+        where = f"depth in millimetres, scene {item.scene_index}, observation {item.observation_index}"
+        return SharedFile(encode_depth(item.rgbd.depth, MILLIMETRES, where))
+
+    @cached_property
+    def depth_clean_mm(self) -> SharedFile:
+        """The depth as it was drawn, a millimetre a step; 0 also where it does not fit into 16 bits."""
+        return SharedFile(encode_clean_depth(self.observation.buffers.depth, MILLIMETRES))
 
     @cached_property
     def levelled(self) -> "ObservationFiles":

@@ -91,15 +91,20 @@ def encode_disparity(disparity: Float32[np.ndarray, "h w"]) -> bytes:
 
 def decode_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """Read an 8-bit colour PNG as RGB."""
-    image = _decode(path)
+    return rgb_of_png(_content(path), str(path))
+
+
+def rgb_of_png(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
+    """Return the RGB image of an 8-bit colour PNG; ``where`` names it in errors."""
+    image = _png_pixels(data, where)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
-        raise DatasetError(f"{path}: expected an 8-bit colour image, found {image.dtype} of shape {image.shape}")
+        raise DatasetError(f"{where}: expected an 8-bit colour image, found {image.dtype} of shape {image.shape}")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
 def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     """Read an 8-bit mask PNG; other values than 0 and 255 are an error."""
-    image = _decode(path)
+    image = _png_pixels(_content(path), str(path))
     if image.dtype != np.uint8 or image.ndim != 2:
         raise DatasetError(f"{path}: expected an 8-bit mask, found {image.dtype} of shape {image.shape}")
     mask = image == 255
@@ -110,9 +115,14 @@ def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
 
 def decode_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
     """Read a 16-bit depth PNG in the file's own steps, 0 = no reading."""
-    image = _decode(path)
+    return depth_of_png(_content(path), str(path))
+
+
+def depth_of_png(data: bytes, where: str) -> UInt16[np.ndarray, "h w"]:
+    """Return the depth of a 16-bit PNG in the file's own steps, 0 = no reading; ``where`` names it in errors."""
+    image = _png_pixels(data, where)
     if image.dtype != np.uint16 or image.ndim != 2:
-        raise DatasetError(f"{path}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
+        raise DatasetError(f"{where}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
     return image
 
 
@@ -125,9 +135,14 @@ def is_rgb_png(path: Path) -> bool:
 
 def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """Read an 8-bit image that others made, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
-    image = _decode_any(path)
+    return any_rgb(_content(path), str(path))
+
+
+def any_rgb(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
+    """Return an 8-bit image of others as RGB; ``where`` names it in errors, its ending says what it is."""
+    image = _any_pixels(data, where)
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
-        raise DatasetError(f"{path}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}")
+        raise DatasetError(f"{where}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}")
     if image.ndim == 2 or image.shape[2] == 1:
         return np.repeat(image.reshape(*image.shape[:2], 1), 3, axis=2)
     return cv2.cvtColor(np.ascontiguousarray(image[..., :3]), cv2.COLOR_BGR2RGB)
@@ -135,15 +150,20 @@ def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
 
 def decode_any_depth(path: Path) -> np.ndarray:
     """Read a depth image that others made, PNG or TIFF, in the file's own steps, 0 = no reading."""
-    image = _decode_any(path)
+    return any_depth(_content(path), str(path))
+
+
+def any_depth(data: bytes, where: str) -> np.ndarray:
+    """Return a depth image of others in its own steps, 0 = no reading; ``where`` as for ``any_rgb``."""
+    image = _any_pixels(data, where)
     if image.ndim != 2 or image.dtype.kind not in "uf" or not np.isfinite(image).all() or image.min(initial=0) < 0:
-        raise DatasetError(f"{path}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
+        raise DatasetError(f"{where}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
     return image
 
 
 def decode_any_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     """Read a mask that others made: set where any channel is not 0."""
-    image = _decode_any(path)
+    image = _any_pixels(_content(path), str(path))
     found: Bool[np.ndarray, "h w"] = np.any(image.reshape(*image.shape[:2], -1), axis=2)
     return found
 
@@ -152,7 +172,14 @@ def image_size_wh(path: Path) -> tuple[int, int]:
     """Return width and height of an image that others made."""
     if path.suffix.lower() == ".png":
         return png_size_wh(path)
-    height, width = _decode_any(path).shape[:2]
+    return any_size_wh(_content(path), str(path))
+
+
+def any_size_wh(data: bytes, where: str) -> tuple[int, int]:
+    """Return width and height of an image of others; ``where`` as for ``any_rgb``."""
+    if where.lower().endswith(".png"):
+        return png_header_size_wh(data[:24], where)
+    height, width = _any_pixels(data, where).shape[:2]
     return width, height
 
 
@@ -166,33 +193,32 @@ def png_size_wh(path: Path) -> tuple[int, int]:
     return png_header_size_wh(header, str(path))
 
 
-def _decode(path: Path) -> np.ndarray:
+def _content(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as problem:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+
+
+def _png_pixels(data: bytes, where: str) -> np.ndarray:
     # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header asks for.
-    require_whole_png(data, str(path))
-    return _pixels(data, path)
+    require_whole_png(data, where)
+    return _pixels(data, where)
 
 
-def _decode_any(path: Path) -> np.ndarray:
-    if path.suffix.lower() == ".png":
-        return _decode(path)
-    try:
-        data = path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-    if path.suffix.lower() in (".jpg", ".jpeg") and _END_OF_JPEG not in data[-_TRAILER:]:
-        raise DatasetError(f"{path}: is a damaged JPEG image, its end is missing; copy it again")
-    return _pixels(data, path)
+def _any_pixels(data: bytes, where: str) -> np.ndarray:
+    if where.lower().endswith(".png"):
+        return _png_pixels(data, where)
+    if where.lower().endswith((".jpg", ".jpeg")) and _END_OF_JPEG not in data[-_TRAILER:]:
+        raise DatasetError(f"{where}: is a damaged JPEG image, its end is missing; copy it again")
+    return _pixels(data, where)
 
 
-def _pixels(data: bytes, path: Path) -> np.ndarray:
+def _pixels(data: bytes, where: str) -> np.ndarray:
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:  # nothing at all, or more pixels than it takes
         image = None
     if image is None:
-        raise DatasetError(f"{path}: is not a readable image; copy or generate the dataset again")
+        raise DatasetError(f"{where}: is not a readable image; copy or generate the dataset again")
     return image

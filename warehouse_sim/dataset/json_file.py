@@ -42,21 +42,36 @@ def read_json(path: Path) -> Any:
         DatasetError: The file is missing, is not JSON, nests too deeply, or holds a number beyond 64 bits.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        data = path.read_bytes()
     except OSError as problem:
         raise DatasetError(f"{path}: cannot be read ({problem.strerror}); {_ADVICE}") from problem
+    return parse_json(data, str(path))
+
+
+def parse_json(content: bytes, where: str) -> Any:
+    """Return the data of a JSON text.
+
+    Args:
+        content: The text in UTF-8.
+        where: The file, or the member of an archive, for the message.
+
+    Raises:
+        DatasetError: It is not JSON, nests too deeply, or holds a number beyond 64 bits.
+    """
+    try:
+        text = content.decode("utf-8")
     except UnicodeDecodeError as problem:
-        raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
+        raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
     # To look at each number takes longer than all the rest: only where one may be too large.
     checks: dict[str, Any] = {"parse_float": _float, "parse_int": _whole} if _FAR.search(text) else {}
     try:
         data = json.loads(text, parse_constant=_refuse, object_pairs_hook=_mapping, **checks)
     except ValueError as problem:
-        raise DatasetError(f"{path}: is not valid JSON ({problem}); {_ADVICE}") from problem
+        raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
     except RecursionError as problem:
-        raise DatasetError(f"{path}: nests more than {_DEEPEST} levels deep; {_ADVICE}") from problem
+        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {_ADVICE}") from problem
     if not _ends_within(data, _DEEPEST):
-        raise DatasetError(f"{path}: nests more than {_DEEPEST} levels deep; {_ADVICE}")
+        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {_ADVICE}")
     return data
 
 

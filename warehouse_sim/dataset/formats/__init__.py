@@ -18,6 +18,7 @@ from warehouse_sim.schema import ObjectModel, SceneSpec
 
 FORMATS = Registry("dataset format")
 FORMATS.add("bop", "warehouse_sim.dataset.formats.bop:FORMAT")
+FORMATS.add("bop_webdataset", "warehouse_sim.dataset.formats.bop.shards:FORMAT")
 FORMATS.add("kitti", "warehouse_sim.dataset.formats.kitti:FORMAT")
 FORMATS.add("pcd", "warehouse_sim.dataset.formats.clouds:PCD")
 FORMATS.add("ply", "warehouse_sim.dataset.formats.clouds:PLY")

@@ -28,9 +28,9 @@ class BopFormat:
 
     def refuse(self, manifest: Manifest) -> None:
         """Refuse depth beyond 16 bits."""
-        from warehouse_sim.dataset.formats.bop.writer import STEPS_PER_METRE
+        from warehouse_sim.dataset.frame_files import MILLIMETRES
 
-        require_depth_fits(manifest.contents, STEPS_PER_METRE, NAME)
+        require_depth_fits(manifest.contents, MILLIMETRES, NAME)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
         """Return a writer into ``root/bop``."""

@@ -3,11 +3,10 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Float32
 
 from warehouse_sim.dataset.frame_files import LabelledTarget
 from warehouse_sim.dataset.lens_row import lens_row
-from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.schema import ObjectAnnotation, Observation
@@ -80,24 +79,10 @@ def coco_annotation(number: int, image_id: int, target: LabelledTarget) -> dict[
         "ignore": annotation.visible_fraction < VISIBLE_ENOUGH,
         "area": annotation.pixels_visible,
         "bbox": _box_xywh(annotation.box_amodal_xyxy, extra=1),
-        "segmentation": run_lengths(target.mask_visible),
+        "segmentation": target.runs_visible,
         "width": target.mask_visible.shape[1],
         "height": target.mask_visible.shape[0],
     }
-
-
-def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
-    """Return COCO's uncompressed run lengths: column by column, the first run counts zeros."""
-    box = mask_box_xyxy(mask)
-    height, width = mask.shape
-    if box is None:
-        return {"size": [height, width], "counts": [height * width]}
-    left, _, right, _ = box
-    # Only the columns in use are read; the empty ones on both sides lengthen the first and the last run.
-    columns = mask[:, left : right + 1].T.ravel()
-    changes = np.flatnonzero(np.diff(columns, prepend=False, append=False)) + left * height
-    counts = np.diff(changes, prepend=0, append=height * width)
-    return {"size": [height, width], "counts": counts[: len(counts) - (counts[-1] == 0)].tolist()}
 
 
 def _visible_box(target: LabelledTarget) -> tuple[int, int, int, int]:

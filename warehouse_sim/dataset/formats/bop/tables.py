@@ -1,6 +1,6 @@
 """Read the JSON tables of a BOP scene as this package writes them."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout
 from warehouse_sim.dataset.json_file import read_table
@@ -33,29 +33,56 @@ def read_bop_scene(layout: BopSceneLayout, split: str, scene_id: int, size_wh: t
     cameras, poses, infos = (read_table(layout.table(name)) for name in ("camera", "gt", "gt_info"))
     if not set(cameras) == set(poses) == set(infos):
         raise DatasetError(f"{layout.root}: scene_camera, scene_gt and scene_gt_info do not list the same images")
-    images = []
-    for key in cameras:
-        where = f"{layout.table('gt')}: {key}"
-        if not isinstance(poses[key], list) or not isinstance(infos[key], list) or len(poses[key]) != len(infos[key]):
-            raise DatasetError(f"{where}: scene_gt and scene_gt_info do not list the same number of objects")
-        camera_where = f"{layout.table('camera')}: {key}"
-        targets = tuple(
+    return [
+        read_image(
+            split,
+            (scene_id, key),
+            size_wh,
+            BopRows(
+                (cameras[key], f"{layout.table('camera')}: {key}"),
+                (poses[key], f"{layout.table('gt')}: {key}"),
+                (infos[key], f"{layout.table('gt_info')}: {key}"),
+            ),
+        )
+        for key in cameras
+    ]
+
+
+class BopRows(NamedTuple):
+    """What BOP says of one image: the rows of three tables, each with the place that errors name."""
+
+    camera: tuple[Any, str]
+    poses: tuple[Any, str]
+    infos: tuple[Any, str]
+
+
+def read_image(split: str, numbers: tuple[int, int], size_wh: tuple[int, int], rows: BopRows) -> ImageRecord:
+    """Read the rows of one image.
+
+    Args:
+        split: The split it belongs to.
+        numbers: Scene and image.
+        size_wh: Width and height of the image in pixels.
+        rows: Of the tables camera, gt and gt_info.
+
+    Raises:
+        DatasetError: A row is malformed, or disagrees with another one.
+    """
+    (camera, camera_where), (poses, where), (infos, _) = rows
+    if not isinstance(poses, list) or not isinstance(infos, list) or len(poses) != len(infos):
+        raise DatasetError(f"{where}: scene_gt and scene_gt_info do not list the same number of objects")
+    return ImageRecord(
+        split=split,
+        scene_id=numbers[0],
+        image_id=numbers[1],
+        camera=read_camera(camera, size_wh, camera_where),
+        T_world_camera=invert(read_pose(camera, "cam_R_w2c", "cam_t_w2c", camera_where)),
+        depth_scale=take(camera, "depth_scale", float, camera_where, DEPTH_SCALES),
+        targets=tuple(
             _read_target(i, pose, info, f"{where}[{i}]")
-            for i, (pose, info) in enumerate(zip(poses[key], infos[key], strict=True))
-        )
-        T_camera_world = read_pose(cameras[key], "cam_R_w2c", "cam_t_w2c", camera_where)
-        images.append(
-            ImageRecord(
-                split=split,
-                scene_id=scene_id,
-                image_id=key,
-                camera=read_camera(cameras[key], size_wh, camera_where),
-                T_world_camera=invert(T_camera_world),
-                depth_scale=take(cameras[key], "depth_scale", float, camera_where, DEPTH_SCALES),
-                targets=targets,
-            )
-        )
-    return images
+            for i, (pose, info) in enumerate(zip(poses, infos, strict=True))
+        ),
+    )
 
 
 def _read_target(index: int, pose: Any, info: Any, where: str) -> TargetRecord:

@@ -1,15 +1,12 @@
 """The BOP format, scenewise: https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md."""
 
 import shutil
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.formats.bop.labels import (
-    DEPTH_SCALE,
-    VISIBLE_ENOUGH,
     camera_row,
     coco_annotation,
     coco_image,
@@ -17,47 +14,16 @@ from warehouse_sim.dataset.formats.bop.labels import (
     visibility_row,
 )
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout, bop_layout
-from warehouse_sim.dataset.formats.bop.models import write_models
+from warehouse_sim.dataset.formats.bop.preface import write_preface
+from warehouse_sim.dataset.formats.bop.targets import TargetLists
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask
 from warehouse_sim.dataset.json_file import read_table, write_json
-from warehouse_sim.dataset.lens_row import lens_row
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.output import make_folder, writing
 from warehouse_sim.schema import ObjectModel, SceneSpec
-
-STEPS_PER_METRE = 1000.0 / DEPTH_SCALE
-"""Of the depth images."""
-
-_INFO = """# Dataset in the BOP format
-
-Synthetic warehouse scenes made by warehouse-sim; how to make them again is in ../manifest.json.
-
-- Splits: {splits}. Scenes are split as a whole, no scene is in two splits.
-- Image ids are observation indices, scene ids are scene indices; both start at 0.
-- Depth is along the optical axis, {scale:g} mm a step, 0 = no reading, with the noise of the sensor model.
-- Every target with at least one visible pixel is in scene_gt.json. Masks and counts come from the exact instance ids of
-  the renderer, not from a depth test with a tolerance.
-- px_count_all and visib_fract count the silhouette also beyond the image border.
-- scene_gt_info.json has one key more than BOP asks for, instance_id: the object's number in ../scenes/.
-- models/ is the CAD surface; models_eval/ is the same surface with evenly spread vertices.
-"""
-_CLEAN_INFO = """\
-- rgb_clean/ and depth_clean/ (our own) hold what rgb/ and depth/ would be without errors of the camera; a clean depth
-  that does not fit into 16 bits is 0.
-"""
-_LENS_INFO = """\
-- Images are not rectified: scene_camera.json has one key more than BOP asks for, cam_distortion, with k1 k2 p1 p2 k3 as
-  in OpenCV (in camera.json: distortion). cam_K is that of the pinhole; masks, boxes and depth are those of the image.
-"""
-_FISHEYE_INFO = """\
-- Images are those of a fisheye: scene_camera.json has one key more than BOP asks for, cam_fisheye, with k1 k2 k3 k4 as
-  in OpenCV's fisheye (in camera.json: fisheye). cam_K is its K; masks, boxes and depth are those of the image.
-"""
 
 
 class BopWriter:
@@ -70,15 +36,7 @@ class BopWriter:
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
-        make_folder(self._layout.root)
-        write_models(self._layout.root, models)
-        defaults = {key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy", "width", "height")}
-        write_json(self._layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera)})
-        splits = ", ".join(f"{name} {len(scenes)} scenes" for name, scenes in self._manifest.splits.items())
-        text = _INFO.format(splits=splits, scale=DEPTH_SCALE) + (_CLEAN_INFO if self._clean else "")
-        if camera.distortion is not None:
-            text += _FISHEYE_INFO if isinstance(camera.distortion, Fisheye) else _LENS_INFO
-        write_bytes(self._layout.root / "dataset_info.md", text.encode("utf-8"), durable=True)
+        write_preface(self._layout.root, self._manifest, models, camera)
 
     def scene(self, scene: SceneSpec) -> "BopSceneWriter":
         """Open a scene anew."""
@@ -90,22 +48,13 @@ class BopWriter:
 
     def finish(self) -> None:
         """Write the targets of the test split."""
-        rows19, rows24 = [], []
+        targets = TargetLists()
         for scene_id in self._manifest.splits["test"]:
             scene = self._layout.scene("test", scene_id)
             poses, infos = read_table(scene.table("gt")), read_table(scene.table("gt_info"))
             for image_id, row in poses.items():
-                key = {"scene_id": scene_id, "im_id": image_id}
-                wanted = [
-                    pose["obj_id"]
-                    for pose, info in zip(row, infos[image_id], strict=True)
-                    if info["visib_fract"] >= VISIBLE_ENOUGH
-                ]
-                counts = sorted(Counter(wanted).items())
-                rows19 += [{**key, "obj_id": obj_id, "inst_count": count} for obj_id, count in counts]
-                rows24.append(key)
-        write_json(self._layout.targets(2019), rows19)
-        write_json(self._layout.targets(2024), rows24)
+                targets.add(scene_id, image_id, row, infos[image_id])
+        targets.write(self._layout.root)
 
     @cached_property
     def _objects(self) -> dict[int, ObjectInfo]:
@@ -135,16 +84,14 @@ class BopSceneWriter:
         image_id = observation.observation_index
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
         files.rgb.save(self._layout.rgb(image_id))
-        depth_png = encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where)
-        write_bytes(self._layout.depth(image_id), depth_png)
+        files.depth_mm.save(self._layout.depth(image_id))
         if self._clean:
             files.rgb_clean.save(self._layout.rgb_clean(image_id))
-            clean_png = encode_clean_depth(observation.buffers.depth, STEPS_PER_METRE)
-            write_bytes(self._layout.depth_clean(image_id), clean_png)
+            files.depth_clean_mm.save(self._layout.depth_clean(image_id))
         for gt_index, target in enumerate(files.targets):
-            self._require_known(target.annotation.obj_id, where)
-            write_bytes(self._layout.mask(image_id, gt_index, visible=False), encode_mask(target.mask))
-            write_bytes(self._layout.mask(image_id, gt_index, visible=True), encode_mask(target.mask_visible))
+            require_known(target.annotation.obj_id, self._objects, where)
+            target.mask_png.save(self._layout.mask(image_id, gt_index, visible=False))
+            target.mask_visible_png.save(self._layout.mask(image_id, gt_index, visible=True))
             self._annotations.append(coco_annotation(len(self._annotations) + 1, image_id, target))
         self._cameras[image_id] = camera_row(observation)
         self._poses[image_id] = [pose_row(target.annotation) for target in files.targets]
@@ -168,9 +115,15 @@ class BopSceneWriter:
         write_json(self._layout.table("gt_info"), self._infos)
         write_json(self._layout.table("gt_coco"), coco, depth=2)
 
-    def _require_known(self, obj_id: int, where: str) -> None:
-        if obj_id not in self._objects:
-            raise DatasetError(
-                f"{where}: obj_id {obj_id} is not among the dataset's objects {sorted(self._objects)}; "
-                "hand every target's model to DatasetStore.begin"
-            )
+
+def require_known(obj_id: int, objects: Mapping[int, ObjectInfo], where: str) -> None:
+    """Refuse a label of a geometry that the dataset does not have.
+
+    Raises:
+        DatasetError: It has not.
+    """
+    if obj_id not in objects:
+        raise DatasetError(
+            f"{where}: obj_id {obj_id} is not among the dataset's objects {sorted(objects)}; "
+            "hand every target's model to DatasetStore.begin"
+        )

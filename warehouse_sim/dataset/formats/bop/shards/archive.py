@@ -1,0 +1,110 @@
+"""Plain tar archives: written so that equal members give equal bytes, read by name and never unpacked."""
+
+import io
+import tarfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from warehouse_sim.dataset.formats.bop.shards.layout import MEMBER
+from warehouse_sim.errors import DatasetError
+
+_MOST_MEMBERS = 1_000_000
+_MOST_BYTES = 2**28
+"""Of one member: an image of the largest size that is decoded, uncompressed."""
+
+Members = dict[tuple[int, int], dict[str, "Extent"]]
+"""By scene and image: kind ("rgb.png") -> where its bytes lie."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Where the bytes of a member lie."""
+
+    path: Path
+    name: str
+    offset: int
+    size: int
+
+    @property
+    def where(self) -> str:
+        """The member as errors name it; a file of its own has no name within."""
+        return f"{self.path}/{self.name}" if self.name else str(self.path)
+
+    def read(self, most: int | None = None) -> bytes:
+        """Return the member's bytes, or the first of them.
+
+        Raises:
+            DatasetError: The archive cannot be read, or became shorter.
+        """
+        try:
+            with open(self.path, "rb") as file:
+                file.seek(self.offset)
+                size = self.size if most is None else min(most, self.size)
+                data = file.read(size)
+        except OSError as problem:
+            raise DatasetError(
+                f"{self.path}: cannot be read ({problem.strerror}); the dataset is incomplete"
+            ) from problem
+        if len(data) != size:
+            raise DatasetError(f"{self.where}: ends after {len(data)} of {size} bytes; copy the archive again")
+        return data
+
+
+@contextmanager
+def writing_archive(file: BinaryIO) -> Iterator[tarfile.TarFile]:
+    """Open a tar archive to write into; headers have no time, owner or place."""
+    with tarfile.open(fileobj=file, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+        yield archive
+
+
+def add_image(archive: tarfile.TarFile, key: str, members: Mapping[str, bytes]) -> None:
+    """Append the members of an image, sorted by kind, so that readers of streams find them together."""
+    for kind in sorted(members):
+        header = tarfile.TarInfo(f"{key}.{kind}")
+        header.size, header.mtime, header.mode = len(members[kind]), 0, 0o644
+        archive.addfile(header, io.BytesIO(members[kind]))
+
+
+def list_members(path: Path) -> Members:
+    """Return the members of a shard by scene, image and kind, without reading them.
+
+    Raises:
+        DatasetError: It is no plain tar archive, is cut off, or holds anything but files named like images of BOP.
+    """
+    members: Members = {}
+    try:
+        total = path.stat().st_size
+        # "r:" takes no compression: what is read is never longer than the file.
+        with tarfile.open(path, "r:") as archive:
+            number = 0
+            while (item := archive.next()) is not None:
+                number += 1
+                if number > _MOST_MEMBERS:
+                    raise DatasetError(f"{path}: holds more than {_MOST_MEMBERS} members; split it")
+                _add(members, path, item, total)
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+    except tarfile.TarError as problem:
+        raise DatasetError(f"{path}: is no plain tar archive, or is damaged ({problem}); copy it again") from problem
+    return members
+
+
+def _add(members: Members, path: Path, item: tarfile.TarInfo, total: int) -> None:
+    name = item.name.removeprefix("./")
+    if item.isdir() and name in (".", ""):
+        return
+    found = MEMBER.fullmatch(name)
+    if found is None or item.type not in (tarfile.REGTYPE, tarfile.AREGTYPE) or item.sparse is not None:
+        raise DatasetError(f"{path}: holds {item.name[:80]!r}; a shard holds files such as 000003_000017.rgb.png only")
+    if item.size > _MOST_BYTES or item.offset_data + item.size > total:
+        raise DatasetError(
+            f"{path}/{name}: has {item.size} bytes, of which {total - item.offset_data} are there and {_MOST_BYTES} "
+            "are read at most; copy the archive again"
+        )
+    kinds = members.setdefault((int(found[1]), int(found[2])), {})
+    if found[3] in kinds:
+        raise DatasetError(f"{path}/{name}: comes twice; make the archive again")
+    kinds[found[3]] = Extent(path, name, item.offset_data, item.size)

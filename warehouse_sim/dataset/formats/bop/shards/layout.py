@@ -1,0 +1,60 @@
+"""Where everything lies in a folder of BOP shards, and what the members of a shard are called."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from warehouse_sim.dataset.formats.bop.layout import BopLayout
+from warehouse_sim.dataset.layout import DatasetLayout
+
+NAME = "bop_webdataset"
+"""Of the format and of its folder in a dataset."""
+MOST_IMAGES = 1000
+"""Of one shard, as bop_toolkit's own converter has it."""
+KEY_TO_SHARD = "key_to_shard.json"
+SHARD = re.compile(r"shard-(\d{6})\.tar")
+MEMBER = re.compile(r"(\d{1,9})_(\d{1,9})\.([a-z]+(?:_[a-z]+)?\.[a-z]{2,4})")
+"""Scene, image and kind of a member, such as ``000003_000017.mask_visib.json``."""
+
+
+@dataclass(frozen=True)
+class ShardsLayout:
+    """Paths of BOP shards; meshes, camera and targets lie as in the scenewise layout."""
+
+    root: Path
+
+    @property
+    def bop(self) -> BopLayout:
+        """The paths of what is no image."""
+        return BopLayout(self.root)
+
+    def split(self, name: str) -> Path:
+        """Return the folder of the shards of a split."""
+        return self.root / name
+
+    def shard(self, split: str, number: int) -> Path:
+        """Return a shard."""
+        return self.split(split) / f"shard-{number:06d}.tar"
+
+    def key_to_shard(self, split: str) -> Path:
+        """Return the table of which shard holds an image."""
+        return self.split(split) / KEY_TO_SHARD
+
+    @property
+    def parts(self) -> Path:
+        """Folder of scenes that are not in a shard yet; gone when the dataset is complete."""
+        return self.root / "parts"
+
+    def part(self, scene_id: int) -> Path:
+        """Return the images of one scene on their way into shards."""
+        return self.parts / f"{scene_id:06d}.tar"
+
+
+def image_key(scene_id: int, image_id: int) -> str:
+    """Return the name of an image, which all its members begin with."""
+    return f"{scene_id:06d}_{image_id:06d}"
+
+
+def shards_layout(root: Path) -> ShardsLayout:
+    """Return the paths of the shards of a dataset."""
+    return ShardsLayout(DatasetLayout(root).format_folder(NAME))
