@@ -19,6 +19,7 @@ fpng is faster still for colour, but holds no 16-bit images and comes without bi
 """
 
 import struct
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -73,6 +74,16 @@ def png_header_size_wh(header: bytes, where: str) -> tuple[int, int]:
     if not 1 <= width * height <= _MOST_PIXELS:
         raise DatasetError(f"{where}: is an image of {width} x {height} pixels, 1 to {_MOST_PIXELS} are read")
     return width, height
+
+
+def is_rgb_png(path: Path) -> bool:
+    """Return whether a file is an 8-bit RGB image in PNG, as its header says."""
+    try:
+        with open(path, "rb") as file:
+            header = file.read(26)
+    except OSError:
+        return False
+    return header[:8] == _SIGNATURE and header[24:26] == bytes([8, _RGB])
 
 
 def require_whole_png(data: bytes, where: str) -> None:

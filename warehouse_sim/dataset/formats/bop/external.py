@@ -4,19 +4,24 @@ What the folder lacks is taken from what it has: without masks the boxes of scen
 boxes the masks give them. Without a split "val" every tenth image of "train" is kept apart as one.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from warehouse_sim.dataset.formats.bop.external_models import read_models
-from warehouse_sim.dataset.formats.bop.external_scene import TABLE, ExternalScene
+from warehouse_sim.dataset.formats.bop.external_image import Box
+from warehouse_sim.dataset.formats.bop.external_keyed import KeyedSplit, keyed_folder
+from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
+from warehouse_sim.dataset.formats.bop.external_scene import ScenewiseSplit, is_scene
+from warehouse_sim.dataset.formats.bop.external_targets import only_asked
+from warehouse_sim.dataset.formats.bop.image_source import ImageSource
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.bop.reader import require_size
-from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, is_rgb_png
+from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 
@@ -25,9 +30,9 @@ _HELD_OUT = 10
 
 
 def external_folder(root: Path) -> Path | None:
-    """Return ``root`` or ``root/bop``, whichever holds scenes and models of BOP; None if neither does."""
-    for folder in (root, root / NAME):
-        if (folder / "models").is_dir() or (folder / "models_eval").is_dir():
+    """Return ``root``, ``root/bop`` or ``root/bop_webdataset``: the first that has models and images of BOP, if any."""
+    for folder in (root, root / NAME, root / SHARDS):
+        if folder.is_dir() and model_folders(folder):
             return folder
     return None
 
@@ -43,7 +48,7 @@ class ExternalReader:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self._folders = _split_folders(root)
+        self._sources = _sources(root)
         self._images: dict[str, list[ImageRecord]] = {}
 
     @cached_property
@@ -54,38 +59,38 @@ class ExternalReader:
     @cached_property
     def splits(self) -> dict[str, tuple[int, ...]]:
         """Numbers of the scenes of each split; "train" and "test" also stand for folders such as train_pbr."""
-        return {name: tuple(scene.scene_id for scene in self._scenes(name)) for name in self._folders}
+        return {name: source.scene_ids for name, source in self._sources.items()}
 
     def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split, by scene and image id.
+        """Return the images of a split, by scene and image id; of "test" those that a list of targets names.
 
         Raises:
             DatasetError: No such split, or a table is missing or malformed.
         """
-        if split not in self._folders:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self._folders)}")
+        if split not in self._sources:
+            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self._sources)}")
         if split not in self._images:
-            self._images[split] = [image for scene in self._scenes(split) for image in scene.images(split)]
-            if self._folders.get("val") is self._folders.get("train"):
-                self._hold_out(split)
+            images = self._sources[split].images(split, set(self.objects))
+            if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):
+                images = _held_out(images, split)
+            self._images[split] = only_asked(self.root, images) if split == "test" else images
         return self._images[split]
 
     def files(self, split: str) -> list[Path]:
         """Return every file of the scenes of a split, sorted."""
-        return [path for scene in self._scenes(split) for path in sorted(scene.root.rglob("*"))]
+        return self._sources[split].files()
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image; a grey one has three equal channels."""
-        return require_size(decode_any_rgb(self._scene(image).image_file(image.image_id)), image, "rgb")
+        return require_size(self._sources[image.split].rgb(image), image, "rgb")
 
     def rgb_file(self, image: ImageRecord) -> Path | None:
-        """Return the file of the colour image, if it is an 8-bit RGB image in PNG."""
-        path = self._scene(image).image_file(image.image_id)
-        return path if is_rgb_png(path) else None
+        """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
+        return self._sources[image.split].rgb_file(image)
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        steps = require_size(decode_any_depth(self._scene(image).file("depth", image.image_id)), image, "depth")
+        steps = require_size(self._sources[image.split].steps(image), image, "depth")
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
@@ -98,52 +103,50 @@ class ExternalReader:
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels; the box of the visible part where there is no mask."""
-        return self._mask("mask_visib", image, gt_index, image.targets[gt_index].box_visible_xyxy)
+        return self._mask("mask_visib", image, gt_index, lambda target: target.box_visible_xyxy)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's whole silhouette; its box in the image where there is no mask."""
-        return self._mask("mask", image, gt_index, image.targets[gt_index].box_amodal_xyxy)
+        return self._mask("mask", image, gt_index, lambda target: target.box_amodal_xyxy)
 
     def _mask(
-        self, kind: str, image: ImageRecord, gt_index: int, box_xyxy: tuple[float, float, float, float]
+        self, kind: str, image: ImageRecord, gt_index: int, box_of: Callable[[TargetRecord], Box]
     ) -> Bool[np.ndarray, "h w"]:
-        path = self._scene(image).find_mask(kind, image.image_id, gt_index)
-        if path is not None:
-            return require_size(decode_any_mask(path), image, kind)
+        found = self._sources[image.split].mask(kind, image, gt_index)
+        if found is not None:
+            return require_size(found, image, kind)
+        # Labels of unknown objects are left out: an index is not a position.
+        target = next(item for item in image.targets if item.gt_index == gt_index)
         mask = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-        left, top, right, bottom = np.rint(np.clip(box_xyxy, -1, 65_536)).astype(int)
+        left, top, right, bottom = np.rint(np.clip(box_of(target), -2, 65_536)).astype(int)
         mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
         return mask
 
-    def _scenes(self, split: str) -> list[ExternalScene]:
-        folder = self._folders[split]
-        return [ExternalScene(path, int(path.name)) for path in sorted(folder.iterdir()) if _is_scene(path)]
 
-    def _scene(self, image: ImageRecord) -> ExternalScene:
-        return ExternalScene(self._folders[image.split] / f"{image.scene_id:06d}", image.scene_id)
-
-    def _hold_out(self, split: str) -> None:
-        """Keep every tenth image of train apart for val, the last where there are fewer."""
-        images = self._images[split]
-        held = set(range(_HELD_OUT - 1, len(images), _HELD_OUT) or [len(images) - 1])
-        if split in ("train", "val"):
-            self._images[split] = [item for i, item in enumerate(images) if (i in held) == (split == "val")]
+def _held_out(images: list[ImageRecord], split: str) -> list[ImageRecord]:
+    """Keep every tenth image of train apart for val, the last where there are fewer."""
+    held = set(range(_HELD_OUT - 1, len(images), _HELD_OUT) or [len(images) - 1])
+    return [item for i, item in enumerate(images) if (i in held) == (split == "val")]
 
 
-def _is_scene(path: Path) -> bool:
-    return path.name.isdecimal() and (path / TABLE.format("camera")).is_file()
+def _source(path: Path) -> ImageSource | None:
+    """Return the images of a folder, if it has any."""
+    if any(map(is_scene, path.iterdir())):
+        return ScenewiseSplit(path)
+    keyed = keyed_folder(path)
+    return None if keyed is None else KeyedSplit(path, keyed)
 
 
-def _split_folders(root: Path) -> dict[str, Path]:
-    """Return the folder of each split: "train", "val" and "test", then all others by their own names."""
-    found = [path for path in sorted(root.iterdir()) if path.is_dir() and any(map(_is_scene, path.iterdir()))]
-    by_name: dict[str, Path] = {}
+def _sources(root: Path) -> dict[str, ImageSource]:
+    """Return the images of each split: "train", "val" and "test", then all others by the names of their folders."""
+    folders = [path for path in sorted(root.iterdir()) if path.is_dir()]
+    found = {path.name: source for path in folders if (source := _source(path)) is not None}
+    by_name: dict[str, ImageSource] = {}
     for split in SPLITS:
-        exact = [path for path in found if path.name == split]
-        alike = [path for path in found if path.name.startswith(f"{split}_")]
-        if exact or alike:
-            by_name[split] = (exact or alike)[0]
+        exact: list[str] = [name for name in found if name == split]
+        names = exact or [name for name in found if name.startswith(f"{split}_")]
+        if names:
+            by_name[split] = found.pop(names[0])
     if "train" in by_name:
         by_name.setdefault("val", by_name["train"])
-    used = set(by_name.values())
-    return by_name | {path.name: path for path in found if path not in used}
+    return by_name | found

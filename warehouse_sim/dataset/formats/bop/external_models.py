@@ -11,20 +11,32 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.json_file import read_table
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.plain import LENGTHS, Span, take_if_given, take_numbers
+from warehouse_sim.dataset.plain import LENGTHS, Span, take_if_given, take_name, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.mesh_file import load_mesh
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
-_KINDS = ("models", "models_eval")
+_EVEN = "models_eval"
+_SURFACES = ("models", "models_cad", "models_fine", "models_reconst")
+"""Folders of the surface, the better ones first: T-LESS has two, YCB-V a fine one beside the plain one."""
+_CLASSES = "classes.json"
 _NAME = re.compile(r"obj_(\d{6})\.(ply|stl|obj)", re.IGNORECASE)
 _TURNS = 315
 """Steps of a continuous symmetry, those of bop_toolkit: points move by a hundredth of the radius at most."""
 _LENGTHS_MM = Span(1000.0 * LENGTHS.low, 1000.0 * LENGTHS.high)
 CLASS_NAME = "object"
-"""Class of every object, as BOP has none."""
+"""Class of every object that classes.json does not name, as BOP has none."""
+
+
+def model_folders(root: Path) -> list[Path]:
+    """Return the folders of meshes: the surfaces first, the better ones before others, then models_eval."""
+    known = [name for name in (*_SURFACES, _EVEN) if (root / name).is_dir()]
+    more = sorted(path.name for path in root.glob("models_*") if path.is_dir() and path.name not in known)
+    return [
+        root / name for name in (*(name for name in known if name != _EVEN), *more, _EVEN) if (root / name).is_dir()
+    ]
 
 
 def read_models(root: Path) -> dict[int, ObjectInfo]:
@@ -33,13 +45,26 @@ def read_models(root: Path) -> dict[int, ObjectInfo]:
     Raises:
         DatasetError: There is no mesh, or a table is malformed.
     """
-    files = {kind: _files(root / kind) for kind in _KINDS}
-    tables = [root / kind / "models_info.json" for kind in _KINDS]
+    folders = model_folders(root)
+    files = {folder.name: _files(folder) for folder in folders}
+    tables = [folder / "models_info.json" for folder in folders]
     table = next((read_table(path) for path in tables if path.is_file()), {})
-    numbers = sorted(files["models"] | files["models_eval"])
+    numbers = sorted({number for found in files.values() for number in found if number > 0})
     if not numbers:
         raise DatasetError(f"{root / 'models'}: holds no obj_000001.ply or the like; poses need their meshes")
-    return {number: _object(root, number, table.get(number, {}), files) for number in numbers if number > 0}
+    classes = _class_names(root / _CLASSES)
+    return {
+        number: _object(root, number, table.get(number, {}), files, classes.get(number, CLASS_NAME))
+        for number in numbers
+    }
+
+
+def _class_names(path: Path) -> dict[int, str]:
+    """Return the user's names of classes by object, such as ``{"1": "ape", "2": "vise"}``; none without the file."""
+    if not path.is_file():
+        return {}
+    table = read_table(path)
+    return {number: take_name({"class": name}, "class", f"{path}: {number}") for number, name in table.items()}
 
 
 def _files(folder: Path) -> dict[int, Path]:
@@ -47,7 +72,7 @@ def _files(folder: Path) -> dict[int, Path]:
     return {int(match[1]): path for path in found if (match := _NAME.fullmatch(path.name))}
 
 
-def _object(root: Path, obj_id: int, row: Any, files: dict[str, dict[int, Path]]) -> ObjectInfo:
+def _object(root: Path, obj_id: int, row: Any, files: dict[str, dict[int, Path]], class_name: str) -> ObjectInfo:
     where, read = f"{root / 'models' / 'models_info.json'}: {obj_id}", partial(_read_mesh, files)
     sizes = [take_if_given(row, f"size_{axis}", float, where, _LENGTHS_MM) for axis in "xyz"]
     largest = take_if_given(row, "diameter", float, where, _LENGTHS_MM)
@@ -59,7 +84,7 @@ def _object(root: Path, obj_id: int, row: Any, files: dict[str, dict[int, Path]]
     return ObjectInfo(
         obj_id=obj_id,
         name=f"obj_{obj_id:06d}",
-        class_name=CLASS_NAME,
+        class_name=class_name,
         size=size,
         diameter=largest_m,
         symmetry=SymmetryGroup(_symmetries(row, where)),
@@ -72,8 +97,8 @@ def _object(root: Path, obj_id: int, row: Any, files: dict[str, dict[int, Path]]
 
 def _read_mesh(files: dict[str, dict[int, Path]], obj_id: int, even: bool) -> TriangleMesh:
     """Read a mesh in metres; where one kind is missing the other stands for it."""
-    first, second = reversed(_KINDS) if even else _KINDS
-    path = files[first].get(obj_id) or files[second][obj_id]
+    ordered = sorted(files, key=lambda name: name == _EVEN, reverse=even)
+    path = next(files[name][obj_id] for name in ordered if obj_id in files[name])
     try:
         mesh = load_mesh(path)
     except ValueError as problem:
