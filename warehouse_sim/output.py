@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -87,6 +87,21 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
             os.replace(temporary, path)
         finally:
             temporary.unlink(missing_ok=True)
+
+
+def write_pieces(path: Path, pieces: Iterable[bytes]) -> None:
+    """Write a file that is made piece by piece, in one step and forced to the disk.
+
+    Args:
+        path: File to make; its folder must exist.
+        pieces: The content in order; what they raise leaves no file.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    with whole_file(path) as file:
+        for piece in pieces:
+            file.write(piece)
 
 
 def share_file(source: Path, path: Path, data: bytes) -> None:

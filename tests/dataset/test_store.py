@@ -155,5 +155,5 @@ def test_scene_with_wrong_observations_stays_pending(tmp_path: Path, observation
 
 
 def test_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(UnknownNameError, match="unknown dataset format 'coco'; known: bop, kitti"):
-        DatasetStore(tmp_path, make_manifest(formats=("bop", "coco")))
+    with pytest.raises(UnknownNameError, match="unknown dataset format 'cacao'; known: bop, "):
+        DatasetStore(tmp_path, make_manifest(formats=("bop", "cacao")))

@@ -302,7 +302,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         edit_points(KITTI / "velodyne_beams/000000.bin", "<f4", lambda beams: upside_down(beams)),
         {"kitti sweeps"},
     ),
-    ("unknown format", edit_json("manifest.json", lambda d: d["formats"].append("coco")), {"manifest"}),
+    ("unknown format", edit_json("manifest.json", lambda d: d["formats"].append("cacao")), {"manifest"}),
     ("foreign target", edit_json("manifest.json", lambda d: d["targets"].append("unicorn")), {"manifest"}),
     ("targets of other objects", edit_json("manifest.json", lambda d: d.update(targets=["carton"])), {"manifest"}),
     ("empty recipe", edit_json("manifest.json", lambda d: d.update(recipe={})), {"manifest"}),

@@ -126,13 +126,6 @@ def depth_of_png(data: bytes, where: str) -> UInt16[np.ndarray, "h w"]:
     return image
 
 
-def is_rgb_png(path: Path) -> bool:
-    """Return whether a file says of itself that it is an 8-bit RGB image in PNG, without alpha."""
-    with path.open("rb") as file:
-        header = file.read(26)
-    return header[:8] == b"\x89PNG\r\n\x1a\n" and header[12:16] == b"IHDR" and header[24:26] == b"\x08\x02"
-
-
 def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """Read an 8-bit image that others made, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
     return any_rgb(_content(path), str(path))

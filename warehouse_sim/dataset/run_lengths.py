@@ -1,4 +1,8 @@
-"""Masks as COCO's run lengths: column by column, the first run counts zeros."""
+"""Masks as COCO's run lengths: column by column, the first run counts zeros; as numbers or as one string.
+
+The string is that of the COCO API (common/maskApi.c): each count, from the fourth on as its difference from the one two
+before, in digits of five bits, lowest first, the sixth bit says that more follow, and 48 is added to make letters.
+"""
 
 from typing import Any
 
@@ -8,12 +12,13 @@ from jaxtyping import Bool
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
-_LONGEST_TEXT = 2**24
-"""Characters of packed run lengths that are read."""
+_FIRST_LETTER, _BITS, _MORE, _SIGN = 48, 5, 0x20, 0x10
+_MOST_DIGITS = 8
+"""Of a count: 40 bits."""
 
 
 def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
-    """Return COCO's uncompressed run lengths: column by column, the first run counts zeros."""
+    """Return COCO's uncompressed run lengths: ``size`` (h, w) and ``counts``."""
     box = mask_box_xyxy(mask)
     height, width = mask.shape
     if box is None:
@@ -26,52 +31,53 @@ def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
     return {"size": [height, width], "counts": counts[: len(counts) - (counts[-1] == 0)].tolist()}
 
 
-def mask_of_runs(data: Any, size_hw: tuple[int, int], where: str) -> Bool[np.ndarray, "h w"]:
-    """Return the mask of COCO's run lengths, as a list of numbers or packed into a text.
+def compressed(runs: dict[str, Any]) -> dict[str, Any]:
+    """Return run lengths with their counts as one string, as pycocotools writes them."""
+    from pycocotools import mask as coco_mask
+
+    counts = coco_mask.frPyObjects(runs, *runs["size"])["counts"]
+    return {"size": runs["size"], "counts": counts.decode("ascii")}
+
+
+def mask_of_runs(runs: Any, shape: tuple[int, int], where: str) -> Bool[np.ndarray, "h w"]:
+    """Return the mask of run lengths, compressed or not.
 
     Args:
-        data: ``{"size": [h, w], "counts": [...] or "..."}``.
-        size_hw: Height and width of the image.
-        where: File and object, for the message.
+        runs: ``{"size": [h, w], "counts": [...] or "..."}``.
+        shape: Height and width of its image.
+        where: File and entry, for the message.
 
     Raises:
-        DatasetError: Not run lengths that fill this image.
+        DatasetError: Not run lengths that fill the image exactly.
     """
-    size, counts = (data.get(key) if isinstance(data, dict) else None for key in ("size", "counts"))
-    if size != list(size_hw):
-        raise DatasetError(f"{where}: run lengths have the size {str(size)[:40]}, the image {list(size_hw)} (h, w)")
-    runs = _unpacked(counts, where) if isinstance(counts, str) else counts
-    if not isinstance(runs, list) or not all(type(run) is int and run >= 0 for run in runs):
-        raise DatasetError(f"{where}: counts of run lengths must be whole numbers >= 0, or the text that packs them")
-    # Summed before anything of that length is made.
-    if sum(runs) != size_hw[0] * size_hw[1]:
-        raise DatasetError(f"{where}: run lengths fill {sum(runs)} of {size_hw[0] * size_hw[1]} pixels")
-    flat = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
-    return np.ascontiguousarray(flat.reshape(size_hw[1], size_hw[0]).T)
+    size, counts = (runs.get(key) if isinstance(runs, dict) else None for key in ("size", "counts"))
+    if size != list(shape):
+        raise DatasetError(f"{where}: a segmentation has the size {size!r}, its image {list(shape)} (h, w)")
+    if isinstance(counts, str):
+        counts = _counts_of_string(counts, where)
+    if not isinstance(counts, list) or not all(type(count) is int and count >= 0 for count in counts):
+        raise DatasetError(f"{where}: counts of a segmentation must be whole numbers >= 0, or COCO's string of them")
+    if sum(counts) != shape[0] * shape[1]:
+        raise DatasetError(f"{where}: the counts of a segmentation fill {sum(counts)} of {shape[0] * shape[1]} pixels")
+    columns = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
+    return np.ascontiguousarray(columns.reshape(shape[1], shape[0]).T)
 
 
-def _unpacked(text: str, where: str) -> list[int]:
-    """Return the numbers of COCO's packed counts.
-
-    As pycocotools packs them: five bits a character from "0" on, the lowest first, the sixth bit says that more follow,
-    the last one's highest bit is the sign; from the fourth number on they are differences from the one two before.
-    """
-    if len(text) > _LONGEST_TEXT:
-        raise DatasetError(f"{where}: run lengths of {len(text)} characters; {_LONGEST_TEXT} are read")
-    runs: list[int] = []
-    value = shift = 0
-    for character in text:
-        bits = ord(character) - 48
-        if not 0 <= bits < 64 or shift > 60:
-            raise DatasetError(f"{where}: {character!r} does not belong into packed run lengths")
-        value |= (bits & 31) << shift
-        shift += 5
-        if bits & 32:
+def _counts_of_string(text: str, where: str) -> list[int]:
+    counts: list[int] = []
+    number, digits = 0, 0
+    for letter in text:
+        code = ord(letter) - _FIRST_LETTER
+        if not 0 <= code < 2 * _MORE or digits == _MOST_DIGITS:
+            raise DatasetError(f"{where}: counts of a segmentation hold {letter!r} where COCO's string has none")
+        number |= (code & (_MORE - 1)) << (_BITS * digits)
+        digits += 1
+        if code & _MORE:
             continue
-        if bits & 16:
-            value -= 1 << shift
-        runs.append(value + (runs[-2] if len(runs) > 2 else 0))
-        value = shift = 0
-    if shift:
-        raise DatasetError(f"{where}: packed run lengths end in the middle of a number")
-    return runs
+        if code & _SIGN:
+            number -= 1 << (_BITS * digits)
+        counts.append(number + (counts[-2] if len(counts) > 2 else 0))
+        number, digits = 0, 0
+    if digits:
+        raise DatasetError(f"{where}: counts of a segmentation end within a number; copy the file again")
+    return counts

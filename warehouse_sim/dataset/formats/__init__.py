@@ -19,6 +19,7 @@ from warehouse_sim.schema import ObjectModel, SceneSpec
 FORMATS = Registry("dataset format")
 FORMATS.add("bop", "warehouse_sim.dataset.formats.bop:FORMAT")
 FORMATS.add("bop_webdataset", "warehouse_sim.dataset.formats.bop.shards:FORMAT")
+FORMATS.add("coco", "warehouse_sim.dataset.formats.coco:FORMAT")
 FORMATS.add("kitti", "warehouse_sim.dataset.formats.kitti:FORMAT")
 FORMATS.add("pcd", "warehouse_sim.dataset.formats.clouds:PCD")
 FORMATS.add("ply", "warehouse_sim.dataset.formats.clouds:PLY")

@@ -1,0 +1,43 @@
+"""The COCO format: instances, amodal instances and panoptic segmentation, https://cocodataset.org/#format-data.
+
+Instances, amodal instances and panoptic are always all written: the images, hard links, are most of a dataset, and a
+format is named in the manifest without options.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.formats import DatasetWriter
+from warehouse_sim.dataset.formats.coco.layout import NAME
+from warehouse_sim.dataset.manifest import Manifest
+
+
+class CocoFormat:
+    """Images and JSON tables of boxes and masks, a table a split."""
+
+    name = NAME
+
+    @property
+    def checks(self) -> Sequence[NamedCheck]:
+        """Checks of its files, and of those of BOP against them."""
+        return ()
+
+    def refuse(self, manifest: Manifest) -> None:
+        """Refuse nothing: boxes and masks are there in every observation."""
+
+    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
+        """Return a writer into ``root/coco``."""
+        from warehouse_sim.dataset.formats.coco.writer import CocoWriter
+
+        return CocoWriter(root, manifest)
+
+    def reader(self, root: Path) -> None:
+        """Return nothing yet."""
+
+    def recognises(self, root: Path) -> bool:
+        """Return that no folder is read."""
+        return False
+
+
+FORMAT = CocoFormat()
