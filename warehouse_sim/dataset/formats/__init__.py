@@ -23,6 +23,7 @@ FORMATS.add("coco", "warehouse_sim.dataset.formats.coco:FORMAT")
 FORMATS.add("kitti", "warehouse_sim.dataset.formats.kitti:FORMAT")
 FORMATS.add("pcd", "warehouse_sim.dataset.formats.clouds:PCD")
 FORMATS.add("ply", "warehouse_sim.dataset.formats.clouds:PLY")
+FORMATS.add("yolo", "warehouse_sim.dataset.formats.yolo:FORMAT")
 
 
 class SceneWriter(Protocol):
