@@ -11,6 +11,8 @@ EXTRAS = {
     "learn": ("torch", "safetensors", "tensorboardX"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("matplotlib", "jinja2"),
+    "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
+    "view": ("rerun",),
     "peers": ("pyrender", "trimesh"),
 }
 """Modules by the extra that brings them, where all of them are needed together."""

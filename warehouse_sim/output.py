@@ -131,6 +131,11 @@ def link_or_copy(source: Path, path: Path) -> None:
     share_file(source, path, source.read_bytes())
 
 
+def partial_file(path: Path) -> Path:
+    """Return the name under which a file grows that only one process writes, until it is renamed to ``path``."""
+    return path.with_name(f".{path.name}{_TEMPORARY}")
+
+
 def remove_temporaries(root: Path) -> None:
     """Delete what a killed run left behind under ``root``.
 

@@ -16,7 +16,13 @@ from warehouse_sim.cli.main import VERBS
 from warehouse_sim.optional import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = {"usd-core": "pxr", "pyrender2": "pyrender"}
+MODULES = {
+    "usd-core": "pxr",
+    "pyrender2": "pyrender",
+    "mcap-protobuf-support": "mcap_protobuf",
+    "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
+    "rerun-sdk": "rerun",
+}
 """What to import, where that is not the package's name."""
 SCENES, NETWORKS, EXPORT, PAGES = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}
 VERB = {
@@ -98,7 +104,7 @@ def test_every_verb_is_here() -> None:
     assert VERB.keys() == VERBS.keys()
 
 
-@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report"])
+@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report", "mcap", "view"])
 def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 

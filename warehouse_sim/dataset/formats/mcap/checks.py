@@ -1,0 +1,121 @@
+"""What ``validate`` asks of MCAP files: whole to the last checksum, and of the poses and labels of the scene record."""
+
+from typing import Any
+
+import cv2
+import numpy as np
+
+from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats.mcap import layout as names
+from warehouse_sim.dataset.formats.mcap.layout import mcap_layout, topic
+from warehouse_sim.dataset.observation_record import RecordedObservation
+from warehouse_sim.dataset.scene_record import SceneRecord
+from warehouse_sim.dataset.split import Split
+from warehouse_sim.geometry.pose import invert
+from warehouse_sim.optional import require_extra
+from warehouse_sim.schema import CAMERA
+
+_SAME_POSE = 1e-6
+
+
+def files(subject: Subject) -> Findings:
+    """Each split has one file a scene and nothing else."""
+    findings, layout = Findings(), mcap_layout(subject.root)
+    for split, scenes in subject.manifest.splits.items():
+        compare_names(findings, layout.root / split, {layout.scene(split, index).name for index in scenes})
+    findings.examined = f"{subject.manifest.scenes} files"
+    return findings
+
+
+def messages(subject: Subject) -> Findings:
+    """Messages decode, and have the cameras, boxes and points of the scene record."""
+    require_extra("mcap", "to check the format mcap")
+    findings = Findings()
+    for part in subject.each(list(subject.scenes()), lambda scene: _scene(subject, *scene)):
+        findings.add(part)
+    findings.examined = f"{findings.count} observations: calibration, images, poses, boxes, points"
+    return findings
+
+
+CHECKS = (NamedCheck("mcap files", files), NamedCheck("mcap messages", messages))
+
+
+def _scene(subject: Subject, split: Split, scene: int) -> Findings:
+    # Imported on use: it needs the extra.
+    from warehouse_sim.dataset.formats.mcap.recording import read_moments
+
+    findings, path = Findings(), mcap_layout(subject.root).scene(split, scene)
+    record = subject.record(scene)
+    frames: Any = None
+    waiting = list(record.observations)
+    for moment in read_moments(path):
+        where = f"{path}: {moment.stamp} ns"
+        frames = moment.messages.get(names.TRANSFORMS, frames)
+        # Twins have one stamp: the topics of each begin with its variant.
+        for prefix in _prefixes(moment.messages):
+            if not findings.require(bool(waiting), f"{where}: there are more observations than in the scene record"):
+                return findings
+            own = {name.removeprefix(prefix): message for name, message in moment.messages.items()}
+            _observation(findings, own, frames, waiting.pop(0), record, where + prefix)
+            findings.count += 1
+    findings.require(not waiting, f"{path}: lacks the last {len(waiting)} observations of the scene record")
+    return findings
+
+
+def _prefixes(found: dict[str, Any]) -> list[str]:
+    """Return what stands before the topics of each variant, in the order of writing."""
+    image = topic(CAMERA, names.IMAGE)
+    return [name.removesuffix(image) for name in found if name.endswith(image)]
+
+
+def _observation(
+    findings: Findings,
+    found: dict[str, Any],
+    frames: Any,
+    recorded: RecordedObservation,
+    record: SceneRecord,
+    where: str,
+) -> None:
+    from warehouse_sim.dataset.formats.mcap.recording import cloud_of, pose_in_root, transforms_of
+
+    poses = {} if frames is None else transforms_of(frames)
+    T_world_camera = pose_in_root(poses, CAMERA)
+    same = np.allclose(T_world_camera, recorded.T_world_camera, rtol=0, atol=_SAME_POSE)
+    findings.require(same, f"{where}: the camera's pose is not that of the scene record")
+    _images(findings, found, where)
+    _boxes(findings, found, recorded, record, where)
+    known = {item.instance_id for item in record.objects} | {0}
+    for name in [name for name in found if name.endswith(f"/{names.POINTS}")]:
+        table = cloud_of(found[name])
+        strange = set(np.unique(table["instance_id"]).tolist()) - known
+        findings.require(not strange, f"{where}: {name} names instances {sorted(strange)[:5]} that do not exist")
+        findings.require(found[name].frame_id in poses, f"{where}: {name} is in a frame that {names.TRANSFORMS} lacks")
+
+
+def _images(findings: Findings, found: dict[str, Any], where: str) -> None:
+    calibration, depth = found[topic(CAMERA, names.CALIBRATION)], found[topic(CAMERA, names.DEPTH)]
+    size = calibration.height, calibration.width
+    image = cv2.imdecode(np.frombuffer(found[topic(CAMERA, names.IMAGE)].data, np.uint8), cv2.IMREAD_UNCHANGED)
+    findings.require(image is not None and image.shape == (*size, 3), f"{where}: the image is no PNG of {size} pixels")
+    values = np.frombuffer(depth.data, "<f4") if len(depth.data) % 4 == 0 else np.zeros(0)
+    fits = (depth.height, depth.width) == size and values.size == size[0] * size[1]
+    findings.require(fits, f"{where}: the depth image is not of {size} pixels")
+    sane = bool(np.isfinite(values).all() and (values >= 0).all())
+    findings.require(sane, f"{where}: a depth is negative or no number")
+
+
+def _boxes(
+    findings: Findings, found: dict[str, Any], recorded: RecordedObservation, record: SceneRecord, where: str
+) -> None:
+    """Note boxes that are not those of the recorded targets, at their places."""
+    entities = {int(item.id): item for item in found[names.OBJECTS].entities}
+    expected = {item.instance_id for item in recorded.targets}
+    findings.require(set(entities) == expected, f"{where}: boxes of {sorted(entities)}, expected {sorted(expected)}")
+    T_camera_world = invert(recorded.T_world_camera)
+    objects = {item.instance_id: item for item in record.objects}
+    for number in sorted(set(entities) & expected & set(objects)):
+        place = entities[number].cubes[0].pose.position
+        due = (T_camera_world @ objects[number].T_world_object)[:3, 3]
+        off = float(np.linalg.norm(due - [place.x, place.y, place.z]))
+        findings.require(off < _SAME_POSE, f"{where}: the box of instance {number} is {off:.6f} m off its place")
