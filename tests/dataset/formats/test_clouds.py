@@ -9,12 +9,22 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
+from tests.dataset.toy import (
+    CAMERA,
+    PALLET,
+    T_CAMERA_LIDAR,
+    make_dataset,
+    make_manifest,
+    make_scene,
+    observe,
+    write_scene,
+)
 from warehouse_sim.catalog import shipped_classes
 from warehouse_sim.dataset.class_numbers import CLASS_NUMBERS, class_labels, class_number
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd, read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply, read_ply_cloud
 from warehouse_sim.dataset.point_table import SWEEP_FIELDS, camera_table, sweep_table
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
@@ -91,6 +101,18 @@ def test_poses_bring_lidar_and_camera_together(root: Path) -> None:
     assert len(floor) > 1000
     assert np.abs(floor[:, 2]).max() < 1e-5
     assert data["sensors"]["lidar"]["points"] == len(table)
+
+
+@pytest.mark.parametrize("name", ["ply", "pcd"])
+def test_the_reader_of_a_dataset_has_its_sweeps(tmp_path: Path, name: str) -> None:
+    reader = DatasetReader(make_dataset(tmp_path / "data", make_manifest(formats=("bop", name))))
+    for image in reader.images("val"):
+        found, own = reader.sweep(image), observe(make_scene(image.scene_id))[image.image_id].lidar
+        assert found is not None
+        assert own is not None
+        np.testing.assert_array_equal(found.T_camera_sensor, T_CAMERA_LIDAR)
+        for field in ("points", "intensity", "instance_ids", "ring", "time"):
+            np.testing.assert_array_equal(getattr(found.reading, field), getattr(own, field))
 
 
 def test_validate_holds_and_finds_millimetres(root: Path, tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.schema import LidarScan, MountedReading
 
 
 class CloudFormat:
@@ -41,6 +43,12 @@ class CloudFormat:
 
     def reader(self, root: Path) -> None:
         """Return nothing: clouds have neither images nor masks."""
+
+    def sweep(self, root: Path, manifest: Manifest, image: ImageRecord) -> MountedReading[LidarScan] | None:
+        """Read the main LiDAR's sweep of an image of a dataset with a manifest; None where the rig has none."""
+        from warehouse_sim.dataset.formats.clouds.stored_sweep import stored_sweep
+
+        return stored_sweep(root, self._name, image)
 
     def recognises(self, root: Path) -> bool:
         """Return that no folder is read."""

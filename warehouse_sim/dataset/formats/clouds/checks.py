@@ -1,6 +1,6 @@
 """What ``validate`` asks of clouds, held against the scene record, the grid of the pixels and the objects' boxes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,7 @@ from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.class_numbers import class_number
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
-from warehouse_sim.dataset.formats.clouds.pcd_cloud import read_pcd_cloud
-from warehouse_sim.dataset.formats.clouds.ply_cloud import read_ply_cloud
+from warehouse_sim.dataset.formats.clouds.stored_sweep import READERS
 from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.lens_row import read_lens
 from warehouse_sim.dataset.plain import WHOLE, read_transform, take
@@ -24,7 +23,6 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import CAMERA
 
-READERS: Mapping[str, Callable[[Path], Table]] = {"ply": read_ply_cloud, "pcd": read_pcd_cloud}
 _SAME_POSE = 1e-6
 _OFF_GRID = 0.02
 """Pixels that a camera's point may lie beside a pixel's centre: rounding of its coordinates, with a margin."""
