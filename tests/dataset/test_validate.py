@@ -46,9 +46,11 @@ CHECKS = [
     "bop poses on images",
     "kitti files",
     "kitti labels",
+    "kitti labels on images",
     "kitti calib",
     "kitti images",
     "kitti points in boxes",
+    "kitti points on depth",
     "kitti sweeps",
     "kitti and bop labels",
     "kitti and bop cameras",
@@ -86,7 +88,7 @@ def test_black_image_is_found_without_bop_files(tmp_path: Path) -> None:
     assert failed(validate(root)) == {"kitti images"}
 
 
-LABEL_READERS = {"kitti labels", "kitti points in boxes", "kitti and bop labels"}
+LABEL_READERS = {"kitti labels", "kitti labels on images", "kitti points in boxes", "kitti and bop labels"}
 DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     ("symmetry is no group", edit_json("objects.json", lambda d: turn_symmetry(d["1"])), {"objects", "bop models"}),
     (
@@ -153,7 +155,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "pose moved by 40 mm everywhere in BOP",
         move_pose(40.0),
-        {"bop poses on images", "kitti labels", "kitti and bop labels"},
+        {"scene records", "bop poses on images", "kitti labels", "kitti and bop labels"},
     ),
     (
         "wrong COCO area",
@@ -210,7 +212,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "wrong fraction",
         edit_json(BOP / "scene_gt_info.json", lambda d: d["0"][1].update(visib_fract=0.5)),
-        {"bop masks"},
+        {"bop tables", "bop masks"},
     ),
     (
         "unknown instance",
@@ -246,12 +248,18 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "box beyond the image",
         edit_text(KITTI / "label_2/000000.txt", " 57.00 ", " -57.00 "),
-        {"kitti labels", "kitti and bop labels"},
+        {"kitti labels", "kitti labels on images", "kitti and bop labels"},
     ),
     (
         "six calib lines",
         edit_text(KITTI / "calib/000000.txt", "Tr_imu_to_velo: ", ""),
-        {"kitti calib", "kitti points in boxes", "kitti and bop cameras"},
+        {
+            "kitti calib",
+            "kitti labels on images",
+            "kitti points in boxes",
+            "kitti points on depth",
+            "kitti and bop cameras",
+        },
     ),
     (
         "lens that the recipe does not have",
@@ -273,12 +281,12 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "points in mm",
         edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points * 1000),
-        {"kitti points in boxes", "kitti sweeps"},
+        {"kitti points in boxes", "kitti points on depth", "kitti sweeps"},
     ),
     (
         "one point less",
         edit_points(KITTI / "velodyne/000000.bin", "<f4", lambda points: points[:-4]),
-        {"kitti points in boxes", "kitti sweeps"},
+        {"kitti points in boxes", "kitti points on depth", "kitti sweeps"},
     ),
     (
         "nameless point",
@@ -344,7 +352,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
     (
         "8-bit depth",
         edit_image(KITTI / "depth_2/000000.png", lambda image: image.astype(np.uint8)),
-        {"kitti images", "kitti and bop images"},
+        {"kitti images", "kitti points on depth", "kitti and bop images"},
     ),
     ("no reading", edit_image(KITTI / "depth_2/000000.png", black), {"kitti images", "kitti and bop images"}),
 ]

@@ -19,6 +19,8 @@ _SAME_SHARE = 0.01
 """The same as a share of the object, for meshes that were made elsewhere with fewer points."""
 _SAME_SURFACE = 1e-5
 """How far areas and volumes of the two meshes may differ, as shares: they are stored in 32 bits."""
+_INWARDS = -0.01
+"""Share of the object's box that a mesh encloses with its faces inwards."""
 _SAMPLES = 20_000
 _CLEAR = 0.002
 """Metres from a pocket's walls within which a surface may lie."""
@@ -38,9 +40,10 @@ def geometry_problems(info: ObjectInfo) -> list[str]:
     if not mesh.face_areas().sum() > 0.0:
         return ["its mesh has no area"]
     if info.is_scan:
-        return _wrong_lengths(info, points)
+        return [*_wrong_lengths(info, points), *_inside_out(info, mesh)]
     return [
         *_wrong_lengths(info, points),
+        *_inside_out(info, mesh),
         *_different_surfaces(info, mesh, points),
         *_wrong_symmetries(info, mesh),
         *_wrong_pockets(info, mesh),
@@ -76,6 +79,12 @@ def _different_surfaces(info: ObjectInfo, mesh: TriangleMesh, points: TriangleMe
     # An open surface encloses nothing; its area times its width bounds what rounding can do.
     same_volume = abs(volumes[0] - volumes[1]) <= _SAME_SURFACE * areas[0] * info.size.min()
     return [] if same_area and same_volume else ["the meshes in models and models_eval are not the same surface"]
+
+
+def _inside_out(info: ObjectInfo, mesh: TriangleMesh) -> list[str]:
+    """Look at the sign of the enclosed volume; a scan with holes encloses little of either sign."""
+    share = _volume(mesh) / float(np.prod(info.size))
+    return ["the mesh is inside out: its faces look inwards, as those of a mirrored one do"] if share < _INWARDS else []
 
 
 def _volume(mesh: TriangleMesh) -> float:

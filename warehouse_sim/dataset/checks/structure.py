@@ -1,12 +1,15 @@
 """Checks of what every dataset has: objects and scene records."""
 
+import numpy as np
+
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.object_truth import geometry_problems
+from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.geometry.mesh import diameter
 
 _SAME_LENGTH = 1e-6
-"""How far (m) a diameter may be off."""
+"""How far (m) a diameter or a distance may be off."""
 
 
 def objects(subject: Subject) -> Findings:
@@ -42,5 +45,21 @@ def scenes(subject: Subject) -> Findings:
         )
         ids = [item.instance_id for item in record.objects]
         findings.require(len(set(ids)) == len(ids) and min(ids, default=1) >= 1, f"{where}: instance ids repeat")
+        _measured_targets(findings, record, where)
         findings.require(record.renderer in subject.manifest.renderers, f"{where}: its renderer is not in the manifest")
     return findings
+
+
+def _measured_targets(findings: Findings, record: SceneRecord, where: str) -> None:
+    """Hold what a record says of each observation's targets against its own objects and cameras."""
+    for index, observation in enumerate(record.observations):
+        for target in observation.targets:
+            item, here = record.object(target.instance_id), f"{where}: observation {index}: {target.instance_id}"
+            if not findings.require(item is not None, f"{here}: is no object of the scene"):
+                continue
+            assert item is not None
+            apart = float(np.linalg.norm(item.T_world_object[:3, 3] - observation.T_world_camera[:3, 3]))
+            findings.require(
+                abs(apart - target.distance) < _SAME_LENGTH,
+                f"{here}: distance is {target.distance:.6g} m, camera and object are {apart:.6g} m apart",
+            )

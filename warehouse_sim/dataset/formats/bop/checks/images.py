@@ -7,13 +7,15 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
+from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.plain import take
-from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 
@@ -53,9 +55,14 @@ def _channels(subject: Subject, image: ImageRecord) -> Findings:
         channels |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
         is_truth = matches_reading(channels["depth_clean"], channels["depth"])
         findings.require(is_truth, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_TRUTH}")
+        wrong = colour_problem(channels["rgb_clean"], channels["rgb"])
+        findings.require(not wrong, f"{layout.rgb_clean(image.image_id)}: {wrong}")
+    shown = shows_edges_of(channels["rgb"], channels.get("depth_clean", channels["depth"]))
+    findings.require(shown, f"{layout.rgb(image.image_id)}: {OF_ANOTHER_PLACE}")
     for name, pixels in channels.items():
         where = f"{layout.root / name}: image {image.image_id}"
-        findings.require(bool(pixels.any()), f"{where}: holds nothing but zeros")
+        far = name == "depth" and may_read_nothing(subject, image.scene_id, image.image_id)
+        findings.require(far or bool(pixels.any()), f"{where}: holds nothing but zeros")
         findings.count += 1
     return findings
 
@@ -70,6 +77,7 @@ def _masks_of_image(
         whole, visible = subject.readable.mask(image, index), subject.readable.mask_visible(image, index)
         _counts_agree(findings, info, whole, visible, depth, where)
         box, stored = mask_box_xyxy(visible), image.targets[index].box_visible_xyxy
+        _whole_box_agrees(findings, image, image.targets[index], whole, str(layout.mask(image.image_id, index, False)))
         same_box = box is not None and tuple(map(float, box)) == stored
         findings.require(same_box, f"{where}: bbox_visib is {stored}, not {box}")
         decoded = decode_runs(segmentation, visible.shape, f"{where}: scene_gt_coco.json")
@@ -103,3 +111,22 @@ def _counts_agree(
     findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its silhouette")
     share = counted / info["px_count_all"] if info["px_count_all"] else -1.0
     findings.require(abs(share - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {share:.6f}")
+
+
+def _whole_box_agrees(
+    findings: Findings, image: ImageRecord, target: TargetRecord, whole: Bool[np.ndarray, "h w"], where: str
+) -> None:
+    """Hold box and count of the whole silhouette against its mask, which ends at the image border."""
+    box, stored = mask_box_xyxy(whole), np.array(target.box_amodal_xyxy)
+    last = np.array([image.camera.width - 1, image.camera.height - 1] * 2)
+    is_cut = bool((stored != np.clip(stored, 0, last)).any())
+    found = np.zeros(4) if box is None else np.array(box, dtype=float)
+    # What is cut off may be where the silhouette is widest.
+    same = (found == stored) | (is_cut & np.array([*(found[:2] > stored[:2]), *(found[2:] < stored[2:])]))
+    findings.require(bool(same.all()), f"{where}: bbox_obj is {target.box_amodal_xyxy}, the mask has {box}")
+    counted = np.count_nonzero(whole)
+    findings.require(
+        bool(counted < target.pixels_all if is_cut else counted == target.pixels_all),
+        f"{where}: px_count_all is {target.pixels_all}, {counted} of them lie in the image, "
+        f"{'where the border cuts some off' if is_cut else 'as does the whole box'}",
+    )

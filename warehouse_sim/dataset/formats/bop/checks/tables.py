@@ -17,6 +17,7 @@ from warehouse_sim.geometry.pose import invert
 
 _TABLES = ("camera", "gt", "gt_info", "gt_coco")
 _SAME_POSE = 1e-6
+_SAME_SHARE = 1e-9
 # Visible fraction from which BOP asks for a target (calc_gt_info and the challenge's targets).
 _VISIBLE_ENOUGH = 0.1
 
@@ -99,6 +100,7 @@ def _agrees_with_record(findings: Findings, subject: Subject, image: ImageRecord
     where = f"{bop_layout(subject.root).scene(image.split, image.scene_id).table('gt')}: {image.image_id}"
     if not findings.require(image.image_id < len(record.T_world_camera), f"{where}: is not in the scene record"):
         return
+    measured = {item.instance_id: item for item in record.observations[image.image_id].targets}
     T_world_camera = record.T_world_camera[image.image_id]
     moved = np.abs(image.T_world_camera - T_world_camera).max()
     findings.require(bool(moved < _SAME_POSE), f"{where}: the camera is not where the scene record has it")
@@ -112,6 +114,15 @@ def _agrees_with_record(findings: Findings, subject: Subject, image: ImageRecord
         findings.require(known, f"{here}: obj_id {target.obj_id} is unknown or not that of the scene record")
         moved = np.abs(target.T_camera_object - invert(T_world_camera) @ item.T_world_object).max()
         findings.require(bool(moved < _SAME_POSE), f"{here}: the pose differs from the scene record by {moved:.2e}")
+        noted = measured.get(target.instance_id)
+        if noted is not None:
+            said = noted.visible_fraction, noted.pixels_all
+            same = abs(said[0] - target.visible_fraction) < _SAME_SHARE and said[1] == target.pixels_all
+            findings.require(
+                same,
+                f"{here}: visib_fract {target.visible_fraction:.6g} of {target.pixels_all} px, "
+                f"the scene record has {said[0]:.6g} of {said[1]}",
+            )
 
 
 def _coco_agrees(findings: Findings, path: Path, images: list[ImageRecord]) -> int:

@@ -19,6 +19,7 @@ from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.fisheye import same_lens
 
 _SAME_PLACE = 1e-5
+_SAME_SHARE = 1e-4
 # Half a step of each format's depth, and float rounding.
 _SAME_DEPTH = 0.5 / 256 + 0.5 / 1000 + 1e-4
 
@@ -84,7 +85,14 @@ def _same_images(subject: Subject, image: ImageRecord) -> Findings:
         return findings
     rgb_path = kitti_layout(subject.root).file(image.split, "image_2", frame)
     bop_path = bop_layout(subject.root).scene(image.split, image.scene_id).rgb(image.image_id)
-    findings.require(read_bytes(rgb_path) == read_bytes(bop_path), f"{rgb_path}: differs from {bop_path}")
+    pairs = [(rgb_path, bop_path)]
+    if subject.manifest.contents.clean:
+        clean_path = kitti_layout(subject.root).file(image.split, "image_clean_2", frame)
+        pairs.append(
+            (clean_path, bop_layout(subject.root).scene(image.split, image.scene_id).rgb_clean(image.image_id))
+        )
+    for ours, theirs in pairs:
+        findings.require(read_bytes(ours) == read_bytes(theirs), f"{ours}: differs from {theirs}")
     depth_path = kitti_layout(subject.root).file(image.split, "depth_2", frame)
     steps, depth = decode_depth(depth_path), subject.of_format(OTHER).depth(image)
     if findings.require(steps.shape == depth.shape, f"{depth_path}: is not as large as BOP's"):
@@ -103,6 +111,14 @@ def _same(
     last = image.camera.width - 1, image.camera.height - 1
     box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])
     findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
+    if row.is_dont_care or (tuple(box) == target.box_amodal_xyxy and row.truncated == 0.0):
+        return
+    inside = np.count_nonzero(subject.of_format(OTHER).readable.mask(image, target.gt_index))
+    cut_off = 1.0 - inside / max(target.pixels_all, 1)
+    findings.require(
+        bool(abs(row.truncated - cut_off) < _SAME_SHARE),
+        f"{where}: truncated is {row.truncated}, BOP's mask has {cut_off:.4f}",
+    )
 
 
 def _same_place(findings: Findings, subject: Subject, row: KittiLabel, target: TargetRecord, where: str) -> None:

@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
+from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
+from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled
@@ -55,6 +57,7 @@ def calib(subject: Subject) -> Findings:
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
         same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
         findings.require(same, f"{path}: P0 must be P2 and P1 must be P3, since there are two cameras and not four")
+        findings.require(_is_the_recipes(matrices, subject), f"{path}: P2 is not the camera of the recipe")
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
         findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x or F_0x the rig's lens")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
@@ -80,28 +83,35 @@ def images(subject: Subject) -> Findings:
     With BOP files in the dataset the colour images are not decoded a second time: another check compares their bytes.
     """
     findings = Findings()
-    numbers = [(split, frame) for split, _, _, frame in frames(subject)]
-    for part in subject.each(numbers, lambda frame: _channels(subject, *frame)):
+    for part in subject.each(list(frames(subject)), lambda frame: _channels(subject, *frame)):
         findings.add(part)
     findings.examined = f"{findings.count} images"
     return findings
 
 
-def _channels(subject: Subject, split: Split, frame: int) -> Findings:
+def _channels(subject: Subject, split: Split, scene: int, observation: int, frame: int) -> Findings:
     findings, kinds = Findings(count=2), kitti_kinds(subject.manifest.contents)
     rgb_path, depth_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_2", "depth_2"))
     steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
     findings.require(steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)")
-    findings.require(bool(steps.any()), f"{depth_path}: holds nothing but zeros")
+    far = may_read_nothing(subject, scene, observation)
+    findings.require(far or bool(steps.any()), f"{depth_path}: holds nothing but zeros")
     if "depth_clean_2" in kinds:
         clean_path = kitti_layout(subject.root).file(split, "depth_clean_2", frame)
         findings.require(matches_reading(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
         clean_path = kitti_layout(subject.root).file(split, "image_clean_2", frame)
-        findings.require(png_size_wh(clean_path) == size_wh, f"{clean_path}: is not as large as image_2")
+        if OTHER not in subject.manifest.formats or is_levelled(subject):
+            wrong = colour_problem(decode_rgb(clean_path), decode_rgb(rgb_path))
+            findings.require(not wrong, f"{clean_path}: {wrong}")
     if "image_3" in kinds:
         _right_image(findings, subject, split, frame, size_wh)
     if OTHER not in subject.manifest.formats or is_levelled(subject):
-        findings.require(bool(decode_rgb(rgb_path).any()), f"{rgb_path}: holds nothing but zeros")
+        rgb = decode_rgb(rgb_path)
+        findings.require(bool(rgb.any()), f"{rgb_path}: holds nothing but zeros")
+        clean = "depth_clean_2" in kinds
+        truth = decode_depth(kitti_layout(subject.root).file(split, "depth_clean_2", frame)) if clean else steps
+        shown = truth.shape != rgb.shape[:2] or shows_edges_of(rgb, truth.astype(np.float32) / 256.0)
+        findings.require(shown, f"{rgb_path}: {OF_ANOTHER_PLACE}")
     return findings
 
 
@@ -122,6 +132,14 @@ def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Su
     moved = np.zeros((3, 4))
     moved[0, 3] = -matrices["P2"][0, 0] * (subject.manifest.contents.baseline or 0.0)
     return bool(np.abs(matrices["P3"] - matrices["P2"] - moved).max() < _SAME_PLACE)
+
+
+def _is_the_recipes(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
+    """Return whether P2 holds the recipe's camera; a level view in its place has an image of its own."""
+    camera = subject.manifest.contents.camera
+    if camera is None or is_levelled(subject):
+        return True
+    return bool(np.allclose(matrices["P2"][:, :3], camera.make().K, rtol=1e-9))
 
 
 def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:

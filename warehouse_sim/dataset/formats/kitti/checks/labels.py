@@ -117,6 +117,10 @@ def _is_recorded(
     moved = float(np.abs(label.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max())
     same = item.class_name == label.type and moved < _SAME_PLACE
     findings.require(same, f"{where}: is no {label.type} where the scene record has object {item.instance_id}")
+    turned = math.remainder(label.rotation_y - math.atan2(-T_camera_object[2, 0], T_camera_object[0, 0]), 2 * math.pi)
+    findings.require(
+        abs(turned) < _SAME_PLACE, f"{where}: rotation_y is {turned:.6f} rad off that of object {item.instance_id}"
+    )
     lean = math.degrees(tilt(T_camera_object))
     findings.require(
         is_upright(T_camera_object), f"{where}: object {item.instance_id} leans by {lean:.2f} deg and must be DontCare"

@@ -1,0 +1,66 @@
+"""Whether a colour image shows what the other images of its observation show."""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, UInt8
+
+OF_ANOTHER_PLACE = "shows no edges where the depth image has them; it is of another place, or shifted against it"
+_JUMP = 0.15
+"""Depth that changes by this share within two pixels, beyond what a plane does, is an edge between two things."""
+_ENOUGH_EDGES = 300
+_LEAST_RANK = 0.62
+"""Mean rank of the gradient at edges of depth: 0.5 by chance, 0.76 and more where both images are of one place."""
+_ENOUGH_PIXELS = 150_000
+"""Of a larger image every other row and column is looked at."""
+_LEVELS = 1024
+_LEAST_ALIKE = 0.5
+"""Correlation of brightness; glare, noise and saturation leave 0.9 and more."""
+_ENOUGH_COLOUR = 2.0
+"""Mean difference of red and blue (codes) from which their order can be told."""
+
+
+def shows_edges_of(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]) -> bool:
+    """Return whether colours change where depth jumps; an image with few edges says nothing.
+
+    Inverse depth is linear over the image of a plane, so that its second difference shows edges and no slopes.
+
+    Args:
+        rgb: The colour image.
+        depth: Along the optical axis (m), 0 = none.
+    """
+    if depth.size > _ENOUGH_PIXELS:
+        rgb, depth = rgb[::2, ::2], depth[::2, ::2]
+    smooth = cv2.medianBlur(np.ascontiguousarray(depth, np.float32), 5)
+    inverse = np.where(smooth > 0, 1.0 / np.maximum(smooth, 1e-3), 0.0).astype(np.float32)
+    change = np.maximum(abs(_second_difference(inverse)), abs(_second_difference(inverse.T).T))
+    known = cv2.erode((smooth > 0).astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
+    edges: Bool[np.ndarray, "h w"] = known & (change > _JUMP * inverse)
+    if np.count_nonzero(edges) < _ENOUGH_EDGES:
+        return True
+    grey = cv2.GaussianBlur(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.0)
+    gradient = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
+    level = np.minimum(gradient, _LEVELS - 1).astype(np.intp)
+    counts = np.bincount(level.ravel(), minlength=_LEVELS)
+    # Middle rank of each level, so that an image of one colour has 0.5 everywhere.
+    rank = (np.cumsum(counts) - 0.5 * counts) / level.size
+    return bool(rank[level[edges]].mean() >= _LEAST_RANK)
+
+
+def colour_problem(clean: UInt8[np.ndarray, "h w 3"], read: UInt8[np.ndarray, "h w 3"]) -> str:
+    """Return what says that ``clean`` is not the truth behind the image that was read, empty if nothing does."""
+    if clean.shape != read.shape:
+        return "is not as large as the image that was read"
+    truth, found = (cv2.resize(item, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for item in (clean, read))
+    truth, found = truth.astype(np.float32), found.astype(np.float32)
+    straight, exchanged = (float(np.mean((found - item) ** 2)) for item in (truth, truth[..., ::-1]))
+    apart = float(np.abs(truth[..., 0] - truth[..., 2]).mean())
+    if apart > _ENOUGH_COLOUR and exchanged < 0.5 * straight:
+        return "has red and blue the other way round than the image that was read"
+    greys = truth.mean(axis=2).ravel(), found.mean(axis=2).ravel()
+    if min(map(np.std, greys)) > _ENOUGH_COLOUR and np.corrcoef(*greys)[0, 1] < _LEAST_ALIKE:
+        return "is not of what the image that was read shows"
+    return ""
+
+
+def _second_difference(image: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+    return cv2.filter2D(np.ascontiguousarray(image), -1, np.array([[1, 0, -2, 0, 1]], np.float32))

@@ -1,0 +1,160 @@
+"""Checks that labels say what the frame's other files show: visible shares, 2D boxes, points on depth."""
+
+import itertools
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.checks.text import read_text
+from warehouse_sim.dataset.formats.kitti.checks.frames import frames, is_levelled
+from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels
+from warehouse_sim.dataset.formats.kitti.checks.points import read_points
+from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
+from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
+from warehouse_sim.dataset.image_io import decode_depth, png_size_wh
+from warehouse_sim.dataset.split import Split
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
+
+_LEVELS = (0.9, 0.5)
+"""Visible shares of what lies in the image from which ``occluded`` is 0 and 1."""
+_ROUNDING = 1e-4
+"""Of ``truncated``, which has four digits."""
+_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+_NEAR = 0.05
+_BESIDE_PX = 2.0
+_WORN = 0.03
+"""By so much (m) worn objects stand out of their boxes."""
+_FEW = 200
+"""So few points on the depth image say nothing."""
+_SAMPLE = 40_000
+"""Points of a sweep that are looked at, about."""
+_SAME_DEPTH = 0.1
+"""Of a point and the depth beside it, as a share: more than half of them agree so well, edges and noise included."""
+_STEPS_PER_METRE = 256.0
+
+
+def shown(subject: Subject) -> Findings:
+    """Hold truncation and occlusion against the scene record, and 2D boxes against the projected 3D boxes."""
+    findings = Findings()
+    for split, scene, observation, frame in frames(subject):
+        where = str(kitti_layout(subject.root).file(split, "label_2", frame))
+        camera = _camera(subject, split, frame)[0]
+        noted = (
+            {}
+            if is_levelled(subject)
+            else {
+                item.instance_id: item.visible_fraction
+                for item in subject.record(scene).observations[observation].targets
+            }
+        )
+        for number, row in enumerate(read_labels(subject, split, frame), start=1):
+            if row.label.is_dont_care:
+                continue
+            if row.instance_id in noted:
+                _shares_agree(findings, row, noted[row.instance_id], camera, f"{where}:{number}")
+            _box_is_there(findings, row, camera, f"{where}:{number}")
+            findings.count += 1
+    findings.examined = f"{findings.count} labels on their images"
+    return findings
+
+
+def points_on_depth(subject: Subject) -> Findings:
+    """Points of the LiDAR lie, through calib, where the depth image has them: along the axis and in metres."""
+    findings = Findings()
+    numbers = [(split, frame) for split, _, _, frame in frames(subject)]
+    for part in subject.each(numbers, lambda item: _points_agree(subject, *item)):
+        findings.add(part)
+    findings.examined = f"{findings.count} points on depth images"
+    return findings
+
+
+def _camera(subject: Subject, split: Split, frame: int) -> tuple[PinholeCamera, Transform]:
+    """Return the camera of a frame and T_camera_lidar."""
+    path = kitti_layout(subject.root).file(split, "calib", frame)
+    matrices = parse_calib(read_text(path), str(path))
+    size_wh = png_size_wh(kitti_layout(subject.root).file(split, "image_2", frame))
+    matrix = matrices["Tr_velo_to_cam"]
+    return calib_camera(matrices, size_wh), make_transform(matrix[:, :3], matrix[:, 3])
+
+
+def _shares_agree(findings: Findings, row: LabelRow, visible: float, camera: PinholeCamera, where: str) -> None:
+    label = row.label
+    left, top, right, bottom = label.box_xyxy
+    at_border = left <= 0 or top <= 0 or right >= camera.width - 1 or bottom >= camera.height - 1
+    inside = 1.0 - label.truncated
+    findings.require(
+        visible <= inside + _ROUNDING and (at_border or label.truncated == 0.0),
+        f"{where}: truncated is {label.truncated}, but {visible:.4f} of it is visible"
+        + ("" if at_border else " and its box ends within the image"),
+    )
+    # What lies in the image is known to four digits only.
+    shares = [visible / max(inside + step, 1e-9) for step in (_ROUNDING, -_ROUNDING)]
+    levels = {next((i for i, least in enumerate(_LEVELS) if share >= least), 2) for share in shares}
+    findings.require(
+        label.occluded in levels,
+        f"{where}: occluded is {label.occluded}, {visible:.4f} of it is visible and {inside:.4f} in the image",
+    )
+
+
+def _box_is_there(findings: Findings, row: LabelRow, camera: PinholeCamera, where: str) -> None:
+    """Require the 2D box within the projection of the 3D box, which holds all of the object."""
+    height, breadth, length = row.label.size_hwl
+    corners = transform_points(row.label.T_camera_object(), _CORNERS * [length, breadth, height])
+    if corners[:, 2].min() < _NEAR or camera.distortion is not None:
+        return
+    uv = camera.project(corners)
+    slack = _BESIDE_PX + _WORN * camera.fx / corners[:, 2].min()
+    last = np.array([camera.width - 1, camera.height - 1])
+    low, high = np.clip(uv.min(axis=0), 0, last) - slack, np.clip(uv.max(axis=0), 0, last) + slack
+    beyond = max(float((low - row.label.box_xyxy[:2]).max()), float((np.array(row.label.box_xyxy[2:]) - high).max()))
+    findings.require(
+        beyond <= 0, f"{where}: the 2D box leaves the projected 3D box by {beyond + slack:.1f} px; P2 or a box is wrong"
+    )
+
+
+def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
+    findings = Findings()
+    camera, T_camera_lidar = _camera(subject, split, frame)
+    path = kitti_layout(subject.root).file(split, "depth_2", frame)
+    depth = decode_depth(path).astype(np.float64) / _STEPS_PER_METRE
+    cloud = read_points(subject, split, frame)[0][:, :3]
+    cloud = cloud[:: max(len(cloud) // _SAMPLE, 1)].astype(np.float64)
+    points = transform_points(T_camera_lidar, cloud[np.isfinite(cloud).all(axis=1)])
+    points = points[points[:, 2] > _NEAR]
+    u, v = np.rint(camera.project(points)).T
+    inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])
+    points, read = points[inside], depth[v[inside].astype(int), u[inside].astype(int)]
+    points, read = points[read > 0], read[read > 0]
+    findings.count = len(points)
+    if len(points) < _FEW:
+        return findings
+    z, distance = points[:, 2], np.linalg.norm(points, axis=1)
+    off = float(np.median(np.abs(read - z) / z))
+    findings.require(
+        off < _SAME_DEPTH,
+        f"{path}: differs from the points of velodyne by {100 * off:.0f} % of the depth; its unit (1/256 m a step), "
+        "the points or Tr_velo_to_cam are wrong",
+    )
+    share = range_share(read, z, distance)
+    findings.require(
+        share < 0.5, f"{path}: holds the distance to the camera, not the depth along its axis (share {share:.2f})"
+    )
+    return findings
+
+
+def range_share(read: Float[np.ndarray, " n"], z: Float[np.ndarray, " n"], distance: Float[np.ndarray, " n"]) -> float:
+    """Return how much of the way from z-depth to distance the readings went: 0 = depth along the axis, 1 = range.
+
+    Least squares of ``read = a z + b (distance - z)`` on what agrees with either; ``a`` takes a sensor's scale.
+    """
+    near = np.minimum(np.abs(read - z), np.abs(read - distance)) < 0.05 * z
+    ahead = distance[near] - z[near]
+    if np.count_nonzero(near) < _FEW or np.ptp(ahead / z[near]) < 0.02:
+        return 0.0
+    (_, share), *_ = np.linalg.lstsq(
+        np.stack([z[near], ahead], axis=1) / z[near, None], read[near] / z[near], rcond=None
+    )
+    return float(share)
