@@ -52,6 +52,7 @@ def test_any_choice_of_formats_has_the_same_files(toy_root: Path, tmp_path: Path
         if name.split("/")[0] in (*formats, "scenes", "objects.json")
     }
     found.pop("manifest.json")
+    found = {name: digest for name, digest in found.items() if name != "README.md" and not name.startswith("card/")}
     assert found == expected
 
 
@@ -85,12 +86,12 @@ def test_killed_run_resumes_to_the_same_bytes(toy_root: Path, tmp_path: Path) ->
     assert contents(root) == contents(toy_root)
 
 
-def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, toy_copy: Path) -> None:
-    store = DatasetStore(toy_copy, make_manifest())
+def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: Path) -> None:
+    store = DatasetStore(make_dataset(tmp_path / "data"), make_manifest())
     store.begin([PALLET], CAMERA, resume=True)
     assert store.pending() == []
     store.finish()
-    assert contents(toy_copy) == contents(toy_root)
+    assert contents(store.root) == contents(toy_root)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,21 @@ class DatasetLayout:
         return self.root / "manifest.json"
 
     @property
+    def readme(self) -> Path:
+        """The card: what the dataset is, for people."""
+        return self.root / "README.md"
+
+    @property
+    def card(self) -> Path:
+        """Folder of what the card shows: thumbnails and the resolved recipe."""
+        return self.root / "card"
+
+    @property
+    def recipe(self) -> Path:
+        """The resolved recipe, as ``generate`` takes it."""
+        return self.card / "recipe.yaml"
+
+    @property
     def unfinished(self) -> Path:
         """The manifest of a dataset that is still being made."""
         return self.root / "manifest.unfinished.json"

@@ -67,11 +67,15 @@ class Manifest:
     another machine."""
     twins: tuple[Twin, ...] = ()
     """For each observation of a scene, which twin it is; empty when there are no twins."""
+    backend: str = ""
+    """Render backend that was asked for; empty in manifests that do not say it."""
     backend_options: dict[str, Any] = field(default_factory=dict)
     """Options of the render backend that were not its defaults."""
     split_table: dict[str, Any] = field(default_factory=dict)
     """Scenes, observations and targets of each split, targets also by visible fraction, distance and lux; filled in at
     the end."""
+    licences: dict[str, str] = field(default_factory=dict)
+    """What may be used under which licence: "data", "textures", and what users brought; empty = not stated."""
     format_version: int = FORMAT_VERSION
     """Version of the folder's layout."""
     contents: Contents = field(default_factory=Contents)

@@ -53,7 +53,7 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
     lidar = None if sensors.get("lidar", {}) is None else _lidar(sensors, inner)
     lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {})
     matched = right is not None and right.get("matching") is not None
-    depths = _depth_models(recipe, where)
+    depths = depth_models(recipe, where)
     more = take_if_given(sensors, "more", dict, inner) or {}
     imu = {} if take_if_given(sensors, "imu", dict, inner) is None else {IMU: "imu"}
     try:
@@ -125,7 +125,7 @@ def _lidar(sensors: dict[str, Any], where: str) -> LidarContents:
     return from_mapping(LidarContents, spread | known | angles, f"{where}.lidar")
 
 
-def _depth_models(recipe: dict[str, Any], where: str) -> dict[str, dict[str, Any]]:
+def depth_models(recipe: dict[str, Any], where: str) -> dict[str, dict[str, Any]]:
     """Return the settings of every depth camera by where the recipe has it."""
     sensors = take_if_given(recipe, "sensors", dict, where) or {}
     twins = take_if_given(recipe, "twins", dict, where) or {}

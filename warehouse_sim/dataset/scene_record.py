@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset.card.tally import Tally, read_tally
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -62,6 +63,8 @@ class SceneRecord:
     """How the scene came to rest."""
     readings: dict[str, ReadingContents] = field(default_factory=dict)
     """What sensors that no format holds gave in it."""
+    tally: Tally | None = None
+    """What is in it, counted for the dataset's card; None in records that are older."""
 
     @property
     def T_world_camera(self) -> tuple[Transform, ...]:
@@ -88,7 +91,7 @@ def write_scene_record(
         scene: The scene as it was drawn.
         split: The split it belongs to.
         observations: Row of each observation that was written, in order; see ``observation_row``.
-        extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``.
+        extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``, ``tally``.
         twins: Name and scene of each variant beside the scene itself.
     """
     objects = [
@@ -155,6 +158,7 @@ def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> Sce
     data, where = read_json(path), str(path)
     observations = take(data, "observations", list, where)
     things = take(data, "objects", list, where) if objects else []
+    tally = take_if_given(data, "tally", dict, where)
     return SceneRecord(
         scene_index=take(data, "scene_index", int, where, WHOLE),
         seed=take(data, "seed", int, where),
@@ -165,6 +169,7 @@ def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> Sce
             read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
         ),
         settle=take(data, "settle", dict, where),
+        tally=None if tally is None else read_tally(tally, f"{where}: tally"),
         readings=_read_readings(take_if_given(data, "readings", dict, where) or {}, f"{where}: readings"),
     )
 

@@ -34,10 +34,12 @@ def _row(scenes: list[Sequence[RecordedObservation]]) -> dict[str, Any]:
         "distance": [item.distance for item in targets],
         "lux": [item.illuminance for item in targets if item.illuminance is not None],
     }
-    counts = {name: _count(found, BINS[name]) for name, found in values.items()}
+    counts = {name: count_in_bins(found, name) for name, found in values.items()}
     return {"scenes": len(scenes), "observations": len(observations), "targets": len(targets), **counts}
 
 
-def _count(values: list[float], edges: tuple[float, ...]) -> list[int]:
+def count_in_bins(values: Sequence[float], name: str) -> list[int]:
+    """Return how many values lie in each of the ``BINS`` of that name; what lies beyond counts in the outer ones."""
+    edges = BINS[name]
     counts: list[int] = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0].tolist()
     return counts

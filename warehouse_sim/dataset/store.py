@@ -6,6 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.card import write_card
+from warehouse_sim.dataset.card.generated import generated_card, put_together, write_recipe
+from warehouse_sim.dataset.card.scene_tally import SceneTally
+from warehouse_sim.dataset.card.tally import tally_row
+from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
@@ -21,6 +26,8 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
+
+_LATER = ("backend", "licences")
 
 
 class DatasetStore:
@@ -89,13 +96,17 @@ class DatasetStore:
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
         """
+        tally = SceneTally(scene, twins)
         described: dict[str, list[Described]] = {}
         rows: list[dict[str, Any]] = []
         for observation in self._written(scene, observations):
             self._store_readings(observation, described)
+            tally.add(observation)
+            self._store_thumbnail(observation)
             rows.append(observation_row(observation))
         write_worn_meshes(self.root, scene)
-        extra = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
+        extra: dict[str, Any] = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
+        extra["tally"] = tally_row(tally.finish())
         if described:
             sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
             extra["readings"] = to_mapping(sensors)
@@ -119,6 +130,7 @@ class DatasetStore:
         """
         theirs, index = DatasetLayout(source), scene.scene_index
         for observation in self._written(scene, observations):
+            self._store_thumbnail(observation)
             for name in other_readings(observation):
                 number = observation.observation_index
                 make_folder(self._layout.reading(name, index, number).parent)
@@ -155,7 +167,7 @@ class DatasetStore:
             scene_writer.finish()
 
     def finish(self) -> Manifest:
-        """Store what needs all scenes and, last of all, the manifest.
+        """Store what needs all scenes, the card and, last of all, the manifest.
 
         Raises:
             DatasetError: A scene is missing.
@@ -176,10 +188,22 @@ class DatasetStore:
             split_table=table,
             contents=replace(self.manifest.contents, readings=self._readings(records)),
         )
+        self._write_card(manifest, records)
         write_manifest(self._layout.manifest, manifest)
         with writing(self._layout.unfinished):
             self._layout.unfinished.unlink()
         return manifest
+
+    def _write_card(self, manifest: Manifest, records: Sequence[SceneRecord]) -> None:
+        shown = shown_observations(manifest.scenes, manifest.observations_per_scene)
+        write_recipe(self._layout.recipe, manifest)
+        has_sheet = write_sheet(self._layout.card, shown)
+        write_card(self.root, generated_card(self.root, manifest, put_together(records), has_sheet))
+
+    def _store_thumbnail(self, observation: Observation) -> None:
+        place = observation.scene_index, observation.observation_index
+        if place in shown_observations(self.manifest.scenes, self.manifest.observations_per_scene):
+            write_thumbnail(self._layout.card, observation.rgbd.rgb, *place)
 
     def _kind(self, sensor: str) -> str:
         return self.manifest.contents.sensors.get(sensor, sensor)
@@ -238,7 +262,8 @@ class DatasetStore:
 
     def _require_same(self, stored: Manifest, path: Path) -> None:
         before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))
-        different = [key for key in now if before[key] != now[key]]
+        # Manifests that an earlier version began do not say everything.
+        different = [key for key in now if before[key] != now[key] and (before[key] or key not in _LATER)]
         if different:
             key = different[0]
             raise DatasetError(

@@ -19,6 +19,7 @@ from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
+from warehouse_sim.generation.licences import recipe_licences
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import scene_features
 from warehouse_sim.generation.view_reach import view_reach_deg
@@ -64,6 +65,7 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     scenes = recipe.scenes if config.scenes is None else config.scenes
     # Through JSON, so that a manifest read back equals the one written.
     plain = json.loads(json.dumps(to_mapping(recipe)))
+    contents = _contents(plain, config, recipe.sensors.make_camera())
     return Manifest(
         seed=config.seed,
         scenes=scenes,
@@ -74,8 +76,10 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         recipe=plain,
         packages=package_versions(),
         twins=_twins(recipe),
-        contents=_contents(plain, config, recipe.sensors.make_camera()),
+        contents=contents,
+        backend=config.backend,
         backend_options=config.backend_options,
+        licences=recipe_licences(plain, contents.plugins),
     )
 
 

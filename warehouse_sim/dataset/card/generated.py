@@ -1,0 +1,95 @@
+"""The card of a generated dataset: its manifest, its scene records and its folders say all of it."""
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from warehouse_sim.dataset.card.disk_use import measure
+from warehouse_sim.dataset.card.limits import exact, missing, simulated
+from warehouse_sim.dataset.card.tally import Tally
+from warehouse_sim.dataset.card.text import Card
+from warehouse_sim.dataset.card.thumbnails import SHEET
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.scene_record import SceneRecord
+from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.output import make_folder, write_bytes
+
+
+def put_together(records: Sequence[SceneRecord]) -> Tally:
+    """Return the tally of all scenes; those of records that are older than tallies are not in it."""
+    tally = Tally()
+    for record in records:
+        if record.tally is not None:
+            tally.add(record.tally)
+    return tally
+
+
+def generated_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) -> Card:
+    """Return the card of a dataset whose scenes are all written.
+
+    Args:
+        root: Its folder.
+        manifest: Its manifest, complete.
+        tally: Of all its scenes.
+        has_sheet: Whether there are thumbnails.
+    """
+    layout = DatasetLayout(root)
+    each = manifest.observations_per_scene
+    folders = (*manifest.formats, *(path.name for path in (layout.readings, layout.worn, layout.scenes)))
+    return Card(
+        name=manifest.contents.name or "A dataset",
+        description=manifest.contents.description,
+        tally=tally,
+        splits={name: (len(manifest.splits[name]), each * len(manifest.splits[name])) for name in SPLITS},
+        disk=measure(root, folders),
+        licences=manifest.licences,
+        facts=_facts(manifest, tally),
+        again=_again(manifest),
+        versions=manifest.packages | manifest.contents.plugins,
+        limits={
+            "What is exact": exact(manifest),
+            "What is simulated": simulated(manifest),
+            "What is not in it": missing(manifest, {look.class_name for look in tally.looks}),
+        },
+        sheet=f"{layout.card.name}/{SHEET}" if has_sheet else None,
+    )
+
+
+def write_recipe(path: Path, manifest: Manifest) -> None:
+    """Store the resolved recipe as a file that ``generate`` takes, whatever becomes of the one it was read from."""
+    make_folder(path.parent)
+    write_bytes(path, yaml.safe_dump(manifest.recipe, sort_keys=False, width=110).encode("utf-8"))
+
+
+def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
+    contents = manifest.contents
+    camera = contents.camera
+    facts = {
+        "recipe": f"{contents.name or 'unnamed'}, resolved in [card/recipe.yaml](card/recipe.yaml)",
+        "seed": str(manifest.seed),
+        "formats": ", ".join(manifest.formats),
+        "labelled classes": ", ".join(manifest.targets),
+        "labels": f"{tally.labels:,}",
+        "sensors": "; ".join(f"{name}: {', '.join(channels)}" for name, channels in contents.channels.items()),
+        "more sensors": ", ".join(f"{name} ({kind})" for name, kind in contents.sensors.items()),
+        "images": "" if camera is None else f"{camera.width} x {camera.height} px, focal length {camera.focal_px:g} px",
+        "LiDAR points": f"{tally.points:,}, {tally.points / tally.observations:,.0f} a sweep" if tally.points else "",
+        "twins": ", ".join(dict.fromkeys(twin.variant for twin in manifest.twins)),
+        "drawn by": "; ".join(manifest.renderers),
+    }
+    if tally.scenes < manifest.scenes:
+        facts["not counted"] = f"{manifest.scenes - tally.scenes} scenes that an earlier version made"
+    return {name: text for name, text in facts.items() if text}
+
+
+def _again(manifest: Manifest) -> str:
+    command = ["warehouse-sim", "generate", "card/recipe.yaml", "--out", "../again"]
+    command += ["--scenes", str(manifest.scenes), "--seed", str(manifest.seed), "--formats", *manifest.formats]
+    if manifest.backend:
+        command += ["--backend", manifest.backend]
+    if manifest.backend_options:
+        command += ["--backend-options", *(f"{key}={value}" for key, value in manifest.backend_options.items())]
+    return shlex.join(command)

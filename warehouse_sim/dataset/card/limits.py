@@ -1,0 +1,79 @@
+"""What a generated dataset simulates, what in it is exact, and what it does not hold: the card's last word."""
+
+from collections.abc import Collection
+from typing import Any
+
+from warehouse_sim.dataset.contents import LidarContents
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.recipe_contents import depth_models
+
+FILM = "wrap"
+"""Class of stretch film."""
+_QUANTA = {"bop": "BOP depth in steps of 1 mm", "kitti": "KITTI depth in steps of 1/256 m"}
+
+
+def exact(manifest: Manifest) -> list[str]:
+    """Return what comes from the scene itself, without an error of measurement."""
+    steps = [text for name, text in _QUANTA.items() if name in manifest.formats]
+    rounded = f" ({'; '.join(steps)})" if steps else ""
+    lines = [
+        f"Poses, boxes, masks, instance ids and visible fractions; each format rounds them to what it stores{rounded}.",
+        "The calibration in the files. What the rig states of it, with its errors, is in the scene records."
+        if manifest.recipe.get("sensors", {}).get("calibration") is not None
+        else "The calibration in the files.",
+    ]
+    if manifest.contents.clean:
+        lines.append("The clean images beside the readings.")
+    return lines
+
+
+def simulated(manifest: Manifest) -> list[str]:
+    """Return what follows a model of something real."""
+    contents = manifest.contents
+    lines = [f"Colour is drawn by {', '.join(manifest.renderers) or 'a renderer'}: no image is a photograph."]
+    for place, settings in depth_models(manifest.recipe, "recipe").items():
+        lines.append(f"Depth is a reading: `{place}` is {_depth_text(settings)}. 0 = no reading.")
+    if contents.lidar is not None:
+        lines.append(f"LiDAR: {_lidar_text(contents.lidar)}.")
+    lines.append("Illuminance (lx) is measured in the scene's light, on the floor and on what is visible of a label.")
+    return lines
+
+
+def missing(manifest: Manifest, classes: Collection[str]) -> list[str]:
+    """Return what a user may look for in vain, where ``classes`` stand in the scenes."""
+    contents = manifest.contents
+    lines = [
+        f"Full labels are those of {', '.join(manifest.targets) or 'no class'}; all other objects have id, class and "
+        "pose in `scenes/`.",
+        "An object without a visible pixel has no label in that image.",
+        "Splits share no scene, but the same CAD geometries occur in all of them.",
+    ]
+    if FILM in classes:
+        lines.append("Stretch film has a class, an id and a pose, but no pixels of ids and no true depth.")
+    if "kitti" in manifest.formats:
+        lines.append("KITTI knows one angle: what leans by more than 2 deg is a `DontCare` row there.")
+    if contents.levelled:
+        lines.append(f"{', '.join(contents.levelled)}: images of a level virtual camera in place of the tilted one.")
+    return lines
+
+
+def _depth_text(settings: dict[str, Any]) -> str:
+    model = settings.get("model", "the default model")
+    numbers = [f"{key} {value:g}" for key, value in settings.items() if type(value) in (int, float) and value]
+    return f"the sensor model `{model}`" + (f" ({', '.join(numbers)})" if numbers else "")
+
+
+def _lidar_text(lidar: LidarContents) -> str:
+    parts = [f"ranges with a standard deviation of {lidar.range_noise:g} m"]
+    if lidar.range_noise_weak:
+        parts.append(f"and {lidar.range_noise_weak:g} m more for weak signals")
+    if lidar.laser_bias:
+        parts.append(f"a constant error of each laser (standard deviation {lidar.laser_bias:g} m)")
+    if lidar.range_step:
+        parts.append(f"steps of {lidar.range_step:g} m")
+    parts.append(f"the vehicle's motion within a sweep is {_motion(lidar.motion)}")
+    return ", ".join(parts)
+
+
+def _motion(word: str) -> str:
+    return {"ignored": "left out", "raw": "left in the points"}.get(word, "put right")
