@@ -115,6 +115,8 @@ for _name in (
 ):
     _constant = _name.upper().replace("-", "_")
     ESTIMATORS.add(_name, f"warehouse_sim.estimators.pose.densefusion.networks.family:{_constant}")
+ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
+ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
 DETECTORS = Registry("detector")
 SEGMENTERS = Registry("segmenter")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")

@@ -4,9 +4,12 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators import DETECTORS, SEGMENTERS, PoseEstimator
+from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.visibility import LeastVisible
 
@@ -18,12 +21,14 @@ class Finder:
 
     Args:
         names: "truth", or names of detectors and segmenters joined by +, each working on what the one before found.
+        gravity: Who says where down is.
 
     Raises:
         UnknownNameError: A name is neither of a detector nor of a segmenter.
     """
 
-    def __init__(self, names: str = TRUTH) -> None:
+    def __init__(self, names: str = TRUTH, gravity: GravitySource = "rig") -> None:
+        self._gravity = gravity
         self._stages = None if names == TRUTH else [_open(name) for name in names.split("+")]
         self.seconds = 0.0
         """How long the last image's detection took; 0 for the truth."""
@@ -31,8 +36,9 @@ class Finder:
     def find(self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
         """Return an image with its detections; None where there are none."""
         if self._stages is None:
-            return _with_true_masks(estimator, reader, image)
-        found = RgbdImage.from_dataset(reader, image, ())
+            truth = _with_true_masks(estimator, reader, image)
+            return None if truth is None else self._with_gravity(truth)
+        found = self._with_gravity(RgbdImage.from_dataset(reader, image, ()))
         started = time.perf_counter()
         for stage in self._stages:
             found = replace(found, detections=tuple(stage(found)))
@@ -41,6 +47,14 @@ class Finder:
         numbered = tuple(_numbered(item, position) for position, item in enumerate(found.detections))
         taken = tuple(item for item in numbered if _is_known(estimator, item))
         return replace(found, detections=taken) if taken else None
+
+    def _with_gravity(self, image: RgbdImage) -> RgbdImage:
+        if self._gravity == "rig":
+            return image
+        if self._gravity == "none":
+            return replace(image, gravity=None)
+        rng = np.random.default_rng([image.scene_id, image.image_id])
+        return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
 
 
 def _open(name: str) -> Callable[[RgbdImage], Sequence[Detection]]:

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Float32, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens
 from warehouse_sim.geometry.pose import Transform
@@ -60,6 +61,8 @@ class RgbdImage:
     image_id: int = 0
     T_world_camera: Transform | None = None
     """Where the camera is, above the floor z = 0; None where nobody knows. No network reads it."""
+    gravity: Direction | None = None
+    """Unit vector that points down, in the camera frame; None where nobody knows."""
 
     def __post_init__(self) -> None:
         size = self.camera.height, self.camera.width
@@ -71,6 +74,10 @@ class RgbdImage:
         for name, shape in shapes.items():
             if shape != size:
                 raise InputError(f"{name} has the shape {shape}, the camera's image is {size} (height, width)")
+        if self.gravity is not None and not abs(np.linalg.norm(self.gravity) - 1.0) < 1e-3:
+            raise InputError(
+                f"gravity must be a unit vector that points down, found {np.asarray(self.gravity).tolist()}"
+            )
         if self.rgb is not None and (self.rgb.dtype != np.uint8 or self.rgb.shape[2] != 3):
             raise InputError(f"rgb must be uint8 (height, width, 3), found {self.rgb.dtype} {self.rgb.shape}")
 
@@ -82,6 +89,7 @@ class RgbdImage:
         detections: Sequence[Detection],
         rgb: UInt8[np.ndarray, "h w 3"] | None = None,
         distortion: Lens | None = None,
+        gravity: Direction | None = None,
     ) -> "RgbdImage":
         """Make one from the arrays of any sensor.
 
@@ -91,6 +99,7 @@ class RgbdImage:
             detections: What was found.
             rgb: Colours, aligned with ``depth``.
             distortion: What the lens does to the image; nothing by default.
+            gravity: Unit vector that points down (camera frame), as an inertial unit at rest gives it.
 
         Raises:
             InputError: Shapes do not fit, or a unit is wrong.
@@ -106,7 +115,7 @@ class RgbdImage:
         if skew != 0.0 or fx <= 0 or fy <= 0:
             raise InputError(f"K must have focal lengths above 0 and no skew, found {np.asarray(K).tolist()}")
         camera = PinholeCamera(width, height, float(fx), float(fy), float(cx), float(cy), distortion)
-        return cls(camera, values, tuple(detections), rgb)
+        return cls(camera, values, tuple(detections), rgb, gravity=gravity)
 
     @classmethod
     def from_observation(cls, observation: Observation) -> "RgbdImage":
@@ -121,6 +130,7 @@ class RgbdImage:
             observation.scene_index,
             observation.observation_index,
             observation.T_world_camera,
+            down_of_camera(observation.T_world_camera),
         )
 
     @classmethod
@@ -141,4 +151,10 @@ class RgbdImage:
         )
         colors = reader.rgb(image) if rgb else None
         numbers = image.scene_id, image.image_id
-        return cls(image.camera, reader.depth(image), detections, colors, *numbers, image.T_world_camera)
+        depth, place = reader.depth(image), image.T_world_camera
+        return cls(image.camera, depth, detections, colors, *numbers, place, _down_if_placed(place))
+
+
+def _down_if_placed(T_world_camera: Transform) -> Direction | None:
+    """Return gravity in the camera frame; None where a dataset says nothing of a world, which then is the camera's."""
+    return None if np.array_equal(T_world_camera, np.eye(4)) else down_of_camera(T_world_camera)

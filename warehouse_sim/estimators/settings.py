@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from warehouse_sim.dataset.reader import Calibration
+from warehouse_sim.estimators.gravity import GravitySource
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, Seed, ranged
@@ -26,6 +27,8 @@ class PredictConfig:
     calibration: Calibration = "true"
     """What estimators are told of the rig: the true calibration, or what the rig states, which ``sensors.calibration``
     of the recipe lets differ."""
+    gravity: GravitySource = "rig"
+    """Where down is, for what asks for it: as the rig's place in the world says, as the floor in sight, or unknown."""
     images_at_once: Annotated[int, Range(1, 1024)] = 8
     """Images whose targets pass the network together, 1-1,024."""
     seed: Seed = 0

@@ -58,6 +58,8 @@ class IcpConfig:
     """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
     most_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
+    upright: Annotated[float, Range(0.00001, 10, "rad")] = 0.007
+    """Standard deviation of the object's own up against gravity (rad), 0.00001-10; where gravity is given."""
     step_tolerance: Annotated[float, Range(0, 1)] = 1e-4
     """An object that turns and moves by less than this (rad, m) has converged until the next round, 0-1."""
 
@@ -112,6 +114,7 @@ def refine_poses(
     clouds: Sequence[Float[np.ndarray, "p 3"]],
     surfaces: Sequence[CadSurface],
     config: IcpConfig,
+    up: Float[np.ndarray, " 3"] | None = None,
 ) -> Transforms:
     """Return for each of b objects the pose that fits its points, or the given one where the fit gets no better.
 
@@ -120,6 +123,7 @@ def refine_poses(
         clouds: What the camera sees of each object (camera frame, m), in random order.
         surfaces: CAD surface of each object.
         config: Settings.
+        up: Unit vector against gravity (camera frame), which the objects' z axes are held to softly; None leaves it.
     """
     if not clouds:
         return T_camera_object
@@ -134,7 +138,7 @@ def refine_poses(
         if seen is not None:
             anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy, config)
         seen = VisibleSurfaces(surfaces, invert(T)[:, :3, 3], anisotropy, 1.0 if last else _COARSE)
-        T, delta = _fit_to_visible(T, delta, cloud, seen, round_index, config)
+        T, delta = _fit_to_visible(T, delta, cloud, seen, round_index, config, up)
     better = _is_near(T, T_camera_object, config)
     fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
     better &= fits[0].improves_on(fits[1])
@@ -148,12 +152,13 @@ def _fit_to_visible(
     seen: VisibleSurfaces,
     round_index: int,
     config: IcpConfig,
+    up: Float[np.ndarray, " 3"] | None,
 ) -> tuple[Transforms, Float[np.ndarray, "b 6"]]:
     """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay."""
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
     for iteration in range(config.iterations):
         gate = _gate(config, round_index * config.iterations + iteration)
-        change = np.where(moving, _gauss_newton(cloud, T, seen, delta, gate, config), 0.0)
+        change = np.where(moving, _gauss_newton(cloud, T, seen, delta, gate, config, up), 0.0)
         delta = delta + change
         # The step moves the points in the object frame; the object moves the other way.
         T = T @ invert(make_transform(Rotation.from_rotvec(change[:, :3]).as_matrix(), change[:, 3:]))
@@ -213,6 +218,7 @@ def _gauss_newton(
     delta: Float[np.ndarray, "b 6"],
     gate: float,
     config: IcpConfig,
+    up: Float[np.ndarray, " 3"] | None,
 ) -> Float[np.ndarray, "b 6"]:
     """Return the small motions (rotation vector, shift) of the points that bring them closer to the surfaces.
 
@@ -223,6 +229,7 @@ def _gauss_newton(
         delta: Sum of the motions so far, which the prior pulls back to zero.
         gate: Largest distance that counts (scaled m).
         config: Settings.
+        up: Against gravity (camera frame); None where nobody knows.
     """
     points = cloud.in_object_frame(T_camera_object)
     distance, direction = seen.nearest(points)
@@ -235,6 +242,14 @@ def _gauss_newton(
     precision = noise**2 / np.array([config.prior_turn] * 3 + [config.prior_shift] * 3) ** 2
     matrix = weighted @ jacobian + precision[:, :, None] * np.eye(6)
     right = -(weighted @ distance[..., None])[..., 0] - precision * delta
+    if up is not None:
+        lean = up @ T_camera_object[:, :3, :2]  # how far the object's z axis is from up, along its own x and y
+        weight_of_up = (noise[:, 0] / config.upright) ** 2
+        matrix[:, 0, 0] += weight_of_up
+        matrix[:, 1, 1] += weight_of_up
+        # The points turn by (a, b, .): up in the object frame, (lean, 1), moves by (b, -a, 0), and shall be (0, 0, 1).
+        right[:, 0] += weight_of_up * lean[:, 1]
+        right[:, 1] -= weight_of_up * lean[:, 0]
     return np.linalg.solve(matrix, right[..., None])[..., 0]
 
 

@@ -1,0 +1,101 @@
+"""Poses without a network, on a pallet-like box whose readings are made here by ray and box in closed form."""
+
+import numpy as np
+import pytest
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.estimators.gravity import down_of_camera
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView, EvidenceConfig, judge
+from warehouse_sim.estimators.pose.fitting.fit import distinct, icp_multistart, rectangle_fit
+from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
+from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_angle, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+SIZE = np.array([1.2, 0.8, 0.3])
+CAMERA = PinholeCamera(240, 160, 220.0, 220.0, 119.5, 79.5)
+HALF_TURN = SymmetryGroup(np.stack([np.eye(4), make_transform(rotation_z(np.pi), np.zeros(3))]))
+
+
+def box() -> ObjectInfo:
+    mesh = TriangleMesh(box_corners(SIZE), unit_box().faces)
+    return ObjectInfo(
+        3, "crate", "pallet", SIZE, float(np.linalg.norm(SIZE)), HALF_TURN, (), None, lambda _, even: mesh
+    )
+
+
+def seen(T_world_object: np.ndarray, pitch: float, wall: float = 9.0) -> tuple[RgbdImage, np.ndarray]:
+    """Return an image of the box on a floor before a wall, by the slab method, and the box's true pose."""
+    T_world_camera = level_camera(np.array([0.0, 0.0, 1.1]), 0.0, pitch)
+    T_camera_object = invert(T_world_camera) @ T_world_object
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width].reshape(2, -1)
+    rays = CAMERA.rays_at(u, v)
+    inverse = invert(T_camera_object)
+    with np.errstate(divide="ignore"):
+        a, b = ((sign * SIZE / 2.0 - inverse[:3, 3]) / (rays @ inverse[:3, :3].T) for sign in (-1.0, 1.0))
+    enter, leave = np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
+    hit = (enter < leave) & (enter > 0)
+    world = rays @ T_world_camera[:3, :3].T
+    ground = np.where(world[:, 2] < -1e-3, -1.1 / np.minimum(world[:, 2], -1e-3), np.inf)
+    behind = np.minimum(ground, wall / np.maximum(world[:, 0], 1e-3))
+    depth = np.where(hit, enter, behind) + np.random.default_rng(0).normal(0.0, 0.002, len(u))
+    shape = CAMERA.height, CAMERA.width
+    detection = Detection(hit.reshape(shape), "crate")
+    down = down_of_camera(T_world_camera)
+    image = RgbdImage(CAMERA, depth.reshape(shape).astype(np.float32), (detection,), gravity=down)
+    return image, T_camera_object
+
+
+@pytest.mark.parametrize("yaw_deg", [5, 40, 80, 130])
+@pytest.mark.parametrize("pitch", [0.0, -0.25])
+def test_the_box_is_found_whatever_its_direction_and_the_camera_s_pitch(yaw_deg: int, pitch: float) -> None:
+    T_world_object = make_transform(rotation_z(np.deg2rad(yaw_deg)), np.array([3.0, 0.3, 0.15]))
+    image, truth = seen(T_world_object, pitch)
+    for made, shift, turn in ((rectangle_fit(), 0.06, 3.0), (icp_multistart(), 0.01, 0.5)):
+        made.onboard({3: box()})
+        (found,) = made.estimate(image)
+        looks = truth @ HALF_TURN.transforms
+        turns = np.degrees(rotation_angle(looks[:, :3, :3], found.T_camera_object[None, :3, :3]))
+        assert np.linalg.norm(found.T_camera_object[:3, 3] - truth[:3, 3]) < shift
+        assert turns.min() < turn
+        assert found.score > 0.5
+
+
+def test_one_of_four_rectangles_is_the_box_when_its_points_are_exact() -> None:
+    yaw, place = 0.4, np.array([2.5, -0.4, 0.0])
+    rng = np.random.default_rng(1)
+    face = np.stack([np.full(400, -0.6), rng.uniform(-0.4, 0.4, 400), rng.uniform(-0.15, 0.15, 400)], axis=1)
+    side = np.stack([rng.uniform(-0.6, 0.6, 400), np.full(400, 0.4), rng.uniform(-0.15, 0.15, 400)], axis=1)
+    points = np.concatenate([face, side]) @ rotation_z(yaw).T + place
+    found = upright_boxes(points, SIZE)
+    away = np.linalg.norm(found[:, :3, 3] - place, axis=1)
+    turns = np.degrees(rotation_angle(found[:, :3, :3], rotation_z(yaw)[None]))
+    best = np.argmin(away + turns)
+    assert away[best] < 0.05
+    assert turns[best] < 2.0
+    assert len(distinct(found, HALF_TURN)) == 2
+
+
+def test_the_image_speaks_for_the_truth_and_against_what_it_looks_through() -> None:
+    T_world_object = make_transform(rotation_z(0.3), np.array([3.0, 0.0, 0.15]))
+    image, truth = seen(T_world_object, -0.1)
+    surface = build_surface(box().mesh(), 20_000, np.random.default_rng(0))
+    mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
+    view = DepthView(CAMERA, image.depth, mask, np.zeros((0, 3)))
+    config = EvidenceConfig(unexplained=0.0)
+    at_truth = judge(truth, surface, view, config)
+    assert at_truth.supported > 0.9
+    nearer, aside, turned = truth.copy(), truth.copy(), truth @ make_transform(rotation_z(np.pi / 2), np.zeros(3))
+    nearer[2, 3] -= 0.3
+    aside[0, 3] += 0.5
+    assert judge(nearer, surface, view, config).through > 0.8
+    for other in (nearer, aside, turned):
+        assert judge(other, surface, view, config).score < at_truth.score - 0.1
+    hidden = view.depth.copy()
+    hidden[:, :120] = 1.0
+    covered = judge(truth, surface, DepthView(CAMERA, hidden, mask & (np.arange(240) >= 120), view.points), config)
+    assert covered.before < 0.02 < covered.covered

@@ -1,0 +1,1 @@
+"""Poses without a network."""
