@@ -70,7 +70,7 @@ def test_usd_shows_the_paint_of_each_object(tmp_path: Path) -> None:
     found = []
     for number in (1, 2, 3):
         prim = stage.GetPrimAtPath(f"/World/object_{number:06d}")
-        (mesh,) = prim.GetPrototype().GetChildren()
+        (mesh,) = prim.GetPrototype().GetChild("Geometry").GetChildren()
         assert len(UsdGeom.Mesh(mesh).GetPointsAttr().Get()) == 8
         found.append(UsdShade.MaterialBindingAPI(mesh).GetDirectBinding().GetMaterialPath().name)
     assert found == ["kraft", "steel", "wood"]

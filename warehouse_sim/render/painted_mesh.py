@@ -76,16 +76,35 @@ def _painted_part(part: Part, material: Material, number: int) -> PaintedMesh:
     metres = corners * part.scale
     local = normals / part.scale
     local = local / np.maximum(np.linalg.norm(local, axis=1, keepdims=True), 1e-12)
-    if material.picture is None:
-        tiles = _box_projection(metres, local, material) + _shift(number)
-    else:
-        tiles = picture_coordinates(metres, local)
     return PaintedMesh(
         positions=transform_points(part.T_object_part, metres),
         normals=local @ part.T_object_part[:3, :3].T,
-        tiles=tiles,
+        tiles=_tiles(metres, local, material, number),
         faces=faces,
     )
+
+
+def corner_tiles(part: Part, material: Material, number: int) -> Float64[np.ndarray, "m 3 2"]:
+    """Return the texture coordinates of ``PaintedMesh.tiles`` for each corner of each face of a part's mesh.
+
+    Args:
+        part: The part.
+        material: What it is painted with.
+        number: Of the part in its model.
+    """
+    metres = part.mesh.vertices[part.mesh.faces] * part.scale
+    normals = part.mesh.face_normals() / part.scale
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    flat = np.repeat(normals, 3, axis=0)
+    return _tiles(metres.reshape(-1, 3), flat, material, number).reshape(-1, 3, 2)
+
+
+def _tiles(
+    metres: Float64[np.ndarray, "n 3"], normals: Float64[np.ndarray, "n 3"], material: Material, number: int
+) -> Float64[np.ndarray, "n 2"]:
+    if material.picture is not None:
+        return picture_coordinates(metres, normals)
+    return _box_projection(metres, normals, material) + _shift(number)
 
 
 @lru_cache(maxsize=512)

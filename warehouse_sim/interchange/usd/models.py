@@ -1,0 +1,227 @@
+"""Models as classes that objects refer to: geometry, colliders, mass, label; and one more for each paint of a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.interchange.usd.bindings import bindings
+from warehouse_sim.interchange.usd.colliders import add_colliders, read_colliders
+from warehouse_sim.interchange.usd.meshes import MeshClasses, MeshReader
+from warehouse_sim.interchange.usd.names import prim_names
+from warehouse_sim.interchange.usd.placement import place, placed_at
+from warehouse_sim.interchange.usd.record import Record, keep
+from warehouse_sim.render.painted_mesh import corner_tiles
+from warehouse_sim.schema import LuminousFace, Material, ObjectInstance, ObjectModel, Part, Pocket, SceneSpec
+
+GEOMETRY, COLLIDERS = "Geometry", "Colliders"
+TAXONOMY = "class"
+"""Of semantic labels: what Isaac Sim's annotators ask for first."""
+
+
+@dataclass(eq=False)
+class ModelClasses:
+    """The models of a stage.
+
+    Args:
+        stage: Where.
+        root: Path of the class prim that they are children of.
+        scene: What they are models of.
+        bound: Material prim of each material of the scene.
+        friction: Path of the material of all colliders.
+    """
+
+    stage: Any
+    root: str
+    scene: SceneSpec
+    bound: Mapping[str, Any]
+    friction: str
+    _looks: dict[object, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.stage.CreateClassPrim(self.root)
+        self._meshes = MeshClasses(self.stage, f"{self.root}/Meshes")
+        placed = {item.model for item in self.scene.instances}
+        used = [name for name in self.scene.models if name in placed]
+        self._names = prim_names(["Meshes", *used])
+        for name in used:
+            self._add(self.scene.models[name])
+
+    def path_of(self, instance: ObjectInstance) -> str:
+        """Return the path of the class that looks like ``instance``."""
+        bare = f"{self.root}/{self._names[instance.model]}"
+        if not instance.paint:
+            return bare
+        if instance.look not in self._looks:
+            self._looks[instance.look] = f"{bare}_paint_{len(self._looks):04d}"
+            self._add_look(self._looks[instance.look], bare, instance)
+        return self._looks[instance.look]
+
+    def _add(self, model: ObjectModel) -> None:
+        pxr = bindings()
+        path = f"{self.root}/{self._names[model.name]}"
+        root = pxr.Geom.Xform.Define(self.stage, path).GetPrim()
+        pxr.Usd.ModelAPI(root).SetKind("component")
+        pxr.Geom.Scope.Define(self.stage, f"{path}/{GEOMETRY}")
+        for number, part in enumerate(model.parts):
+            place_of = f"{path}/{GEOMETRY}/part_{number:03d}"
+            prim = pxr.Geom.Mesh.Define(self.stage, place_of).GetPrim()
+            prim.GetReferences().AddInternalReference(self._meshes.path_of(part.mesh))
+            place(prim, part.T_object_part, part.scale)
+            keep(prim, {"material": part.material, "role": part.role or None})
+            self._paint(prim, part, part.material, number)
+        add_colliders(self.stage, f"{path}/{COLLIDERS}", model.collision, self.friction)
+        if model.mass > 0.0:
+            pxr.Physics.MassAPI.Apply(root).CreateMassAttr(model.mass)
+        pxr.Semantics.LabelsAPI.Apply(root, TAXONOMY).CreateLabelsAttr([model.class_name])
+        if model.parts:
+            points = model.mesh().vertices
+            extent = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float32)
+            pxr.Geom.ModelAPI.Apply(root).SetExtentsHint(pxr.Vt.Vec3fArray.FromNumpy(extent))
+        _keep_model(root, model)
+
+    def _add_look(self, path: str, bare: str, instance: ObjectInstance) -> None:
+        """Add a class for the paint of an object, which refers to the bare one."""
+        prim = bindings().Geom.Xform.Define(self.stage, path).GetPrim()
+        prim.GetReferences().AddInternalReference(bare)
+        keep(prim, {"paint_from": list(instance.paint), "paint_to": list(instance.paint.values())})
+        for number, part in enumerate(self.scene.model_of(instance).parts):
+            if part.material in instance.paint:
+                over = self.stage.OverridePrim(f"{path}/{GEOMETRY}/part_{number:03d}")
+                self._paint(over, part, instance.material_of(part), number)
+
+    def _paint(self, prim: Any, part: Part, name: str, number: int) -> None:
+        """Bind a material to a part and lay its texture on it, as ``render.painted_mesh`` does for renderers."""
+        pxr = bindings()
+        material = self.scene.materials[name]
+        pxr.Shade.MaterialBindingAPI.Apply(prim).Bind(self.bound[name])
+        vars_of, kinds = pxr.Geom.PrimvarsAPI(prim), pxr.Sdf.ValueTypeNames
+        if material.texture is not None or material.picture is not None:
+            tiles = corner_tiles(part, material, number).reshape(-1, 2)
+            # Ours grow with the rows of an image, USD's t from its lower edge upwards.
+            corners = np.stack([tiles[:, 0], 1.0 - tiles[:, 1]], axis=1).astype(np.float32)
+            places, index = np.unique(corners, axis=0, return_inverse=True)
+            st = vars_of.CreatePrimvar("st", kinds.TexCoord2fArray, pxr.Geom.Tokens.faceVarying)
+            st.Set(pxr.Vt.Vec2fArray.FromNumpy(places))
+            st.SetIndices(pxr.Vt.IntArray.FromNumpy(index.ravel().astype(np.int32)))
+        shown = vars_of.CreatePrimvar("displayColor", kinds.Color3fArray, pxr.Geom.Tokens.constant)
+        shown.Set([pxr.Gf.Vec3f(*map(float, material.base_color))])
+        if material.opacity < 1.0:
+            pxr.Geom.Gprim(prim).CreateDoubleSidedAttr(True)
+
+
+def _keep_model(prim: Any, model: ObjectModel) -> None:
+    symmetry, face = model.symmetry.transforms, model.luminous_face
+    keep(prim, {"model": model.name, "class_name": model.class_name, "obj_id": model.obj_id, "size": model.size})
+    keep(prim, {"make": model.make or None, "bears": model.bears, "own_materials": [m.name for m in model.materials]})
+    if len(symmetry) > 1:
+        keep(prim, {"symmetry": symmetry})
+    if model.pockets:
+        keep(
+            prim,
+            {
+                "pocket_faces": [item.face for item in model.pockets],
+                "pocket_poses": np.stack([item.T_object_pocket for item in model.pockets]),
+                "pocket_sizes": np.stack([item.size for item in model.pockets]),
+            },
+        )
+    if face is not None:
+        keep(
+            prim,
+            {
+                "luminous_source": face.source,
+                "luminous_material": face.material,
+                "luminous_catalog_material": face.catalog_material,
+                "luminous_inward": face.inward,
+                "luminous_distance": face.distance,
+                "luminous_area": face.area,
+            },
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ReadModel:
+    """What one object, or a prototype of many, looks like."""
+
+    model: ObjectModel
+    paint: dict[str, str]
+
+
+def read_model(path: Path, prim: Any, data: Any, meshes: MeshReader, materials: Mapping[str, Material]) -> ReadModel:
+    """Return the model of an object and its paint.
+
+    Args:
+        path: File, for messages.
+        prim: Holds the geometry: the object itself or its prototype.
+        data: Prim with the model's custom data and mass: the object.
+        meshes: Reads the meshes.
+        materials: The scene's, by the path of their prim.
+
+    Raises:
+        DatasetError: Something is missing or cannot be used.
+    """
+    pxr = bindings()
+    record, paint, parts = Record(path, data), dict[str, str](), []
+    for child in prim.GetChild(GEOMETRY).GetChildren():
+        own = Record(path, child)
+        bound = str(pxr.Shade.MaterialBindingAPI(child).GetDirectBinding().GetMaterialPath())
+        if bound not in materials:
+            raise DatasetError(
+                f"{path}: {child.GetPath()} is bound to {bound or 'nothing'}, which is no material there"
+            )
+        name = own.text("material", materials[bound].name)
+        if name != materials[bound].name:
+            paint[name] = materials[bound].name
+        T_object_part, scale = placed_at(child)
+        parts.append(Part(meshes.read(child), scale, T_object_part, name, own.text("role", "")))
+    # Bindings show paint, but for what covers no part, or a material by itself.
+    shown = {part.material for part in parts}
+    recorded = zip(record.texts("paint_from"), record.texts("paint_to"), strict=False)
+    paint |= {key: value for key, value in recorded if key not in shown or key == value}
+    mass = pxr.Physics.MassAPI(data).GetMassAttr().Get() if data.HasAPI(pxr.Physics.MassAPI) else 0.0
+    names = {item.name: item for item in materials.values()}
+    symmetry = record.numbers("symmetry", -1, 4, 4)
+    model = ObjectModel(
+        name=record.text("model"),
+        class_name=record.text("class_name"),
+        obj_id=record.whole("obj_id"),
+        size=record.numbers("size", 3),
+        parts=tuple(parts),
+        collision=read_colliders(prim.GetChild(COLLIDERS)),
+        mass=float(mass),
+        symmetry=SymmetryGroup(symmetry) if len(symmetry) else SymmetryGroup.trivial(),
+        pockets=_pockets(record),
+        luminous_face=_luminous_face(record),
+        materials=tuple(names[item] for item in record.texts("own_materials") if item in names),
+        make=record.text("make", ""),
+        bears=record.number("bears") if "bears" in record else None,
+    )
+    return ReadModel(model, paint)
+
+
+def _pockets(record: Record) -> tuple[Pocket, ...]:
+    faces = record.texts("pocket_faces")
+    poses, sizes = record.numbers("pocket_poses", -1, 4, 4), record.numbers("pocket_sizes", -1, 3)
+    if not len(faces) == len(poses) == len(sizes):
+        record.refuse("pocket_poses", len(poses), f"as many as pocket_faces, {len(faces)}")
+    return tuple(map(Pocket, faces, poses, sizes))
+
+
+def _luminous_face(record: Record) -> LuminousFace | None:
+    if "luminous_source" not in record:
+        return None
+    source = record.text("luminous_source")
+    if source not in ("electric", "daylight"):
+        record.refuse("luminous_source", source, "electric or daylight")
+    return LuminousFace(
+        source="daylight" if source == "daylight" else "electric",
+        material=record.text("luminous_material"),
+        catalog_material=record.text("luminous_catalog_material"),
+        inward=record.numbers("luminous_inward", 3),
+        distance=record.number("luminous_distance"),
+        area=record.number("luminous_area"),
+    )
