@@ -36,6 +36,7 @@ VERB = {
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
     "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
     "export": ("export {run} --out m.onnx", EXPORT),
+    "export-scene": ("export-scene smoke --to glb --out s.glb", SCENES),
     "evaluate": ("evaluate {predictions} --data {data} --out scores", set()),
     "report": ("report {data} --out r.html", PAGES),
     "demo": ("demo --recipe smoke --out {new}", SCENES | NETWORKS | PAGES),

@@ -15,6 +15,7 @@ from warehouse_sim.cli.convert import convert
 from warehouse_sim.cli.demo import demo
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.cli.export import export
+from warehouse_sim.cli.export_scene import export_scene
 from warehouse_sim.cli.generate import generate
 from warehouse_sim.cli.list import list_names
 from warehouse_sim.cli.predict import predict
@@ -36,6 +37,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "train": train,
     "predict": predict,
     "export": export,
+    "export-scene": export_scene,
     "evaluate": evaluate,
     "report": report,
     "demo": demo,

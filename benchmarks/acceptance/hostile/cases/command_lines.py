@@ -98,6 +98,7 @@ def _inputs(stock: Stock) -> Iterator[Case]:
         "evaluate": lambda path: ("evaluate", path, "--data", data, "--out", "x"),
         "evaluate --data": lambda path: ("evaluate", truth, "--data", path, "--out", "x"),
         "export": lambda path: ("export", path, "--out", "x.onnx"),
+        "export-scene": lambda path: ("export-scene", path, "--to", "glb", "--out", "x.glb"),
         "report": lambda path: ("report", path, run, "--out", "x.html"),
     }
     for verb, line in verbs.items():
