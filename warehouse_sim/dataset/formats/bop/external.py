@@ -20,19 +20,17 @@ from warehouse_sim.dataset.formats.bop.image_source import ImageSource
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
+from warehouse_sim.dataset.held_out import held_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 
-_HELD_OUT = 10
-"""Of so many images of train one is kept for val."""
-
 
 def external_folder(root: Path) -> Path | None:
     """Return ``root``, ``root/bop`` or ``root/bop_webdataset``: the first that has models and images of BOP, if any."""
     for folder in (root, root / NAME, root / SHARDS):
-        if folder.is_dir() and model_folders(folder):
+        if folder.is_dir() and model_folders(folder) and any(map(_holds_images, folder.iterdir())):
             return folder
     return None
 
@@ -72,7 +70,7 @@ class ExternalReader:
         if split not in self._images:
             images = self._sources[split].images(split, set(self.objects))
             if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):
-                images = _held_out(images, split)
+                images = held_out(images, split)
             self._images[split] = only_asked(self.root, images) if split == "test" else images
         return self._images[split]
 
@@ -123,10 +121,8 @@ class ExternalReader:
         return mask
 
 
-def _held_out(images: list[ImageRecord], split: str) -> list[ImageRecord]:
-    """Keep every tenth image of train apart for val, the last where there are fewer."""
-    held = set(range(_HELD_OUT - 1, len(images), _HELD_OUT) or [len(images) - 1])
-    return [item for i, item in enumerate(images) if (i in held) == (split == "val")]
+def _holds_images(path: Path) -> bool:
+    return path.is_dir() and _source(path) is not None
 
 
 def _source(path: Path) -> ImageSource | None:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.json_file import read_table
-from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.objects import MeshReader, ObjectInfo
 from warehouse_sim.dataset.plain import LENGTHS, Span, take_if_given, take_name, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
@@ -73,7 +73,26 @@ def _files(folder: Path) -> dict[int, Path]:
 
 
 def _object(root: Path, obj_id: int, row: Any, files: dict[str, dict[int, Path]], class_name: str) -> ObjectInfo:
-    where, read = f"{root / 'models' / 'models_info.json'}: {obj_id}", partial(_read_mesh, files)
+    where = f"{root / 'models' / 'models_info.json'}: {obj_id}"
+    return described_object(root, obj_id, row, where, partial(_read_mesh, files), class_name)
+
+
+def described_object(
+    root: Path, obj_id: int, row: Any, where: str, read: MeshReader, class_name: str = CLASS_NAME
+) -> ObjectInfo:
+    """Return what a row of models_info says of an object; what it does not say is measured on the mesh.
+
+    Args:
+        root: Folder of the dataset.
+        obj_id: Its number.
+        row: Size, diameter and symmetries in millimetres, each if given.
+        where: File and key, for messages.
+        read: Reads its meshes.
+        class_name: Its class.
+
+    Raises:
+        DatasetError: The row is malformed, or the mesh cannot be read.
+    """
     sizes = [take_if_given(row, f"size_{axis}", float, where, _LENGTHS_MM) for axis in "xyz"]
     largest = take_if_given(row, "diameter", float, where, _LENGTHS_MM)
     if None in sizes or largest is None:

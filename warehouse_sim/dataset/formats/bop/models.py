@@ -36,7 +36,7 @@ def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
             mesh = model.mesh() if kind == "models" else even_mesh(model)
             mesh_mm = TriangleMesh(mesh.vertices * 1000.0, mesh.faces)
             write_ply(layout.model(kind, model.obj_id), mesh_mm)
-            infos[model.obj_id] = _model_info(model, mesh_mm)
+            infos[model.obj_id] = model_info(model, mesh_mm)
         write_json(layout.models_info(kind), infos)
         write_checksums(layout.models_info(kind).parent, [layout.model(kind, obj_id).name for obj_id in infos])
 
@@ -67,7 +67,8 @@ def _even_part(part: Part, spacing: float) -> TriangleMesh:
     return TriangleMesh(transform_points(part.T_object_part, box.vertices), box.faces)
 
 
-def _model_info(model: ObjectModel, mesh_mm: TriangleMesh) -> dict[str, Any]:
+def model_info(model: ObjectModel, mesh_mm: TriangleMesh) -> dict[str, Any]:
+    """Return a row of models_info.json of a model and its mesh in millimetres."""
     low, high = mesh_mm.vertices.min(axis=0), mesh_mm.vertices.max(axis=0)
     # Of the CAD vertices: those added on its faces lie between them and cannot be farther apart.
     info = {"diameter": diameter(model.mesh().vertices) * 1000.0}
