@@ -43,6 +43,7 @@ def evaluate(
     config = config or ScoreConfig()
     reader = DatasetReader(data)
     images = reader.images(split)
+    _require_poses(images, split, data)
     estimates = pose_csv.read(predictions)
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
     check_unit(estimates, images, predictions)
@@ -89,6 +90,15 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
         "manifest_sha256": reader.digest,
         **({} if all(info.has_cad for info in reader.objects.values()) else WITHOUT_CAD),
     }
+
+
+def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> None:
+    if images and not any(image.targets for image in images):
+        masks = sum(image.segments for image in images)
+        raise EvaluationError(
+            f"{data}: split {split!r} has no poses to score against: {len(images)} images, {masks} bare masks; "
+            "predict and inspect take it, evaluate needs labels such as those of a BOP folder"
+        )
 
 
 def _check_places(
