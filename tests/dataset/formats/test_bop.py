@@ -9,15 +9,19 @@ import pytest
 import trimesh
 from pycocotools import mask as coco_mask
 
-from tests.dataset.toy import CAMERA, CARTON, PALLET, make_manifest, make_scene, observe
+from tests.dataset.toy import CAMERA, CARTON, PALLET, make_dataset, make_manifest, make_scene, observe
 from warehouse_sim.dataset.formats.bop.models import even_mesh, write_models
+from warehouse_sim.dataset.formats.bop.symmetries import symmetry_rows
 from warehouse_sim.dataset.formats.bop.writer import BopWriter
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.image_io import decode_mask
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.run_lengths import run_lengths
+from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import invert
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 TRAIN = Path("bop/train/000000")
 
@@ -182,3 +186,43 @@ def test_object_without_model_is_refused(tmp_path: Path) -> None:
     writer.begin([CARTON], CAMERA)
     with pytest.raises(DatasetError, match=r"obj_id 1 is not among the dataset's objects \[7\]"):
         writer.scene(make_scene(0)).write(ObservationFiles(observe(make_scene(0))[0]))
+
+
+@pytest.mark.parametrize("over", [False, True])
+def test_a_shape_of_revolution_has_a_continuous_symmetry(over: bool) -> None:
+    """bop_toolkit's rule: each discrete motion, then any turn; together they cover the group, and no more than it."""
+    turns = SymmetryGroup.turns("z", 72).transforms
+    flip = np.diag([1.0, -1.0, -1.0, 1.0])
+    group = SymmetryGroup(np.concatenate([turns, turns @ flip]) if over else turns)
+    rows = symmetry_rows(group)
+    assert rows["symmetries_continuous"] == [{"axis": [0.0, 0.0, 1.0], "offset": [0.0, 0.0, 0.0]}]
+    discrete = np.reshape(rows.get("symmetries_discrete", []), (-1, 4, 4))
+    assert len(discrete) == over
+    for T in group.transforms:
+        rests = [np.linalg.inv(D) @ T for D in (np.eye(4), *discrete)]
+        assert sum(np.allclose(rest[:3, 2], [0, 0, 1]) for rest in rests) == 1
+
+
+def test_few_turns_and_boxes_are_discrete() -> None:
+    assert len(symmetry_rows(SymmetryGroup.turns("z", 12))["symmetries_discrete"]) == 11
+    assert list(symmetry_rows(SymmetryGroup.cuboid())) == ["symmetries_discrete"]
+    assert symmetry_rows(SymmetryGroup.trivial()) == {}
+
+
+def test_cylinders_are_written_and_checked(tmp_path: Path) -> None:
+    angles = 2 * np.pi * np.arange(72) / 72
+    ring = np.stack([0.3 * np.cos(angles), 0.3 * np.sin(angles)], axis=1)
+    hull = trimesh.Trimesh([[*p, z] for z in (-0.4, 0.4) for p in ring]).convex_hull
+    part = replace(CARTON.parts[0], mesh=TriangleMesh(hull.vertices, hull.faces), scale=np.ones(3))
+    drum = replace(CARTON, size=np.array([0.6, 0.6, 0.8]), parts=(part,), symmetry=SymmetryGroup.turns("z", 72))
+    root = make_dataset(tmp_path / "data", make_manifest(formats=("bop",)))
+    write_objects(root, [PALLET, drum])
+    write_models(root / "bop", [PALLET, drum])
+    check = {check.name: check for check in validate(root)}["bop models"]
+    assert check.ok, check
+    path = root / "bop" / "models" / "models_info.json"
+    table = json.loads(path.read_text())
+    table["7"]["symmetries_continuous"][0]["axis"] = [1.0, 0.0, 0.0]
+    path.write_text(json.dumps(table))
+    check = {check.name: check for check in validate(root)}["bop models"]
+    assert "symmetries_continuous differ from objects.json" in check.detail

@@ -8,11 +8,12 @@ import numpy as np
 
 from warehouse_sim.dataset.checksums import write_checksums
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
+from warehouse_sim.dataset.formats.bop.symmetries import symmetry_rows
 from warehouse_sim.dataset.json_file import write_json
 from warehouse_sim.dataset.ply import write_ply
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge, unit_box
-from warehouse_sim.geometry.pose import make_transform, transform_points
+from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.remesh import grid_box, split_long_edges
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import ObjectModel, Part
@@ -74,8 +75,4 @@ def model_info(model: ObjectModel, mesh_mm: TriangleMesh) -> dict[str, Any]:
     info = {"diameter": diameter(model.mesh().vertices) * 1000.0}
     info |= {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
     info |= {f"size_{axis}": float(value) for axis, value in zip("xyz", high - low, strict=True)}
-    symmetries = model.symmetry.transforms[1:]
-    if len(symmetries) == 0:
-        return info
-    symmetries_mm = make_transform(symmetries[:, :3, :3], symmetries[:, :3, 3] * 1000.0)
-    return {**info, "symmetries_discrete": (symmetries_mm.reshape(-1, 16) + 0.0).tolist()}
+    return info | symmetry_rows(model.symmetry)

@@ -1,6 +1,9 @@
 """Checks of the tables of the BOP models against objects.json and the meshes."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
@@ -38,7 +41,25 @@ def _agree(findings: Findings, bop: BopLayout, info: ObjectInfo) -> None:
         numbers = [take_numbers(motions, key, 16, f"{where}: symmetries_discrete") for key in motions]
         listed = np.reshape(numbers, (-1, 4, 4))
         listed[:, :3, 3] /= 1000.0
-        same_symmetry = listed.shape == info.symmetry.transforms[1:].shape and np.allclose(
-            listed, info.symmetry.transforms[1:], atol=1e-9
+        axes = [
+            take_numbers(axis, "axis", 3, f"{where}: symmetries_continuous")
+            for axis in take_if_given(entry, "symmetries_continuous", list, where) or []
+        ]
+        same_symmetry = _is_group(info, listed, axes)
+        findings.require(
+            same_symmetry, f"{where}: symmetries_discrete or symmetries_continuous differ from objects.json"
         )
-        findings.require(same_symmetry, f"{where}: symmetries_discrete differ from objects.json")
+
+
+def _is_group(info: ObjectInfo, discrete: Float[np.ndarray, "n 4 4"], axes: Sequence[Float[np.ndarray, " 3"]]) -> bool:
+    """Say whether the motions of objects.json are those that are listed, each up to a turn about the axis if one is."""
+    motions = info.symmetry.transforms
+    if not axes:
+        return discrete.shape == motions[1:].shape and np.allclose(discrete, motions[1:], atol=1e-9)
+    if len(axes) > 1:
+        return False
+    along = np.append(axes[0], 0.0)
+    listed = np.stack([np.eye(4), *discrete])
+    # D^-1 T turns about the axis if both bring it to the same place.
+    ends = np.array([[np.allclose(D @ along, T @ along, atol=1e-9) for D in listed] for T in motions])
+    return bool((ends.sum(axis=1) == 1).all() and len(set(ends.sum(axis=0).tolist())) == 1)
