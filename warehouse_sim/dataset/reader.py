@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format
+from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -84,6 +84,11 @@ class DatasetReader:
     def has_clean(self) -> bool:
         """Whether there are clean images beside those that were read."""
         return self._reader.has_clean
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether there are depth images."""
+        return has_depth(self._reader)
 
     def images(self, split: str) -> list[ImageRecord]:
         """Return the images of a split, by scene and image id.
@@ -202,13 +207,12 @@ def is_dataset(root: Path) -> bool:
 
 
 def open_format(root: Path, names: Iterable[str]) -> FormatReader | None:
-    """Return a reader of the first of these formats that is known and has one; None if there is none."""
+    """Return a reader of the first of these formats that has one, of one with depth if there is any; None if not."""
     known = FORMATS.names()
-    for name in names:
-        reader = dataset_format(name).reader(root) if name in known else None
-        if reader is not None:
-            return reader
-    return None
+    readers = [dataset_format(name).reader(root) for name in names if name in known]
+    found = [reader for reader in readers if reader is not None]
+    # Depth is what most of the package needs.
+    return next(iter(sorted(found, key=lambda reader: not has_depth(reader))), None)
 
 
 def _external(root: Path) -> FormatReader | None:
@@ -223,4 +227,5 @@ def _external(root: Path) -> FormatReader | None:
 
 
 def _readable(root: Path) -> list[str]:
-    return [name for name in FORMATS.names() if dataset_format(name).reader(root) is not None]
+    readers = {name: dataset_format(name).reader(root) for name in FORMATS.names()}
+    return [name for name, reader in readers.items() if reader is not None and has_depth(reader)]

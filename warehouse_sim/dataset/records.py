@@ -3,9 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+
+NO_POSE: Transform = np.full((4, 4), np.nan)
+"""The pose of a target of which the dataset says only where it is in the image."""
+NO_POSE.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +24,7 @@ class TargetRecord:
     instance_id: int
     """Number in the scene record; 0 when the dataset does not say."""
     T_camera_object: Transform
+    """Its pose; ``NO_POSE`` when the dataset does not say."""
     visible_fraction: float
     """Visible pixels over the whole silhouette, truncation included."""
     pixels_visible: int
@@ -36,6 +43,11 @@ class TargetRecord:
         """Return its own geometry, else that of its obj_id among ``objects``."""
         return self.geometry or objects[self.obj_id]
 
+    @property
+    def has_pose(self) -> bool:
+        """Whether the dataset says where the target is in space, not in the image only."""
+        return bool(np.isfinite(self.T_camera_object).all())
+
 
 @dataclass(frozen=True, eq=False)
 class ImageRecord:
@@ -52,3 +64,5 @@ class ImageRecord:
     targets: tuple[TargetRecord, ...]
     segments: int = 0
     """Masks, numbered from 0, of things of which nothing else is known: neither pose nor object."""
+    calibrated: bool = True
+    """Whether the camera is known; else only its size is, and its focal length is a guess for drawing."""

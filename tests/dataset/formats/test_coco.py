@@ -140,8 +140,8 @@ def test_the_same_bytes_in_any_order_and_after_an_interruption(root: Path, tmp_p
     store.begin([PALLET], CAMERA)
     write_scene(store, 2)
     # What a killed run leaves of scene 0.
-    (tmp_path / "data/coco/scenes/000000").mkdir()
-    (tmp_path / "data/coco/scenes/000000/instances.json").write_text("[")
+    (tmp_path / "data/coco/parts/000000").mkdir()
+    (tmp_path / "data/coco/parts/000000/instances.json").write_text("[")
     (tmp_path / "data/coco/train/000000_000001.png").write_bytes(b"")
     for index in (0, 1):
         write_scene(store, index)
@@ -158,7 +158,7 @@ def test_a_missing_part_of_a_scene_is_named(tmp_path: Path) -> None:
     store.begin([PALLET], CAMERA)
     for index in range(3):
         write_scene(store, index)
-    (tmp_path / "data/coco/scenes/000001/panoptic.json").unlink()
+    (tmp_path / "data/coco/parts/000001/panoptic.json").unlink()
     with pytest.raises(DatasetError, match=r"000001/panoptic.json: is missing; remove the record of scene 1"):
         store.finish()
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import faster_coco_eval
 import numpy as np
 import supervision as sv
-from faster_coco_eval import COCOeval_faster
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
@@ -28,7 +27,7 @@ for table in ("instances", "instances_amodal"):
             for row in kept
         ]
         scores = []
-        for make, evaluate in ((COCO, COCOeval), (faster_coco_eval.COCO, COCOeval_faster)):
+        for make, evaluate in ((COCO, COCOeval), (faster_coco_eval.COCO, faster_coco_eval.COCOeval_faster)):
             truth = make(str(path))
             for kind in ("bbox", "segm"):
                 given = [dict(row, segmentation=dict(row["segmentation"])) for row in answers]

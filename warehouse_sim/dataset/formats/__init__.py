@@ -68,7 +68,8 @@ class FormatReader(Protocol):
     """Reads one format, as training and scoring need it.
 
     Two more methods may say more of an image: ``sweep(image)`` returns the main LiDAR's mounted sweep, None where there
-    is none, and ``rgb_file(image)`` the file of its colour image, None where it is not 8-bit RGB as PNG.
+    is none, and ``rgb_file(image)`` the file of its colour image, None where it is not 8-bit RGB as PNG. With the class
+    attribute ``has_depth = False`` there are no depth images.
     """
 
     @property
@@ -151,6 +152,11 @@ class Format(Protocol):
 def needs_level_camera(item: Format) -> bool:
     """Return whether a format knows level cameras only; no if silent."""
     return bool(getattr(item, "needs_level_camera", False))
+
+
+def has_depth(reader: FormatReader) -> bool:
+    """Return whether a reader has depth images; yes if silent."""
+    return bool(getattr(reader, "has_depth", True))
 
 
 def dataset_format(name: str) -> Format:

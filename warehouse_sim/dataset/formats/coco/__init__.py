@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import DatasetWriter
+from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.formats.coco.layout import NAME
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 
 
@@ -32,12 +33,21 @@ class CocoFormat:
 
         return CocoWriter(root, manifest)
 
-    def reader(self, root: Path) -> None:
-        """Return nothing yet."""
+    def reader(self, root: Path) -> FormatReader:
+        """Return a reader of ``root/coco``, or of a folder that others made."""
+        from warehouse_sim.dataset.formats.coco.reader import CocoReader
+        from warehouse_sim.dataset.objects import read_objects
+
+        layout = DatasetLayout(root)
+        if layout.manifest.is_file():
+            return CocoReader(layout.format_folder(NAME), read_objects(root))
+        return CocoReader(root)
 
     def recognises(self, root: Path) -> bool:
-        """Return that no folder is read."""
-        return False
+        """Return whether the folder holds tables of instances."""
+        from warehouse_sim.dataset.formats.coco.tables import find_tables
+
+        return bool(find_tables(root))
 
 
 FORMAT = CocoFormat()

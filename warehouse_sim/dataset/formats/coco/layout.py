@@ -41,7 +41,7 @@ class CocoLayout:
 
     def part(self, scene_index: int, name: str) -> Path:
         """Return what one scene adds to the tables of its split: one of ``TABLES``, or ``IMAGES``."""
-        return self.root / "scenes" / f"{scene_index:06d}" / f"{name}.json"
+        return self.root / "parts" / f"{scene_index:06d}" / f"{name}.json"
 
 
 def coco_layout(root: Path) -> CocoLayout:

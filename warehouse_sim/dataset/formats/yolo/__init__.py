@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import DatasetWriter
+from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.formats.yolo.layout import NAME
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 
 
@@ -32,12 +33,17 @@ class YoloFormat:
 
         return YoloWriter(root, manifest)
 
-    def reader(self, root: Path) -> None:
-        """Return nothing yet."""
+    def reader(self, root: Path) -> FormatReader | None:
+        """Return a reader of a folder that others made; None of a dataset of ours: nothing in it is only here."""
+        if DatasetLayout(root).manifest.is_file() or not self.recognises(root):
+            return None
+        from warehouse_sim.dataset.formats.yolo.reader import YoloReader
+
+        return YoloReader(root)
 
     def recognises(self, root: Path) -> bool:
-        """Return that no folder is read."""
-        return False
+        """Return whether the folder holds a data.yaml."""
+        return (root / "data.yaml").is_file()
 
 
 FORMAT = YoloFormat()
