@@ -21,8 +21,10 @@ class YoloFormat:
 
     @property
     def checks(self) -> Sequence[NamedCheck]:
-        """Checks of its files."""
-        return ()
+        """Checks of its files, and of them against those of BOP."""
+        from warehouse_sim.dataset.formats.yolo.checks import CHECKS
+
+        return CHECKS
 
     def refuse(self, manifest: Manifest) -> None:
         """Refuse nothing: boxes and masks are there in every observation."""
