@@ -2,8 +2,8 @@
 
 A row of YOLO's labels has one polygon. Outlines of all parts and holes are therefore joined by bridges, there and back,
 of which the shortest tree is taken. Filled as tools do (OpenCV's fillPoly: odd crossings are inside, and so are the
-pixels of the outline), bridges to holes lie inside the mask; those between parts add a line of one pixel, which is all
-that is lost.
+pixels of the outline), bridges to holes lie inside the mask; those between parts add a line of one pixel. Parts that
+have fewer pixels than their bridge are left out. Lines and parts left out are all that is lost.
 """
 
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ def mask_polygon(mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "n 2"]:
     assert box is not None
     left, top, right, bottom = box
     window = np.ascontiguousarray(mask[top : bottom + 1, left : right + 1]).view(np.uint8)
-    found, _ = cv2.findContours(window, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    pixels = _straightened(_joined([contour[:, 0] for contour in found]))
+    found, relations = cv2.findContours(window, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    pixels = _straightened(_joined([contour[:, 0] for contour in found], relations[0][:, 3]))
     corners = pixels + np.array([left + _INSIDE, top + _INSIDE])
     if len(corners) >= 3:
         return corners
@@ -43,22 +43,60 @@ def mask_polygon(mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "n 2"]:
     return thin
 
 
-def _joined(contours: list[Int[np.ndarray, "n 2"]]) -> Int[np.ndarray, "m 2"]:
-    """Return one closed way along all contours and along the shortest bridges between them."""
+def _joined(contours: list[Int[np.ndarray, "n 2"]], around: Int[np.ndarray, " c"]) -> Int[np.ndarray, "m 2"]:
+    """Return one closed way along all contours that are worth their bridges, and along the bridges.
+
+    Args:
+        contours: Outlines of parts, and of holes along the part's pixels.
+        around: For the outline of a hole the number of its part's; -1 for parts.
+    """
     if len(contours) == 1:
         return contours[0]
     points = np.concatenate(contours)
     owner = np.repeat(np.arange(len(contours)), [len(contour) for contour in contours])
     starts = np.concatenate([[0], np.cumsum([len(contour) for contour in contours])])
-    bridges = _shortest_tree(points, owner)
-    way = list(range(starts[0], starts[1]))
-    for here, there in _from_the_first(bridges, owner):
-        number = owner[there]
+    pixels = _pixels(contours, around)
+    root = int(np.argmax(np.where(around < 0, pixels, -1.0)))
+    bridges = list(_outwards(_shortest_tree(points, owner), owner, root))
+    part = np.where(around < 0, np.arange(len(contours)), around)
+    way, reached = list(range(starts[root], starts[root + 1])), {root}
+    for here, there in _worth(bridges, points, owner, part, pixels):
+        number = int(owner[there])
+        if int(owner[here]) not in reached:
+            continue
+        reached.add(number)
         first, after = int(starts[number]), int(starts[number + 1])
-        around = [*range(there, after), *range(first, there)]
         at = way.index(here) + 1
-        way[at:at] = [*around, there, here]
+        way[at:at] = [*range(there, after), *range(first, there), there, here]
     return points[way]
+
+
+def _pixels(contours: list[Int[np.ndarray, "n 2"]], around: Int[np.ndarray, " c"]) -> Float[np.ndarray, " c"]:
+    """Return the pixels of each part without its holes, and of each hole, by Pick's theorem (1899)."""
+    areas = np.array([cv2.contourArea(contour.astype(np.int32)) for contour in contours])
+    # Steps around a contour; a lone pixel has none.
+    halves = np.array([len(contour) / 2.0 if len(contour) > 1 else 0.0 for contour in contours])
+    pixels = np.where(around < 0, areas + halves + 1.0, areas - halves + 1.0)
+    np.subtract.at(pixels, around[around >= 0], pixels[around >= 0])
+    return pixels
+
+
+def _worth(
+    bridges: list[tuple[int, int]],
+    points: Int[np.ndarray, "n 2"],
+    owner: Int[np.ndarray, " n"],
+    part: Int[np.ndarray, " c"],
+    pixels: Float[np.ndarray, " c"],
+) -> list[tuple[int, int]]:
+    """Return those bridges, outwards, over which more pixels are reached than they add themselves."""
+    gain, worth = pixels.copy(), []
+    for here, there in reversed(bridges):
+        near, far = owner[here], owner[there]
+        added = 0 if part[near] == part[far] else int(np.abs(points[here] - points[there]).max()) - 1
+        if gain[far] > added:
+            gain[near] += gain[far] - added
+            worth.append((here, there))
+    return worth[::-1]
 
 
 def _shortest_tree(points: Int[np.ndarray, "n 2"], owner: Int[np.ndarray, " n"]) -> list[tuple[int, int]]:
@@ -91,9 +129,9 @@ def _neighbours(points: Int[np.ndarray, "n 2"]) -> Int[np.ndarray, "m 2"]:
     return np.concatenate(pairs)
 
 
-def _from_the_first(bridges: list[tuple[int, int]], owner: Int[np.ndarray, " n"]) -> Iterator[tuple[int, int]]:
-    """Yield the bridges of a tree so that each begins at a contour that is reached already; the first one is."""
-    reached, left = {0}, list(bridges)
+def _outwards(bridges: list[tuple[int, int]], owner: Int[np.ndarray, " n"], root: int) -> Iterator[tuple[int, int]]:
+    """Yield the bridges of a tree so that each begins at a contour that is reached already; ``root`` is."""
+    reached, left = {root}, list(bridges)
     while left:
         rest = []
         for a, b in left:
