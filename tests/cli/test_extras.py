@@ -24,7 +24,7 @@ MODULES = {
     "rerun-sdk": "rerun",
 }
 """What to import, where that is not the package's name."""
-SCENES, NETWORKS, EXPORT, PAGES = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}
+SCENES, NETWORKS, EXPORT, PAGES, VIEWER = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}, {"view"}
 VERB = {
     "list": ("list", set()),
     "catalog": ("catalog epal1 --out c.png", SCENES),
@@ -33,6 +33,7 @@ VERB = {
     "generate": ("generate smoke --scenes 1 --workers 1 --out {new}", SCENES),
     "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
+    "view": ("view {data} --save v.rrd", VIEWER),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
     "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
     "export": ("export {run} --out m.onnx", EXPORT),
@@ -114,7 +115,7 @@ def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
 @pytest.mark.parametrize(
     "blocked",
     [
-        *(pytest.param(extras()[extra], id=extra) for extra in ("generate", "learn", "export", "report")),
+        *(pytest.param(extras()[extra], id=extra) for extra in ("generate", "learn", "export", "report", "view")),
         pytest.param({"embreex", "tensorboardX"}, id="one of several"),
         pytest.param(set().union(*extras().values()), id="all"),
     ],

@@ -24,6 +24,7 @@ from warehouse_sim.cli.renamed import refuse_renamed
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train
 from warehouse_sim.cli.validate import validate
+from warehouse_sim.cli.view import view
 from warehouse_sim.errors import InputError, WarehouseSimError
 
 VERBS: dict[str, Callable[..., Any]] = {
@@ -34,6 +35,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "generate": generate,
     "convert": convert,
     "validate": validate,
+    "view": view,
     "train": train,
     "predict": predict,
     "export": export,

@@ -1,0 +1,145 @@
+"""What is shown of each image: colour, depth, masks, boxes on it and in space, the sweep, rig and way, in time."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.overlay import colorize_ids
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.geometry.pose import Transform, invert, quat_wxyz_from_matrix
+from warehouse_sim.optional import require
+
+_RIG = "world/rig"
+_CAMERA = f"{_RIG}/camera"
+_IMAGE = f"{_CAMERA}/image"
+_LIDAR = f"{_CAMERA}/lidar"
+CountProgress = Callable[[int, int], None]
+
+
+def stream_images(
+    reader: DatasetReader,
+    images: Sequence[ImageRecord],
+    recording: Any,
+    progress: CountProgress = lambda done, total: None,
+) -> None:
+    """Log images in order; their timelines are ``observation``, ``scene`` and, where it is known, ``time``.
+
+    Args:
+        reader: The dataset.
+        images: Which of its images, those of a scene one after the other.
+        recording: Stream of Rerun.
+        progress: Called with how many are done, and how many there are.
+
+    Raises:
+        DatasetError: A file of the dataset is missing or malformed.
+    """
+    rerun = require("rerun", "view", "to view a dataset")
+    recording.log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    record: SceneRecord | None = None
+    scene = None
+    for done, image in enumerate(images):
+        if image.scene_id != scene:
+            scene = image.scene_id
+            record = None if reader.manifest is None else read_scene_record(reader.root, scene, objects=False)
+        recording.set_time("observation", sequence=done)
+        recording.set_time("scene", sequence=image.scene_id)
+        _log_rig(rerun, recording, image, record)
+        _log_way(rerun, recording, [item for item in images[: done + 1] if item.scene_id == scene])
+        _log_camera(rerun, recording, reader, image)
+        _log_targets(rerun, recording, reader, image)
+        _log_sweep(rerun, recording, reader, image)
+        progress(done + 1, len(images))
+
+
+def _log_rig(rerun: Any, recording: Any, image: ImageRecord, record: SceneRecord | None) -> None:
+    """Log where vehicle and camera are, and under which conditions the image was taken."""
+    T_world_rig = image.T_world_camera
+    if record is not None and image.image_id < len(record.observations):
+        seen = record.observations[image.image_id]
+        recording.set_time("time", duration=seen.time)
+        T_world_rig = T_world_rig if seen.T_world_vehicle is None else seen.T_world_vehicle
+        words = ", ".join(f"{name}={value}" for name, value in vars(seen.conditions).items() if value not in (None, ""))
+        recording.log("conditions", rerun.TextLog(words, level="INFO"))
+    recording.log(_RIG, _placed(rerun, T_world_rig), rerun.TransformAxes3D(0.5))
+    recording.log(_CAMERA, _placed(rerun, invert(T_world_rig) @ image.T_world_camera))
+
+
+def _log_way(rerun: Any, recording: Any, so_far: Sequence[ImageRecord]) -> None:
+    """Log where the camera was in this scene."""
+    places = np.array([item.T_world_camera[:3, 3] for item in so_far])
+    recording.log("world/way", rerun.LineStrips3D([places], colors=[255, 200, 0], radii=0.01))
+    recording.log("world/way/stops", rerun.Points3D(places, colors=[255, 200, 0], radii=0.03))
+
+
+def _log_camera(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
+    """Log colour and depth; Rerun counts pixels from the outer corner of the first, so that the axis moves by half."""
+    camera, depth = image.camera, reader.depth(image)
+    pinhole = rerun.Pinhole(
+        focal_length=[camera.fx, camera.fy],
+        principal_point=[camera.cx + 0.5, camera.cy + 0.5],
+        resolution=[camera.width, camera.height],
+        camera_xyz=rerun.ViewCoordinates.RDF,
+        image_plane_distance=0.5,
+    )
+    recording.log(_IMAGE, pinhole, rerun.Image(reader.rgb(image)))
+    if camera.distortion is None:
+        recording.log(f"{_IMAGE}/depth", rerun.DepthImage(depth, meter=1.0))
+        return
+    # Rerun has no lenses: behind one, points go where they are, and the depth image stands for itself.
+    seen = depth > 0
+    points = camera.unproject(depth)[seen].astype(np.float32)
+    recording.log("depth", rerun.DepthImage(depth, meter=1.0))
+    recording.log(f"{_CAMERA}/points", rerun.Points3D(points, colors=reader.rgb(image)[seen], radii=0.003))
+
+
+def _log_targets(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
+    """Log masks and boxes of the labelled targets, in colours and under names that stay with the object."""
+    targets, infos = image.targets, [target.info(reader.objects) for target in image.targets]
+    numbers = [_number(target) for target in targets]
+    ids = np.zeros((image.camera.height, image.camera.width), np.uint16)
+    for target, number in zip(targets, numbers, strict=True):
+        ids[reader.mask_visible(image, target.gt_index)] = number
+    colors = colorize_ids(np.array(numbers, np.int64))
+    labels = [f"{info.class_name} {number}" for info, number in zip(infos, numbers, strict=True)]
+    recording.log(f"{_IMAGE}/masks", rerun.SegmentationImage(ids, opacity=0.4))
+    boxes = np.array([target.box_visible_xyxy for target in targets], float).reshape(-1, 4) + np.array([0, 0, 1, 1])
+    recording.log(
+        f"{_IMAGE}/boxes",
+        rerun.Boxes2D(array=boxes, array_format=rerun.Box2DFormat.XYXY, colors=colors, labels=labels),
+    )
+    solid = rerun.Boxes3D(
+        centers=np.array([target.T_camera_object[:3, 3] for target in targets]).reshape(-1, 3),
+        sizes=np.array([info.size for info in infos]).reshape(-1, 3),
+        quaternions=[_quaternion(rerun, target.T_camera_object) for target in targets],
+        colors=colors,
+        labels=labels,
+    )
+    recording.log(f"{_CAMERA}/boxes", solid)
+
+
+def _log_sweep(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
+    """Log the main LiDAR's points in the colours of their ids, grey where they are of nothing."""
+    sweep = reader.sweep(image)
+    if sweep is None:
+        return
+    ids = np.maximum(sweep.reading.instance_ids, 0)
+    colors = np.where((ids == 0)[:, None], np.uint8(128), colorize_ids(ids))
+    recording.log(_LIDAR, _placed(rerun, sweep.T_camera_sensor))
+    recording.log(f"{_LIDAR}/points", rerun.Points3D(sweep.reading.points, colors=colors, radii=0.01))
+
+
+def _number(target: TargetRecord) -> int:
+    """Return the object's number in its scene, or else its place among the image's labels."""
+    return target.instance_id or target.gt_index + 1
+
+
+def _placed(rerun: Any, T_parent_child: Transform) -> Any:
+    return rerun.Transform3D(translation=T_parent_child[:3, 3], mat3x3=T_parent_child[:3, :3])
+
+
+def _quaternion(rerun: Any, T: Transform) -> Any:
+    w, x, y, z = quat_wxyz_from_matrix(T[:3, :3])
+    return rerun.Quaternion(xyzw=[x, y, z, w])
