@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.dataset.card.generated import write_recipe
+from warehouse_sim.dataset.card.of_dataset import write_recipe
 from warehouse_sim.dataset.licences import OWNERS
 from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.licences import recipe_licences, texture_licence

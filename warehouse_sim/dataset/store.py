@@ -7,7 +7,7 @@ from typing import Any
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card import write_card
-from warehouse_sim.dataset.card.generated import generated_card, put_together, write_recipe
+from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, write_recipe
 from warehouse_sim.dataset.card.scene_tally import SceneTally
 from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
@@ -102,7 +102,6 @@ class DatasetStore:
         for observation in self._written(scene, observations):
             self._store_readings(observation, described)
             tally.add(observation)
-            self._store_thumbnail(observation)
             rows.append(observation_row(observation))
         write_worn_meshes(self.root, scene)
         extra: dict[str, Any] = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
@@ -130,7 +129,6 @@ class DatasetStore:
         """
         theirs, index = DatasetLayout(source), scene.scene_index
         for observation in self._written(scene, observations):
-            self._store_thumbnail(observation)
             for name in other_readings(observation):
                 number = observation.observation_index
                 make_folder(self._layout.reading(name, index, number).parent)
@@ -156,6 +154,7 @@ class DatasetStore:
             self._require_next(files.observation, index, count)
             for scene_writer in scene_writers:
                 scene_writer.write(files)
+            self._store_thumbnail(files.observation)
             count += 1
             yield files.observation
         if count != self.manifest.observations_per_scene:
@@ -196,9 +195,10 @@ class DatasetStore:
 
     def _write_card(self, manifest: Manifest, records: Sequence[SceneRecord]) -> None:
         shown = shown_observations(manifest.scenes, manifest.observations_per_scene)
-        write_recipe(self._layout.recipe, manifest)
+        if manifest.recipe:
+            write_recipe(self._layout.recipe, manifest)
         has_sheet = write_sheet(self._layout.card, shown)
-        write_card(self.root, generated_card(self.root, manifest, put_together(records), has_sheet))
+        write_card(self.root, dataset_card(self.root, manifest, put_together(records), has_sheet))
 
     def _store_thumbnail(self, observation: Observation) -> None:
         place = observation.scene_index, observation.observation_index

@@ -1,3 +1,4 @@
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 from tests.dataset.toy import make_manifest, make_scene, observe
 from warehouse_sim.dataset.card.disk_use import measure
 from warehouse_sim.dataset.card.thumbnails import shown_observations
+from warehouse_sim.dataset.convert import convert
 from warehouse_sim.dataset.licences import OWNERS, data_licences, licence_text
 from warehouse_sim.dataset.manifest import load_manifest
 from warehouse_sim.dataset.store import DatasetStore
@@ -75,3 +77,15 @@ def test_a_run_that_an_earlier_version_began_goes_on(tmp_path: Path) -> None:
     now = replace(make_manifest(), backend="raster", licences={"data": "Apache-2.0"})
     DatasetStore(root, now).begin([], observe(make_scene(0))[0].camera, resume=True)
     assert load_manifest(root / "manifest.unfinished.json").licences == {"data": "Apache-2.0"}
+
+
+def test_a_converted_dataset_says_so(toy_root: Path, tmp_path: Path) -> None:
+    shutil.copytree(toy_root / "bop", tmp_path / "theirs")
+    convert(tmp_path / "theirs", tmp_path / "data", ["bop_webdataset"])
+    text = (tmp_path / "data/README.md").read_text()
+    assert "| converted from | theirs |" in text
+    assert "- data: as its owner says" in text
+    assert "warehouse-sim convert theirs --to bop_webdataset --out ../again" in text
+    assert "GB for 1,000 observations" in text
+    assert not (tmp_path / "data/card/recipe.yaml").exists()
+    assert len(list((tmp_path / "data/card").glob("*_*.jpg"))) == 6

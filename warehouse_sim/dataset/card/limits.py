@@ -9,10 +9,27 @@ from warehouse_sim.dataset.recipe_contents import depth_models
 
 FILM = "wrap"
 """Class of stretch film."""
+_CONVERTED = [
+    "Images, poses and masks are those of the dataset it was converted from; nothing was measured anew, and its errors "
+    "of labelling are still in it.",
+    "Each image is a scene of its own; what that dataset does not say (light, objects without labels) is missing.",
+    "Silhouettes end at the border of the image.",
+]
 _QUANTA = {"bop": "BOP depth in steps of 1 mm", "kitti": "KITTI depth in steps of 1/256 m"}
 
 
-def exact(manifest: Manifest) -> list[str]:
+def limits(manifest: Manifest, classes: Collection[str]) -> dict[str, list[str]]:
+    """Return headings with what a user must know, of a dataset in whose scenes ``classes`` stand."""
+    if manifest.converted_from:
+        return {"What was converted": _CONVERTED}
+    return {
+        "What is exact": _exact(manifest),
+        "What is simulated": _simulated(manifest),
+        "What is not in it": _missing(manifest, classes),
+    }
+
+
+def _exact(manifest: Manifest) -> list[str]:
     """Return what comes from the scene itself, without an error of measurement."""
     steps = [text for name, text in _QUANTA.items() if name in manifest.formats]
     rounded = f" ({'; '.join(steps)})" if steps else ""
@@ -27,7 +44,7 @@ def exact(manifest: Manifest) -> list[str]:
     return lines
 
 
-def simulated(manifest: Manifest) -> list[str]:
+def _simulated(manifest: Manifest) -> list[str]:
     """Return what follows a model of something real."""
     contents = manifest.contents
     lines = [f"Colour is drawn by {', '.join(manifest.renderers) or 'a renderer'}: no image is a photograph."]
@@ -39,7 +56,7 @@ def simulated(manifest: Manifest) -> list[str]:
     return lines
 
 
-def missing(manifest: Manifest, classes: Collection[str]) -> list[str]:
+def _missing(manifest: Manifest, classes: Collection[str]) -> list[str]:
     """Return what a user may look for in vain, where ``classes`` stand in the scenes."""
     contents = manifest.contents
     lines = [

@@ -11,6 +11,7 @@ from warehouse_sim.dataset.convert.stored_scene import recorded_scene, scene_of_
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.licences import DATA, OWNERS
 from warehouse_sim.dataset.manifest import Manifest, package_versions
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord
@@ -151,6 +152,7 @@ class _Theirs:
             targets=tuple(classes),
             packages=package_versions(),
             converted_from=self.reader.name,
+            licences={DATA: OWNERS},
             contents=_contents(self.reader, self._images, classes),
         )
 

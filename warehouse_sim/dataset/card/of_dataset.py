@@ -1,4 +1,4 @@
-"""The card of a generated dataset: its manifest, its scene records and its folders say all of it."""
+"""The card of a dataset, generated or converted: its manifest, scene records and folders say all of it."""
 
 import shlex
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from warehouse_sim.dataset.card.disk_use import measure
-from warehouse_sim.dataset.card.limits import exact, missing, simulated
+from warehouse_sim.dataset.card.limits import limits
 from warehouse_sim.dataset.card.tally import Tally
 from warehouse_sim.dataset.card.text import Card
 from warehouse_sim.dataset.card.thumbnails import SHEET
@@ -27,7 +27,7 @@ def put_together(records: Sequence[SceneRecord]) -> Tally:
     return tally
 
 
-def generated_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) -> Card:
+def dataset_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) -> Card:
     """Return the card of a dataset whose scenes are all written.
 
     Args:
@@ -49,11 +49,7 @@ def generated_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool
         facts=_facts(manifest, tally),
         again=_again(manifest),
         versions=manifest.packages | manifest.contents.plugins,
-        limits={
-            "What is exact": exact(manifest),
-            "What is simulated": simulated(manifest),
-            "What is not in it": missing(manifest, {look.class_name for look in tally.looks}),
-        },
+        limits=limits(manifest, {look.class_name for look in tally.looks}),
         sheet=f"{layout.card.name}/{SHEET}" if has_sheet else None,
     )
 
@@ -67,9 +63,13 @@ def write_recipe(path: Path, manifest: Manifest) -> None:
 def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
     contents = manifest.contents
     camera = contents.camera
-    facts = {
+    made = {
         "recipe": f"{contents.name or 'unnamed'}, resolved in [card/recipe.yaml](card/recipe.yaml)",
         "seed": str(manifest.seed),
+        "drawn by": "; ".join(manifest.renderers),
+    }
+    facts = {"converted from": manifest.converted_from} if manifest.converted_from else made
+    facts |= {
         "formats": ", ".join(manifest.formats),
         "labelled classes": ", ".join(manifest.targets),
         "labels": f"{tally.labels:,}",
@@ -78,7 +78,6 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
         "images": "" if camera is None else f"{camera.width} x {camera.height} px, focal length {camera.focal_px:g} px",
         "LiDAR points": f"{tally.points:,}, {tally.points / tally.observations:,.0f} a sweep" if tally.points else "",
         "twins": ", ".join(dict.fromkeys(twin.variant for twin in manifest.twins)),
-        "drawn by": "; ".join(manifest.renderers),
     }
     if tally.scenes < manifest.scenes:
         facts["not counted"] = f"{manifest.scenes - tally.scenes} scenes that an earlier version made"
@@ -86,6 +85,10 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
 
 
 def _again(manifest: Manifest) -> str:
+    if manifest.converted_from:
+        return shlex.join(
+            ["warehouse-sim", "convert", manifest.converted_from, "--to", *manifest.formats, "--out", "../again"]
+        )
     command = ["warehouse-sim", "generate", "card/recipe.yaml", "--out", "../again"]
     command += ["--scenes", str(manifest.scenes), "--seed", str(manifest.seed), "--formats", *manifest.formats]
     if manifest.backend:
