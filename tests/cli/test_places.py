@@ -17,6 +17,7 @@ from warehouse_sim.cli.main import main
 FOLDER_VERBS = {
     "generate": "generate smoke --scenes 1 --workers 1",
     "convert": "convert {theirs} --to bop",
+    "inspect": "inspect {data}",
     "train": "train densefusion-pointcloud --data {data} --cache none",
     "evaluate": "evaluate {predictions} --data {data}",
     "demo": "demo --recipe smoke",

@@ -17,6 +17,7 @@ from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.cli.export import export
 from warehouse_sim.cli.export_scene import export_scene
 from warehouse_sim.cli.generate import generate
+from warehouse_sim.cli.inspect import inspect
 from warehouse_sim.cli.list import list_names
 from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
@@ -36,6 +37,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "convert": convert,
     "validate": validate,
     "view": view,
+    "inspect": inspect,
     "train": train,
     "predict": predict,
     "export": export,

@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from warehouse_sim.dataset.cloud_overlay import draw_cloud
 from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
@@ -105,14 +106,7 @@ def _lidar_from_above(observation: Observation, size: tuple[int, int]) -> Image:
 
 
 def _lidar_in_image(observation: Observation) -> Image:
-    image = (observation.rgbd.rgb * 0.45).astype(np.uint8)
-    if observation.lidar is None:
-        return image
-    points = transform_points(observation.T_camera_lidar, observation.lidar.points.astype(float))
-    points = points[points[:, 2] > 0.1]
-    pixels = np.round(observation.camera.project(points)).astype(int)
-    inside = ((pixels >= 0) & (pixels < [observation.camera.width, observation.camera.height])).all(axis=1)
-    colors = colorize_depth(points[inside, 2][None])[0]
-    for (u, v), color in zip(pixels[inside].tolist(), colors.tolist(), strict=True):
-        cv2.circle(image, (u, v), 1, color, -1)
-    return image
+    scan, rgb = observation.lidar, observation.rgbd.rgb
+    if scan is None:
+        return (rgb * 0.45).astype(np.uint8)
+    return draw_cloud(rgb, observation.camera, observation.T_camera_lidar, scan.points)

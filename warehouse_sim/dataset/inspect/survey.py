@@ -1,0 +1,124 @@
+"""What the labels of a dataset count: classes, distances, visible fractions, sizes of boxes, light."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warehouse_sim.dataset.bars import bin_names, text_bars
+from warehouse_sim.dataset.inspect.oddities import Oddities
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.split_table import BINS, count_in_bins
+from warehouse_sim.errors import DatasetError
+
+_BOX_EDGES = (0.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0, 1024.0)
+_TITLES = {
+    "visible_fraction": "visible fraction of labels",
+    "distance": "distance from the camera to labels (m)",
+    "lux": "illuminance on labels (lx)",
+}
+
+
+@dataclass
+class Survey:
+    """Counts over all images of a dataset."""
+
+    images: dict[str, int] = field(default_factory=dict)
+    """Split -> number of images."""
+    scenes: dict[str, int] = field(default_factory=dict)
+    sizes: Counter[tuple[int, int]] = field(default_factory=Counter)
+    """Width and height (px) -> number of images."""
+    classes: Counter[str] = field(default_factory=Counter)
+    labels_an_image: list[int] = field(default_factory=list)
+    values: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in (*_TITLES, "box")})
+    """Visible fraction, distance (m), lux and larger edge of the visible box (px) of each label that has it."""
+
+    def lines(self) -> list[str]:
+        """Return the survey as text."""
+        total = sum(self.images.values())
+        lines = [f"{total:,} images, {sum(self.classes.values()):,} labels of {len(self.classes)} classes"]
+        lines += [f"  {name}: {count:,} images in {self.scenes[name]:,} scenes" for name, count in self.images.items()]
+        sizes = ", ".join(f"{width} x {height} ({count:,})" for (width, height), count in self.sizes.most_common(5))
+        lines.append(f"size in pixels: {sizes}")
+        if self.labels_an_image:
+            least, most = min(self.labels_an_image), max(self.labels_an_image)
+            lines.append(f"labels an image: {least} to {most}, mean {np.mean(self.labels_an_image):.1f}")
+        lines += _titled("labels by class", dict(self.classes.most_common()))
+        for name, title in _TITLES.items():
+            names = bin_names(BINS[name], last_open=name != "visible_fraction")
+            counts = count_in_bins(self.values[name], name)
+            lines += _titled(title, dict(zip(names, counts, strict=True)))
+        counts = np.histogram(np.clip(self.values["box"], 0, _BOX_EDGES[-1]), _BOX_EDGES)[0].tolist()
+        return lines + _titled(
+            "larger edge of the visible box (px)", dict(zip(bin_names(_BOX_EDGES), counts, strict=True))
+        )
+
+
+def survey(reader: DatasetReader, oddities: Oddities) -> Survey:
+    """Count all labels of a dataset, and note what is odd about them; no image is decoded."""
+    found = Survey()
+    for split in reader.splits:
+        images = reader.images(split)
+        found.images[split], found.scenes[split] = len(images), len({image.scene_id for image in images})
+        for image in images:
+            found.sizes[image.camera.width, image.camera.height] += 1
+            found.labels_an_image.append(len(image.targets))
+            oddities.of_image(image)
+            for target in image.targets:
+                _count(found, target, image, reader, oddities)
+    found.values["lux"] = list(_lux(reader))
+    return found
+
+
+def distance_of(target: TargetRecord) -> float | None:
+    """Return how far (m) a label's origin is from the camera; None where it has no pose."""
+    T = target.T_camera_object
+    return None if T is None or not np.isfinite(T).all() else float(np.linalg.norm(T[:3, 3]))
+
+
+def class_of(target: TargetRecord, reader: DatasetReader) -> str:
+    """Return the class of a label; its number where the dataset does not list its object."""
+    try:
+        return target.info(reader.objects).class_name
+    except KeyError:
+        return f"object {target.obj_id}"
+
+
+def _count(found: Survey, target: TargetRecord, image: ImageRecord, reader: DatasetReader, oddities: Oddities) -> None:
+    found.classes[class_of(target, reader)] += 1
+    distance = distance_of(target)
+    if distance is not None:
+        found.values["distance"].append(distance)
+    if 0.0 <= target.visible_fraction <= 1.0:
+        found.values["visible_fraction"].append(target.visible_fraction)
+    left, top, right, bottom = target.box_visible_xyxy
+    found.values["box"].append(max(right - left, bottom - top) + 1.0)
+    oddities.of_target(image, target, reader.objects)
+
+
+def _lux(reader: DatasetReader) -> Iterator[float]:
+    """Yield the light on each label that a scene record of this package tells."""
+    if reader.manifest is None:
+        return
+    for index in range(reader.manifest.scenes):
+        try:
+            record = read_scene_record(reader.root, index, objects=False)
+        except DatasetError:
+            continue
+        for observation in record.observations:
+            yield from (item.illuminance for item in observation.targets if item.illuminance is not None)
+
+
+def _titled(title: str, counts: dict[str, int]) -> list[str]:
+    if not any(counts.values()):
+        return ["", f"{title}: not stated"]
+    return ["", f"{title}:", *(f"  {line}" for line in text_bars(counts))]
+
+
+def spread(items: Sequence[ImageRecord], count: int) -> list[ImageRecord]:
+    """Return ``count`` of the items, evenly spread over all of them."""
+    count = min(count, len(items))
+    return [items[index * len(items) // count] for index in range(count)]
