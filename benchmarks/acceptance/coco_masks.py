@@ -72,7 +72,7 @@ def _masks(root: Path) -> Iterator[tuple[np.ndarray, ...]]:
                     png = scene / kind / f"{image['observation']:06d}_{index:06d}.png"
                     masks.append(cv2.imread(str(png), cv2.IMREAD_UNCHANGED) // 255)
                 corners = np.array(line.split()[1:], dtype=np.float32).reshape(-1, 2)
-                filled = np.zeros_like(masks[0])
+                filled = np.zeros(masks[0].shape, dtype=np.uint8)
                 cv2.fillPoly(filled, [(corners * [image["width"], image["height"]]).astype(np.int32)], 1)
                 yield tuple(mask.astype(bool) for mask in (*masks, filled))
 
