@@ -62,7 +62,5 @@ class ImageRecord:
     depth_scale: float
     """Millimetres a step of the depth file."""
     targets: tuple[TargetRecord, ...]
-    segments: int = 0
-    """Masks, numbered from 0, of things of which nothing else is known: neither pose nor object."""
     calibrated: bool = True
     """Whether the camera is known; else only its size is, and its focal length is a guess for drawing."""

@@ -67,14 +67,11 @@ def _open(name: str) -> Callable[[RgbdImage], Sequence[Detection]]:
 
 def _with_true_masks(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
     """Read an image with the masks of those targets that the estimator knows and that are seen well enough, if any."""
-    if image.segments:
-        # Masks of what nobody named: the estimator says which object it is.
-        masks = (reader.mask_visible(image, number) for number in range(image.segments))
-        found = tuple(Detection(mask, number=number) for number, mask in enumerate(masks) if mask.any())
-        return replace(RgbdImage.from_dataset(reader, image, ()), detections=found)
     least: LeastVisible = getattr(estimator, "least_visible", LeastVisible())
     known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}
-    targets = [item for item in image.targets if least.takes(item) and (known is None or item.obj_id in known)]
+    # What has no pose is of an object that nobody named: it is estimated as each that the estimator knows.
+    named = [item for item in image.targets if known is None or not item.has_pose or item.obj_id in known]
+    targets = [item for item in named if least.takes(item)]
     if not targets:
         return None
     return RgbdImage.from_dataset(reader, image, targets, rgb=getattr(estimator, "reads_rgb", True))

@@ -70,7 +70,7 @@ def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Seque
     names = ", ".join(f"{number} {name}" for number, name in known.items())
     asked = {
         obj_id: reader.objects[obj_id].name
-        for obj_id in sorted({target.obj_id for image in images for target in image.targets})
+        for obj_id in sorted({target.obj_id for image in images for target in image.targets if target.has_pose})
     }
     for obj_id, name in asked.items():
         if known.get(obj_id, name) != name:

@@ -146,7 +146,11 @@ class RgbdImage:
             rgb: Whether colour is read.
         """
         detections = tuple(
-            Detection(reader.mask_visible(image, target.gt_index), target.obj_id, number=target.gt_index)
+            Detection(
+                reader.mask_visible(image, target.gt_index),
+                target.obj_id if target.has_pose else None,
+                number=target.gt_index,
+            )
             for target in targets
         )
         colors = reader.rgb(image) if rgb else None

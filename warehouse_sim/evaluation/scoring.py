@@ -93,8 +93,8 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
 
 
 def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> None:
-    if images and not any(image.targets for image in images):
-        masks = sum(image.segments for image in images)
+    if images and not any(target.has_pose for image in images for target in image.targets):
+        masks = sum(len(image.targets) for image in images)
         raise EvaluationError(
             f"{data}: split {split!r} has no poses to score against: {len(images)} images, {masks} bare masks; "
             "predict and inspect take it, evaluate needs labels such as those of a BOP folder"

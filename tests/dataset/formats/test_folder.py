@@ -33,7 +33,8 @@ def write_flat(root: Path, ending: str = ".png") -> Path:
 def test_one_image_with_its_masks_in_order_of_their_numbers(tmp_path: Path) -> None:
     reader = DatasetReader(write_flat(tmp_path / "boxes"))
     (image,) = reader.images("test")
-    assert (image.targets, image.segments, dict(reader.objects)) == ((), 3, {})
+    assert [target.has_pose for target in image.targets] == [False] * 3
+    assert [target.pixels_visible for target in image.targets] == [2 * W, 3 * W, 11 * W]
     assert (image.camera.width, image.camera.height, image.camera.fx, image.camera.cy) == (W, H, 30.0, 12.0)
     assert reader.rgb(image)[0, 0].tolist() == [30, 20, 10]
     assert np.allclose(reader.depth(image), 1.5)
@@ -57,7 +58,7 @@ def test_many_images_in_folders_with_a_matrix_in_a_text_file(tmp_path: Path) -> 
     (tmp_path / "K.txt").write_text("30 0 15\n0 31 12\n0 0 1\n")
     reader = DatasetReader(tmp_path)
     images = reader.images("test")
-    assert [image.segments for image in images] == [0, 1, 0]
+    assert [len(image.targets) for image in images] == [0, 1, 0]
     assert [float(reader.depth(image)[0, 0]) for image in images] == pytest.approx([0.7, 0.8, 1.2])
     assert [round(float(reader.rgb(image).mean()) / 9) for image in images] == [7, 8, 12]
 
@@ -110,10 +111,10 @@ def test_recorded_cartons(real_data: Path) -> None:
     """Back-projected, the masked pixels of each carton are about as large as cartons of 255 x 155 x 100 mm."""
     reader = DatasetReader(real_data / "boxes")
     (image,) = reader.images("test")
-    assert (image.segments, image.camera.width, image.camera.height) == (11, 640, 480)
+    assert (len(image.targets), image.camera.width, image.camera.height) == (11, 640, 480)
     depth = reader.depth(image)
     assert 0.5 < np.median(depth[depth > 0]) < 2.5
-    for number in range(image.segments):
+    for number in range(len(image.targets)):
         mask = reader.mask_visible(image, number) & (depth > 0)
         points = image.camera.rays()[mask] * depth[mask][:, None]
         near = points[np.abs(points - np.median(points, axis=0)).max(axis=1) < 0.3]

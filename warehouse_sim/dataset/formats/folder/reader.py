@@ -9,11 +9,16 @@ from jaxtyping import Bool, Float32, UInt8
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.folder.camera import read_intrinsics, read_place
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
+from warehouse_sim.dataset.formats.images_only import shapeless
 from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.png import is_rgb_png
-from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+
+_NUMBER, CLASS_NAME = 1, "object"
+"""Of the one class."""
 
 
 class FolderReader:
@@ -31,11 +36,11 @@ class FolderReader:
 
     @property
     def objects(self) -> dict[int, ObjectInfo]:
-        """No objects: nobody says what is seen."""
-        return {}
+        """One class without a shape: nobody says what is seen."""
+        return {_NUMBER: shapeless(_NUMBER, CLASS_NAME, self.root)}
 
     def images(self, split: str) -> list[ImageRecord]:
-        """Return the images; each has as many segments as masks, and no targets.
+        """Return the images; each has a target without a pose for every mask.
 
         Raises:
             DatasetError: No such split, or the intrinsics cannot be read.
@@ -73,11 +78,11 @@ class FolderReader:
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a segment."""
+        """Read the mask of a target."""
         return require_size(decode_any_mask(self._frames[image.image_id].masks[gt_index]), image, "mask")
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a segment: what is hidden of it nobody knows."""
+        """Read the mask of a target: what is hidden of it nobody knows."""
         return self.mask_visible(image, gt_index)
 
     @cached_property
@@ -98,8 +103,25 @@ class FolderReader:
                 camera=intrinsics.camera(image_size_wh(frame.rgb), str(path)),
                 T_world_camera=T_world_camera,
                 depth_scale=intrinsics.depth_scale,
-                targets=(),
-                segments=len(frame.masks),
+                targets=tuple(_target(number, path) for number, path in enumerate(frame.masks)),
             )
             for index, frame in enumerate(self._frames)
         ]
+
+
+def _target(number: int, path: Path) -> TargetRecord:
+    mask = decode_any_mask(path)
+    left, top, right, bottom = (float(value) for value in mask_box_xyxy(mask) or (0, 0, -1, -1))
+    pixels = int(np.count_nonzero(mask))
+    return TargetRecord(
+        gt_index=number,
+        obj_id=_NUMBER,
+        instance_id=0,
+        T_camera_object=NO_POSE,
+        visible_fraction=1.0 if pixels else 0.0,
+        pixels_visible=pixels,
+        box_visible_xyxy=(left, top, right, bottom),
+        box_amodal_xyxy=(left, top, right, bottom),
+        pixels_valid=pixels,
+        pixels_all=max(pixels, 1),
+    )
