@@ -75,8 +75,6 @@ class ModelClasses:
             keep(prim, {"material": part.material, "role": part.role or None})
             self._paint(prim, part, part.material, number)
         add_colliders(self.stage, f"{path}/{COLLIDERS}", model.collision, self.friction)
-        if model.mass > 0.0:
-            pxr.Physics.MassAPI.Apply(root).CreateMassAttr(model.mass)
         pxr.Semantics.LabelsAPI.Apply(root, TAXONOMY).CreateLabelsAttr([model.class_name])
         if model.parts:
             points = model.mesh().vertices
@@ -117,7 +115,15 @@ class ModelClasses:
 def _keep_model(prim: Any, model: ObjectModel) -> None:
     symmetry, face = model.symmetry.transforms, model.luminous_face
     keep(prim, {"model": model.name, "class_name": model.class_name, "obj_id": model.obj_id, "size": model.size})
-    keep(prim, {"make": model.make or None, "bears": model.bears, "own_materials": [m.name for m in model.materials]})
+    keep(
+        prim,
+        {
+            "mass": model.mass,
+            "make": model.make or None,
+            "bears": model.bears,
+            "own_materials": [m.name for m in model.materials],
+        },
+    )
     if len(symmetry) > 1:
         keep(prim, {"symmetry": symmetry})
     if model.pockets:
@@ -182,7 +188,8 @@ def read_model(path: Path, prim: Any, data: Any, meshes: MeshReader, materials: 
     shown = {part.material for part in parts}
     recorded = zip(record.texts("paint_from"), record.texts("paint_to"), strict=False)
     paint |= {key: value for key, value in recorded if key not in shown or key == value}
-    mass = pxr.Physics.MassAPI(data).GetMassAttr().Get() if data.HasAPI(pxr.Physics.MassAPI) else 0.0
+    # What stands still has no body whose mass could be told.
+    own_mass = pxr.Physics.MassAPI(data).GetMassAttr().Get() if data.HasAPI(pxr.Physics.MassAPI) else None
     names = {item.name: item for item in materials.values()}
     symmetry = record.numbers("symmetry", -1, 4, 4)
     model = ObjectModel(
@@ -192,7 +199,7 @@ def read_model(path: Path, prim: Any, data: Any, meshes: MeshReader, materials: 
         size=record.numbers("size", 3),
         parts=tuple(parts),
         collision=read_colliders(prim.GetChild(COLLIDERS)),
-        mass=float(mass),
+        mass=record.number("mass", 0.0) if own_mass is None else float(own_mass),
         symmetry=SymmetryGroup(symmetry) if len(symmetry) else SymmetryGroup.trivial(),
         pockets=_pockets(record),
         luminous_face=_luminous_face(record),

@@ -57,7 +57,7 @@ def write_usd(scene: SceneSpec, path: Path, rig: RigConfig | None = None) -> Pat
     bound = _add_materials(stage, scene, textures)
     classes = ModelClasses(stage, f"{ROOT}/Models", scene, bound, f"{ROOT}/friction")
     for instance in scene.instances:
-        _add_object(stage, instance, classes)
+        _add_object(stage, instance, scene.model_of(instance).mass, classes)
     pxr.Geom.Scope.Define(stage, LIGHTS)
     add_even_light(stage, f"{LIGHTS}/{EVEN_LIGHT}", scene.ambient)
     for number, light in enumerate(scene.lights):
@@ -96,8 +96,8 @@ def _add_materials(stage: Any, scene: SceneSpec, textures: Textures) -> dict[str
     return bound
 
 
-def _add_object(stage: Any, instance: ObjectInstance, classes: ModelClasses) -> None:
-    """Add an object: a rigid body where physics may move it, else colliders that stand still.
+def _add_object(stage: Any, instance: ObjectInstance, mass: float, classes: ModelClasses) -> None:
+    """Add an object: a rigid body of its mass (kg) where physics may move it, else colliders that stand still.
 
     The body lies on the root of the instance, whose inside no simulator can move (NVIDIA, asset requirement RB.005).
     """
@@ -108,6 +108,7 @@ def _add_object(stage: Any, instance: ObjectInstance, classes: ModelClasses) -> 
     prim.SetInstanceable(True)
     if instance.dynamic:
         pxr.Physics.RigidBodyAPI.Apply(prim)
+        pxr.Physics.MassAPI.Apply(prim).CreateMassAttr(mass)
     keep(prim, {"instance_id": instance.instance_id, "group": instance.group or None})
 
 
