@@ -125,6 +125,7 @@ def _description(model: Path) -> list[str]:
         "took": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
         + " of wall time on {device}, {threads} thread(s), {precision}".format(**results[-1]),
         "seed": " and ".join(str(item.train.seed) for item in configs),
+        "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": " and ".join(f"[{place / 'config.yaml'}]({place / 'config.yaml'})" for place in places)
         + "; curves in "
         + " and ".join(f"[{place / 'curves.csv'}]({place / 'curves.csv'})" for place in places),
