@@ -48,7 +48,15 @@ def test_a_model_is_small_and_its_weights_are_numbers(name: str) -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_a_card_says_how_the_weights_were_made(name: str) -> None:
     text = (model_dir(name) / "card.md").read_text(encoding="utf-8")
-    for word in ("trained on", "samples in", "seed", "| licence | Apache-2.0", "Never tested on real images", "By distance", "By light"):
+    for word in (
+        "trained on",
+        "samples in",
+        "seed",
+        "| licence | Apache-2.0",
+        "Never tested on real images",
+        "By distance",
+        "By light",
+    ):
         assert word in text, word
 
 

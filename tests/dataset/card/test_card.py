@@ -89,3 +89,15 @@ def test_a_converted_dataset_says_so(toy_root: Path, tmp_path: Path) -> None:
     assert "GB for 1,000 observations" in text
     assert not (tmp_path / "data/card/recipe.yaml").exists()
     assert len(list((tmp_path / "data/card").glob("*_*.jpg"))) == 6
+
+
+def test_links_within_a_folder_and_between_two_count_once(tmp_path: Path) -> None:
+    for name in ("a/deep", "b"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "a/one").write_bytes(bytes(1000))
+    (tmp_path / "b/two").write_bytes(bytes(50))
+    for name in ("a/deep/one", "b/one"):
+        (tmp_path / name).hardlink_to(tmp_path / "a/one")
+    found = measure(tmp_path, ["a", "b", "none"])
+    assert found.by_folder == {"a": 1000, "b": 1050}
+    assert found.together == 1050

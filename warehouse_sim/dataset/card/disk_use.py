@@ -11,7 +11,7 @@ class DiskUse:
     """Bytes of some folders."""
 
     by_folder: dict[str, int]
-    """Folder -> bytes of all its files, as if it were copied alone."""
+    """Folder -> bytes of its files, were it copied alone; what is linked within it counts once."""
     together: int
     """Bytes of all folders, where files that formats share as links count once."""
 
@@ -27,13 +27,15 @@ def measure(root: Path, folders: Iterable[str]) -> DiskUse:
     linked: set[tuple[int, int]] = set()
     together = 0
     for name in (name for name in folders if (root / name).is_dir()):
+        own: set[tuple[int, int]] = set()
         by_folder[name] = 0
         for status in _files(root / name):
-            by_folder[name] += status.st_size
             key = status.st_dev, status.st_ino
-            together += 0 if key in linked else status.st_size
+            by_folder[name] += 0 if key in own else status.st_size
+            together += 0 if key in own or key in linked else status.st_size
             if status.st_nlink > 1:
-                linked.add(key)
+                own.add(key)
+        linked |= own
     return DiskUse(by_folder, together)
 
 
