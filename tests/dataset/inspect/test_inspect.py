@@ -126,3 +126,15 @@ def test_recorded_frames_have_their_labels_and_nothing_odd(real_data: Path, tmp_
     assert cars.split("|")[1].split()[1] == str(labels.count("Car"))
     assert "nothing odd" in text
     assert cv2.imread(str(found.sheet)).shape[1] == 2 * 804
+
+
+@pytest.mark.real
+def test_masks_without_class_and_pose_are_shown(real_data: Path, tmp_path: Path) -> None:
+    found = inspect(real_data / "boxes", tmp_path / "boxes")
+    assert "11 masks of things without class and pose" in found.lines
+    sheet = cv2.imread(str(found.sheet)).astype(int)
+    masks = [cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (real_data / "boxes").glob("*mask_*.png")]
+    either = np.any([cv2.resize((mask > 0).astype(np.uint8), (800, 600)) > 0 for mask in masks], axis=0)
+    tinted = np.abs(sheet[:600, :800] - sheet[:600, 804:1604]).sum(axis=-1) > 12
+    assert (tinted & either).sum() > 0.95 * either.sum()
+    assert (tinted & ~either)[40:].sum() < 0.03 * either.sum()

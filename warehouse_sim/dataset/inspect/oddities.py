@@ -13,6 +13,8 @@ _FAR = 1000.0
 """Metres beyond which a pose or a size is probably in another unit."""
 _BESIDE = 1.0
 """Widths of its box that an object's centre may lie beside it in the image."""
+_FEW = 20
+"""Readings of depth that a label needs to be compared with them."""
 _OFF = 1.5
 """Diameters that a pose may lie before or behind what depth shows of the object."""
 
@@ -36,7 +38,7 @@ class Oddities:
 
     def of_image(self, image: ImageRecord) -> None:
         """Note what is odd about an image."""
-        if not image.targets:
+        if not image.targets and not image.segments:
             self.note("images without a label", place_of(image))
 
     def of_target(self, image: ImageRecord, target: TargetRecord, objects: Mapping[int, ObjectInfo]) -> None:
@@ -66,15 +68,14 @@ class Oddities:
     ) -> None:
         """Note a label whose pose is elsewhere than the depth (m) on its visible pixels, 0 = none, says."""
         readings = shown[shown > 0]
-        T = target.T_camera_object
-        if T is None or diameter <= 0.0 or readings.size < 20 or not np.isfinite(T).all():
+        if diameter <= 0.0 or readings.size < _FEW or not target.has_pose:
             return
-        if abs(float(np.median(readings)) - float(T[2, 3])) > _OFF * diameter:
+        if abs(float(np.median(readings)) - float(target.T_camera_object[2, 3])) > _OFF * diameter:
             self.note("labels whose pose is not where the depth is", f"{place_of(image)}, label {target.gt_index}")
 
     def _pose(self, image: ImageRecord, target: TargetRecord, where: str) -> None:
         T = target.T_camera_object
-        if T is None or not np.isfinite(T).all():
+        if not target.has_pose:
             self.note("labels without a pose", where)
             return
         if T[2, 3] <= 0:

@@ -26,7 +26,7 @@ _SPARSE = 0.2
 def dataset_sheet(reader: DatasetReader, images: Sequence[ImageRecord], oddities: Oddities) -> Image:
     """Return two rows an image: boxes of poses, masks with 2D boxes; depth, LiDAR's points where there are any.
 
-    What a dataset does not have is a dark panel that says so.
+    What a dataset does not have has no panel.
 
     Args:
         reader: The dataset.
@@ -59,8 +59,9 @@ def _panels(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> li
     panels = [
         _posed(reader, image, small.copy(), camera),
         _masked(reader, image, small.copy(), masks, scale),
-        _depth(reader, image, masks, scale, oddities),
     ]
+    depth = _depth(reader, image, masks, scale, oddities)
+    panels += [] if depth is None else [depth]
     sweep = _sweep(reader, image, oddities)
     if sweep is not None:
         cloud = draw_cloud(small, camera, sweep.T_camera_sensor, sweep.reading.points)
@@ -76,14 +77,14 @@ def _posed(reader: DatasetReader, image: ImageRecord, panel: Image, camera: Pinh
         distance = distance_of(target)
         if size is None or distance is None:
             continue
-        color = _color(target)
+        color = _color(target.gt_index)
         draw_box_3d(panel, camera, target.T_camera_object, size, color)
         drawn += 1
         if target.T_camera_object[2, 3] > 0:
             u, v = camera.project(target.T_camera_object[None, :3, 3])[0]
             captions.add(f"{class_of(target, reader)} {distance:.1f} m", (u, v), color)
     captions.draw()
-    what = f"{drawn} boxes of poses" if drawn or not image.targets else "no poses"
+    what = f"{drawn} boxes of poses" if drawn else "no poses"
     draw_caption(panel, f"{place_of(image)}: {what}")
     return panel
 
@@ -92,13 +93,12 @@ def _masked(
     reader: DatasetReader, image: ImageRecord, panel: Image, masks: dict[int, np.ndarray], scale: float
 ) -> Image:
     captions = Captions(panel)
-    for target in _near_first(image)[::-1]:
-        color = _color(target)
-        if target.gt_index in masks:
-            inside = _resized(masks[target.gt_index].astype(np.uint8), scale) > 0
-            panel[inside] = (0.5 * panel[inside] + 0.5 * np.array(color)).astype(np.uint8)
+    far_first = [target.gt_index for target in _near_first(image)[::-1]] + list(range(image.segments))
+    for index in (index for index in far_first if index in masks):
+        inside = _resized(masks[index].astype(np.uint8), scale) > 0
+        panel[inside] = (0.5 * panel[inside] + 0.5 * np.array(_color(index))).astype(np.uint8)
     for target in _near_first(image):
-        color = _color(target)
+        color = _color(target.gt_index)
         left, top, right, bottom = np.array(target.box_visible_xyxy) * scale
         # From the outer border of the first pixel to that of the last one.
         corners = np.array([[left, top], [right + scale, bottom + scale]]) - 0.5
@@ -113,11 +113,11 @@ def _masked(
 
 def _depth(
     reader: DatasetReader, image: ImageRecord, masks: dict[int, np.ndarray], scale: float, oddities: Oddities
-) -> Image:
+) -> Image | None:
     try:
         depth = reader.depth(image)
     except DatasetError:
-        return _blank(image, "no depth", scale)
+        return None
     oddities.of_depth(image, depth)
     for target in image.targets:
         if target.gt_index in masks and masks[target.gt_index].shape == depth.shape:
@@ -136,16 +136,16 @@ def _depth(
 
 def _masks(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> dict[int, np.ndarray]:
     found = {}
-    for target in image.targets:
+    for index in [*(target.gt_index for target in image.targets), *range(image.segments)]:
         try:
-            mask = reader.mask_visible(image, target.gt_index)
+            mask = reader.mask_visible(image, index)
         except DatasetError as problem:
             oddities.note("masks that cannot be read", str(problem))
             continue
         if mask.any():
-            found[target.gt_index] = mask
+            found[index] = mask
         else:
-            oddities.note("empty masks", f"{place_of(image)}, label {target.gt_index}")
+            oddities.note("empty masks", f"{place_of(image)}, mask {index}")
     return found
 
 
@@ -176,8 +176,8 @@ def _near_first(image: ImageRecord) -> list[TargetRecord]:
     return sorted(image.targets, key=lambda item: distance_of(item) or 0.0)
 
 
-def _color(target: TargetRecord) -> Color:
-    red, green, blue = colorize_ids(np.array([[target.gt_index + 1]], np.int32))[0, 0].tolist()
+def _color(index: int) -> Color:
+    red, green, blue = colorize_ids(np.array([[index + 1]], np.int32))[0, 0].tolist()
     return red, green, blue
 
 
@@ -200,8 +200,8 @@ def _resized(image: np.ndarray, scale: float, sharp: bool = False) -> np.ndarray
     return cv2.resize(image, size, interpolation=how)
 
 
-def _blank(image: ImageRecord, text: str, scale: float | None = None) -> Image:
-    scale = scale or min(_WIDTH / image.camera.width, _MOST_SCALE)
+def _blank(image: ImageRecord, text: str) -> Image:
+    scale = min(_WIDTH / image.camera.width, _MOST_SCALE)
     size = max(round(image.camera.height * scale), 40), max(round(image.camera.width * scale), 200)
     panel = np.full((*size, 3), _DARK, np.uint8)
     draw_caption(panel, f"{place_of(image)}: {text}")

@@ -32,6 +32,8 @@ class Survey:
     sizes: Counter[tuple[int, int]] = field(default_factory=Counter)
     """Width and height (px) -> number of images."""
     classes: Counter[str] = field(default_factory=Counter)
+    segments: int = 0
+    """Masks of which neither pose nor object is known."""
     labels_an_image: list[int] = field(default_factory=list)
     values: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in (*_TITLES, "box")})
     """Visible fraction, distance (m), lux and larger edge of the visible box (px) of each label that has it."""
@@ -43,6 +45,8 @@ class Survey:
         lines += [f"  {name}: {count:,} images in {self.scenes[name]:,} scenes" for name, count in self.images.items()]
         sizes = ", ".join(f"{width} x {height} ({count:,})" for (width, height), count in self.sizes.most_common(5))
         lines.append(f"size in pixels: {sizes}")
+        if self.segments:
+            lines.append(f"{self.segments:,} masks of things without class and pose")
         if self.labels_an_image:
             least, most = min(self.labels_an_image), max(self.labels_an_image)
             lines.append(f"labels an image: {least} to {most}, mean {np.mean(self.labels_an_image):.1f}")
@@ -66,6 +70,7 @@ def survey(reader: DatasetReader, oddities: Oddities) -> Survey:
         for image in images:
             found.sizes[image.camera.width, image.camera.height] += 1
             found.labels_an_image.append(len(image.targets))
+            found.segments += image.segments
             oddities.of_image(image)
             for target in image.targets:
                 _count(found, target, image, reader, oddities)
@@ -75,8 +80,7 @@ def survey(reader: DatasetReader, oddities: Oddities) -> Survey:
 
 def distance_of(target: TargetRecord) -> float | None:
     """Return how far (m) a label's origin is from the camera; None where it has no pose."""
-    T = target.T_camera_object
-    return None if T is None or not np.isfinite(T).all() else float(np.linalg.norm(T[:3, 3]))
+    return float(np.linalg.norm(target.T_camera_object[:3, 3])) if target.has_pose else None
 
 
 def class_of(target: TargetRecord, reader: DatasetReader) -> str:
