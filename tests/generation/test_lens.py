@@ -44,7 +44,7 @@ def failed(root: Path) -> set[str]:
 def test_every_check_holds(root: Path) -> None:
     checks = validate(root)
     assert [check for check in checks if not check.ok] == []
-    assert len(checks) == 22  # those of both formats, and of the inertial unit's readings
+    assert len(checks) == 24  # those of both formats, and of the inertial unit's readings
 
 
 def test_both_formats_give_back_the_camera(root: Path, camera: CameraConfig) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.dataset.checks.findings import Check
 from warehouse_sim.errors import DatasetError
 
 _ADVICE = """\
@@ -25,13 +26,19 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
     with share_progress("validate") as progress:
         checks = run(data, progress)
     for check in checks:
-        print(f"{'ok  ' if check.ok else 'FAIL'}  {check.name}: {check.detail}")
-    failed = sum(not check.ok for check in checks)
-    print(f"{len(checks) - failed} of {len(checks)} checks hold")
+        print(f"{_word(check)}  {check.name}: {check.detail}")
+    asked = [check for check in checks if check.checked]
+    failed = sum(not check.ok for check in asked)
+    print(f"{len(asked) - failed} of {len(asked)} checks hold")
     if failed:
         print(f"output: {data} is not usable as it is")
-        if checks[0].ok:
+        if checks[0].ok and (data / "manifest.json").is_file():
             print(_ADVICE.format(manifest=data / "manifest.json"))
         return 1
     finish(data, "train", "densefusion-pointcloud", "--data", data, "--out", f"{data}-run")
     return 0
+
+
+def _word(check: Check) -> str:
+    """Return how a line begins."""
+    return ("ok  " if check.ok else "FAIL") if check.checked else "--  "

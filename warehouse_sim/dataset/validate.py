@@ -1,14 +1,17 @@
 """Say of a dataset folder, check by check, whether it can be trusted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
 from warehouse_sim.dataset.checks import manifest, readings, structure, worn
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
+from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
+from warehouse_sim.dataset.reader import is_dataset
 from warehouse_sim.errors import WarehouseSimError
 
 __all__ = ["Check", "validate"]
@@ -24,7 +27,7 @@ _CHECKS = (
 
 
 def validate(root: Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
-    """Check a dataset folder from its manifest down to single pixels.
+    """Check a dataset folder from its manifest down to single pixels; of one that others made, what it holds.
 
     Args:
         root: Folder of the dataset.
@@ -33,16 +36,29 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
     Returns:
         One entry a check; only the first one where the manifest cannot be read or speaks of another folder.
     """
+    if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
+        others = ForeignSubject.of(root)
+        return _all(others, [(check, others) for check in others.checks], progress)
     try:
         subject = Subject(root, read_manifest(root))
         manifest.require_size(subject)
     except WarehouseSimError as problem:
         return [Check("manifest", False, str(problem))]
-    asked, checks = _asked(subject), []
-    for number, (check, format_name) in enumerate(asked):
-        subject.progress = partial(_report_progress, progress, check.name, number, len(asked))
-        subject.progress(0.0)
-        checks.append(_run(check, subject if format_name is None else subject.of_format(format_name)))
+    asked = [(check, subject if name is None else subject.of_format(name)) for check, name in _asked(subject)]
+    return _all(subject, asked, progress)
+
+
+def _all(
+    subject: Subject | ForeignSubject,
+    asked: Sequence[tuple[NamedCheck, Subject | ForeignSubject]],
+    progress: ProgressCallback,
+) -> list[Check]:
+    """Run checks in order, each on the dataset as it is to see it."""
+    checks = []
+    for number, (check, seen) in enumerate(asked):
+        seen.progress = partial(_report_progress, progress, check.name, number, len(asked))
+        seen.progress(0.0)
+        checks.append(_run(check, seen))
     progress(1.0, f"{len(checks)} checks")
     return checks
 
@@ -66,12 +82,14 @@ def _report_progress(progress: ProgressCallback, name: str, number: int, count: 
     progress((number + share) / count, name)
 
 
-def _run(check: NamedCheck, subject: Subject) -> Check:
+def _run(check: NamedCheck, subject: Subject | ForeignSubject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
     try:
         findings = check.run(subject)
     except WarehouseSimError as problem:
         return Check(check.name, False, str(problem))
+    if not findings.problems and findings.lacking:
+        return Check(check.name, True, f"not checked: {findings.lacking}", checked=False)
     if not findings.problems:
         return Check(check.name, True, findings.examined)
     others = len(findings.problems) - 1 + findings.more

@@ -235,8 +235,11 @@ def colour_and_truth_of_another_scene(folder: Folder) -> None:
 
 
 def cut_image(folder: Folder) -> None:
-    view = folder.view()
-    path = view.bop_image(str(folder.rng.choice(["rgb", "depth", "rgb_clean", "depth_clean"])))
+    cut(folder, ("rgb", "depth", "rgb_clean", "depth_clean"))
+
+
+def cut(folder: Folder, kinds: tuple[str, ...]) -> None:
+    path = folder.view().bop_image(str(folder.rng.choice(kinds)))
     replace(path, png_without_end(path.read_bytes()))
 
 

@@ -8,7 +8,7 @@ OF_ANOTHER_PLACE = "shows no edges where the depth image has them; it is of anot
 _JUMP = 0.15
 """Depth that changes by this share within two pixels, beyond what a plane does, is an edge between two things."""
 _ENOUGH_EDGES = 300
-_LEAST_RANK = 0.62
+LEAST_RANK = 0.62
 """Mean rank of the gradient at edges of depth: 0.5 by chance, 0.76 and more where both images are of one place."""
 _ENOUGH_PIXELS = 150_000
 """Of a larger image every other row and column is looked at."""
@@ -20,7 +20,13 @@ _ENOUGH_COLOUR = 2.0
 
 
 def shows_edges_of(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]) -> bool:
-    """Return whether colours change where depth jumps; an image with few edges says nothing.
+    """Return whether colours change where depth jumps, with the arguments of ``edge_rank``."""
+    rank = edge_rank(rgb, depth)
+    return rank is None or rank >= LEAST_RANK
+
+
+def edge_rank(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]) -> float | None:
+    """Return the mean rank (0-1) of the colour gradient where depth jumps; None of an image with few such edges.
 
     Inverse depth is linear over the image of a plane, so that its second difference shows edges and no slopes.
 
@@ -36,14 +42,14 @@ def shows_edges_of(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "
     known = cv2.erode((smooth > 0).astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
     edges: Bool[np.ndarray, "h w"] = known & (change > _JUMP * inverse)
     if np.count_nonzero(edges) < _ENOUGH_EDGES:
-        return True
+        return None
     grey = cv2.GaussianBlur(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.0)
     gradient = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
     level = np.minimum(gradient, _LEVELS - 1).astype(np.intp)
     counts = np.bincount(level.ravel(), minlength=_LEVELS)
     # Middle rank of each level, so that an image of one colour has 0.5 everywhere.
     rank = (np.cumsum(counts) - 0.5 * counts) / level.size
-    return bool(rank[level[edges]].mean() >= _LEAST_RANK)
+    return float(rank[level[edges]].mean())
 
 
 def colour_problem(clean: UInt8[np.ndarray, "h w 3"], read: UInt8[np.ndarray, "h w 3"]) -> str:

@@ -16,6 +16,8 @@ class Check:
     ok: bool
     detail: str
     """What was examined, or the first thing that is wrong."""
+    checked: bool = True
+    """False where the dataset does not hold what the check looks at; ``detail`` then says what that is."""
 
 
 @dataclass
@@ -30,6 +32,8 @@ class Findings:
     """How many were found beyond them."""
     count: int = 0
     """Number of what was looked at, where parts of a check are put together."""
+    lacking: str = ""
+    """What the dataset does not hold, so that nothing could be looked at."""
 
     def require(self, holds: bool, problem: str) -> bool:
         """Note ``problem`` unless ``holds``; return ``holds``."""

@@ -159,6 +159,14 @@ def has_depth(reader: FormatReader) -> bool:
     return bool(getattr(reader, "has_depth", True))
 
 
+def foreign_checks(item: Format) -> Sequence[NamedCheck]:
+    """Return what ``validate`` asks of a folder that others made in a format, beyond what it asks of every one.
+
+    Such checks take the ``ForeignSubject``; a format states them as the attribute ``foreign_checks``, or has none.
+    """
+    return tuple(getattr(item, "foreign_checks", ()))
+
+
 def dataset_format(name: str) -> Format:
     """Return the format of that name.
 

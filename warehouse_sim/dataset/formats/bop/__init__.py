@@ -26,6 +26,13 @@ class BopFormat:
 
         return CHECKS
 
+    @property
+    def foreign_checks(self) -> Sequence[NamedCheck]:
+        """Checks of what only folders of others are asked."""
+        from warehouse_sim.dataset.formats.bop.checks.foreign import FOREIGN_CHECKS
+
+        return FOREIGN_CHECKS
+
     def refuse(self, manifest: Manifest) -> None:
         """Refuse depth beyond 16 bits."""
         from warehouse_sim.dataset.frame_files import MILLIMETRES

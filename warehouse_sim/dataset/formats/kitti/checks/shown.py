@@ -3,8 +3,8 @@
 import itertools
 
 import numpy as np
-from jaxtyping import Float
 
+from warehouse_sim.dataset.checks.depth_kind import range_share
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
@@ -143,18 +143,3 @@ def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
         share < 0.5, f"{path}: holds the distance to the camera, not the depth along its axis (share {share:.2f})"
     )
     return findings
-
-
-def range_share(read: Float[np.ndarray, " n"], z: Float[np.ndarray, " n"], distance: Float[np.ndarray, " n"]) -> float:
-    """Return how much of the way from z-depth to distance the readings went: 0 = depth along the axis, 1 = range.
-
-    Least squares of ``read = a z + b (distance - z)`` on what agrees with either; ``a`` takes a sensor's scale.
-    """
-    near = np.minimum(np.abs(read - z), np.abs(read - distance)) < 0.05 * z
-    ahead = distance[near] - z[near]
-    if np.count_nonzero(near) < _FEW or np.ptp(ahead / z[near]) < 0.02:
-        return 0.0
-    (_, share), *_ = np.linalg.lstsq(
-        np.stack([z[near], ahead], axis=1) / z[near, None], read[near] / z[near], rcond=None
-    )
-    return float(share)

@@ -1,0 +1,1 @@
+"""What ``validate`` asks of a dataset that others made: whatever its format, through its reader."""

@@ -1,0 +1,116 @@
+"""Checks of cameras and labels that others made: plausible numbers that go together, nothing listed twice."""
+
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.pose import transform_points
+
+_VIEWS_DEG = (1.0, 175.0)
+_PIXEL_SHAPES = (0.5, 2.0)
+_NEAR = 1e-3
+_SAME_SHARE = 0.02
+_SIZES = (0.4, 2.5)
+"""Edge of a projected box over that of the stored one; a slip of units is a factor of ten and more."""
+_SMALL_PX = 8.0
+
+
+def cameras(subject: ForeignSubject) -> Findings:
+    """Look whether each camera could be one, and whether images have one number each."""
+    findings, images = Findings(f"{len(subject.images)} cameras"), subject.images
+    for image in images:
+        where, camera = subject.where(image), image.camera
+        for axis, edge, focal, centre in (
+            ("x", camera.width, camera.fx, camera.cx),
+            ("y", camera.height, camera.fy, camera.cy),
+        ):
+            view = 2.0 * np.degrees(np.arctan2(edge / 2.0, focal))
+            findings.require(
+                bool(_VIEWS_DEG[0] < view < _VIEWS_DEG[1]),
+                f"{where}: f{axis} {focal:.6g} px gives {edge} px a view of {view:.3g} deg; K or its unit is wrong",
+            )
+            findings.require(
+                0.0 <= centre <= edge,
+                f"{where}: c{axis} is {centre:.6g} px, the image has {edge}; K is wrong",
+            )
+        shape = camera.fx / camera.fy
+        findings.require(_PIXEL_SHAPES[0] < shape < _PIXEL_SHAPES[1], f"{where}: fx / fy is {shape:.3g}; K is wrong")
+    counts = Counter((image.split, image.scene_id, image.image_id) for image in images)
+    for (split, scene, number), count in counts.items():
+        findings.require(count == 1, f"{subject.root}: {split} scene {scene}: image {number} comes {count} times")
+    return findings
+
+
+def labels(subject: ForeignSubject) -> Findings:
+    """Look whether targets are in front of the camera, as large as their boxes, and what their counts say."""
+    infos, findings = subject.reader.objects, Findings()
+    for image in subject.images:
+        poses = [target.T_camera_object.round(9).tobytes() for target in image.targets]
+        twice = next((i for i, pose in enumerate(poses) if pose in poses[:i]), None)
+        findings.require(twice is None, f"{subject.where(image)}: target {twice} has the pose of another one")
+        for target in image.targets:
+            _is_plausible(findings, image, target, infos, f"{subject.where(image)}, target {target.gt_index}")
+            findings.count += 1
+    if not findings.count:
+        return Findings(lacking="it holds no labels")
+    findings.examined = f"{findings.count} labels of {len(subject.images)} images"
+    return findings
+
+
+def _is_plausible(
+    findings: Findings, image: ImageRecord, target: TargetRecord, infos: Mapping[int, ObjectInfo], where: str
+) -> None:
+    if infos and not findings.require(target.obj_id in infos, f"{where}: obj_id {target.obj_id} is no known object"):
+        return
+    place = target.T_camera_object[:3, 3]
+    if not findings.require(bool(place[2] > _NEAR), f"{where}: is behind the camera, z = {place[2]:.6g} m"):
+        return
+    share = target.pixels_visible / max(target.pixels_all, 1)
+    findings.require(
+        abs(min(share, 1.0) - target.visible_fraction) < _SAME_SHARE,
+        f"{where}: visib_fract is {target.visible_fraction:.4g}, {target.pixels_visible} of {target.pixels_all} px is "
+        f"{share:.4g}",
+    )
+    if infos:
+        _has_size(findings, image, target, infos[target.obj_id], where)
+
+
+def _has_size(findings: Findings, image: ImageRecord, target: TargetRecord, info: ObjectInfo, where: str) -> None:
+    """Require that the projected object is about as large as its box, which lies about there."""
+    corners = transform_points(target.T_camera_object, box_corners(info.size))
+    stored = np.array(target.box_amodal_xyxy)
+    if corners[:, 2].min() < _NEAR * 50:
+        findings.require(info.diameter < 50.0 * target.T_camera_object[2, 3], f"{where}: {_units(np.inf)}")
+        return
+    uv = image.camera.project(corners)
+    last = np.array([image.camera.width - 1.0, image.camera.height - 1.0])
+    ends = np.concatenate([np.clip(uv.min(axis=0), 0, last), np.clip(uv.max(axis=0), 0, last)])
+    box = np.clip(stored, 0, np.tile(last, 2))
+    found, wanted = _largest_edge(ends), _largest_edge(box)
+    if wanted < _SMALL_PX:
+        return
+    factor = found / wanted
+    if findings.require(_SIZES[0] < factor < _SIZES[1], f"{where}: {_units(factor)}"):
+        apart = float(np.abs((ends[:2] + ends[2:] - box[:2] - box[2:]) / 2.0).max())
+        findings.require(
+            apart < 0.5 * max(found, wanted) + 2.0,
+            f"{where}: the object is projected {apart:.0f} px beside its box; its pose, K or box is wrong",
+        )
+
+
+def _largest_edge(box_xyxy: Float[np.ndarray, "4"]) -> float:
+    return float((box_xyxy[2:] - box_xyxy[:2]).max())
+
+
+def _units(factor: float) -> str:
+    return (
+        f"the object is projected {factor:.3g} times as large as its box; model or translation may be in metres where "
+        "millimetres are meant, or the other way round"
+    )
