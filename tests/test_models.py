@@ -7,7 +7,7 @@ import pytest
 import safetensors.numpy
 
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, headline, observations
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.resources import data_folder, model_dir, model_names
 from warehouse_sim.schema import Observation
 from warehouse_sim.yaml_file import read_yaml
@@ -22,7 +22,7 @@ def seen() -> list[Observation]:
 
 
 def test_every_method_is_bundled() -> None:
-    assert set(MODELS) >= set(ESTIMATORS.names())
+    assert set(MODELS) >= set(trained_names())
 
 
 @pytest.mark.gl

@@ -14,7 +14,7 @@ from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, bound_rows, rows, score
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.resources import data_folder
 
@@ -31,7 +31,7 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
     """
     found: list[dict] = []
     seen, best = observations() if write else [], SETTINGS[-1]
-    for name in only or ESTIMATORS.names():
+    for name in only or trained_names():
         model = data_folder("models") / name
         scored, held = {}, {}
         for data, settings, class_name in (

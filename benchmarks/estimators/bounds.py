@@ -13,7 +13,7 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, Setting, place_of
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
@@ -39,7 +39,7 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name) -> None:
     chosen = next(item for item in SETTINGS if item.name == setting)
     for data in SCORED:
         root = made(data, folder)
-        for method in ESTIMATORS.names():
+        for method in trained_names():
             place = place_of(folder / "scores" / method / data.folder_name, chosen)
             found = covered(data_folder("models") / method, root, read_scores(place), chosen)
             print(f"{data.folder_name} {method:24s}", *(f"{row['label']}: {100 * row['value']:.0f} %" for row in found))

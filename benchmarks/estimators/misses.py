@@ -13,7 +13,7 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, place_of
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.report.images import close_up
 
@@ -41,7 +41,7 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name, write: bool = 
     missed: dict[Place, list[str]] = {}
     scores: dict[str, Scores] = {}
     chosen = next(item for item in SETTINGS if item.name == setting)
-    for method in ESTIMATORS.names():
+    for method in trained_names():
         place = place_of(folder / "scores" / method / SCORED[0].folder_name, chosen)
         if not place.is_dir():
             continue

@@ -11,7 +11,7 @@ import tyro
 from benchmarks.estimators.bundle import bundle
 from benchmarks.estimators.data import FOLDER, MORE_CARTONS, SCORED, TRAINED_ONLY, Data, made
 from warehouse_sim import train
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 
@@ -60,7 +60,7 @@ def main(
         cache: Where crops are kept; the user's cache folder by default.
         steps: Optimiser steps of the first stage in place of the usual.
     """
-    for method in methods or ESTIMATORS.names():
+    for method in methods or trained_names():
         config = replace(FIRST.config, max_steps=steps or FIRST.config.max_steps)
         first = _trained(method, config, FIRST.data, folder, "first", cache)
         run = _trained(method, SECOND.config, SECOND.data, folder, "second", cache, init=first)

@@ -11,7 +11,7 @@ import torch
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, Subject, draw_subject
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
@@ -40,7 +40,7 @@ def inference(settings: Settings) -> dict[str, Any]:
     models = [model for model in subject.scene.models.values() if model.class_name in subject.scene.targets]
     rounds = 3 if settings.quick else 30
     with tempfile.TemporaryDirectory() as folder:
-        methods = {name: _method(name, Path(folder) / name, models, observation, rounds) for name in ESTIMATORS.names()}
+        methods = {name: _method(name, Path(folder) / name, models, observation, rounds) for name in trained_names()}
     slowest = max(methods.values(), key=lambda costs: costs["network_wall_s"])
     return {
         "what": f"poses of {OBJECTS} objects after detection, slowest nano: network, selection, refiner",

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators import overview as module
 from warehouse_sim.estimators.overview import describe_model, overview
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
@@ -16,7 +16,7 @@ def test_parameters_are_those_of_the_network(name: str) -> None:
 
 
 def test_sizes_grow() -> None:
-    for name in ESTIMATORS.names():
+    for name in trained_names():
         nano, small, full = overview(name).parameters.values()
         assert nano < small < full
 

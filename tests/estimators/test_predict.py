@@ -6,7 +6,7 @@ import pytest
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError, UnknownNameError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion import runner as module
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
@@ -25,7 +25,7 @@ def wanted(root: Path, split: str) -> list[tuple[int, int]]:
     ]
 
 
-@pytest.mark.parametrize("name", ESTIMATORS.names())
+@pytest.mark.parametrize("name", trained_names())
 @pytest.mark.parametrize("refine", ["none", "icp"])
 def test_one_estimate_a_visible_target(toy_root: Path, tmp_path: Path, name: str, refine: str) -> None:
     shares = []

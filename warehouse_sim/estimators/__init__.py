@@ -126,3 +126,8 @@ FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator
 def is_trainable(registered: Any) -> bool:
     """Return whether what a name of ``ESTIMATORS`` stands for must be trained first."""
     return isinstance(registered, Trainable) and not isinstance(registered, type)
+
+
+def trained_names() -> list[str]:
+    """Return the names of ``ESTIMATORS`` that must be trained first; each is imported."""
+    return [name for name in ESTIMATORS.names() if is_trainable(ESTIMATORS.get(name))]

@@ -38,7 +38,7 @@ class Oddities:
 
     def of_image(self, image: ImageRecord) -> None:
         """Note what is odd about an image."""
-        if not image.targets and not image.segments:
+        if not image.targets:
             self.note("images without a label", place_of(image))
 
     def of_target(self, image: ImageRecord, target: TargetRecord, objects: Mapping[int, ObjectInfo]) -> None:

@@ -93,7 +93,7 @@ def _masked(
     reader: DatasetReader, image: ImageRecord, panel: Image, masks: dict[int, np.ndarray], scale: float
 ) -> Image:
     captions = Captions(panel)
-    far_first = [target.gt_index for target in _near_first(image)[::-1]] + list(range(image.segments))
+    far_first = [target.gt_index for target in _near_first(image)[::-1]]
     for index in (index for index in far_first if index in masks):
         inside = _resized(masks[index].astype(np.uint8), scale) > 0
         panel[inside] = (0.5 * panel[inside] + 0.5 * np.array(_color(index))).astype(np.uint8)
@@ -136,7 +136,7 @@ def _depth(
 
 def _masks(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> dict[int, np.ndarray]:
     found = {}
-    for index in [*(target.gt_index for target in image.targets), *range(image.segments)]:
+    for index in (target.gt_index for target in image.targets):
         try:
             mask = reader.mask_visible(image, index)
         except DatasetError as problem:

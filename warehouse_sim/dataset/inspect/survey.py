@@ -32,7 +32,7 @@ class Survey:
     sizes: Counter[tuple[int, int]] = field(default_factory=Counter)
     """Width and height (px) -> number of images."""
     classes: Counter[str] = field(default_factory=Counter)
-    segments: int = 0
+    without_pose: int = 0
     """Masks of which neither pose nor object is known."""
     labels_an_image: list[int] = field(default_factory=list)
     values: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in (*_TITLES, "box")})
@@ -45,8 +45,8 @@ class Survey:
         lines += [f"  {name}: {count:,} images in {self.scenes[name]:,} scenes" for name, count in self.images.items()]
         sizes = ", ".join(f"{width} x {height} ({count:,})" for (width, height), count in self.sizes.most_common(5))
         lines.append(f"size in pixels: {sizes}")
-        if self.segments:
-            lines.append(f"{self.segments:,} masks of things without class and pose")
+        if self.without_pose:
+            lines.append(f"{self.without_pose:,} labels without a pose")
         if self.labels_an_image:
             least, most = min(self.labels_an_image), max(self.labels_an_image)
             lines.append(f"labels an image: {least} to {most}, mean {np.mean(self.labels_an_image):.1f}")
@@ -70,7 +70,7 @@ def survey(reader: DatasetReader, oddities: Oddities) -> Survey:
         for image in images:
             found.sizes[image.camera.width, image.camera.height] += 1
             found.labels_an_image.append(len(image.targets))
-            found.segments += image.segments
+            found.without_pose += sum(not target.has_pose for target in image.targets)
             oddities.of_image(image)
             for target in image.targets:
                 _count(found, target, image, reader, oddities)

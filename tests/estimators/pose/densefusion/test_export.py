@@ -7,7 +7,7 @@ import torch
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import MissingPackageError, TrainingError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion import export as module
 from warehouse_sim.estimators.pose.densefusion.export import (
     OUTPUTS,
@@ -38,7 +38,7 @@ def disturb(network: torch.nn.Module) -> None:
     ("name", "size"),
     [
         ("densefusion-pointcloud", "nano"),
-        *[pytest.param(name, "nano", marks=SLOW) for name in ESTIMATORS.names() if name != "densefusion-pointcloud"],
+        *[pytest.param(name, "nano", marks=SLOW) for name in trained_names() if name != "densefusion-pointcloud"],
         pytest.param("densefusion-middle-2", "full", marks=SLOW),
     ],
 )

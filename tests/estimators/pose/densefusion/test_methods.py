@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_crop, made_set, pallet_shape
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.batch import draw_batch
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
@@ -29,7 +29,7 @@ QUICK = ("densefusion-pointcloud", "densefusion-middle-1")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in ESTIMATORS.names()]
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in trained_names()]
 )
 def test_overfits_16_crops(name: str) -> None:
     network_config = small_input(ESTIMATORS.get(name).network("nano"))

@@ -6,7 +6,7 @@ import pytest
 
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
 
@@ -23,7 +23,7 @@ def prepared(*data: Path, config: TrainConfig = CONFIG, name: str = "densefusion
 
 
 def test_crops_hold_what_the_network_reads(toy_root: Path) -> None:
-    for name in ESTIMATORS.names():
+    for name in trained_names():
         found = prepared(toy_root, name=name)
         (table,) = found.crops["train"].tables
         network = found.config.network

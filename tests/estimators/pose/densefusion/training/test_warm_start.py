@@ -6,7 +6,7 @@ import torch
 
 from tests.estimators.pose.densefusion.made_crops import pallet_shape
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
@@ -41,7 +41,7 @@ def run_of(method: str, folder: Path) -> tuple[Path, DenseFusion]:
     return folder, source
 
 
-@pytest.mark.parametrize("method", ESTIMATORS.names())
+@pytest.mark.parametrize("method", trained_names())
 def test_known_objects_keep_their_weights_and_new_ones_start_fresh(method: str, tmp_path: Path) -> None:
     folder, source = run_of(method, tmp_path / "run")
     target = network(method, 4, 2)
