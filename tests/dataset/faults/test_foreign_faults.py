@@ -10,7 +10,7 @@ import pytest
 
 from tests.dataset.faults import geometry, lists, pixels
 from tests.dataset.faults.folder import Folder, linked_copy
-from tests.dataset.faults.table import Fault
+from tests.dataset.faults.table import FAULTS, Fault
 from tests.dataset.formats.test_external_bop import write_folder
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.validate import validate
@@ -98,3 +98,9 @@ def test_an_unknown_object_is_named(tmp_path: Path) -> None:
     edit_table(root, "gt", lambda data: data["2"][0].update(obj_id=9))
     found = {check.name: check.detail for check in validate(root) if not check.ok}
     assert "obj_id 9 is no known object" in found["labels"]
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, *FOREIGN_FAULTS], ids=lambda fault: fault.name)
+def test_the_docs_list_each_fault(fault: Fault) -> None:
+    rows = (Path(__file__).parents[3] / "docs" / "validate.md").read_text(encoding="utf-8").splitlines()
+    assert f"| {fault.name} | {fault.check} | ... {fault.words} ... |" in rows

@@ -137,4 +137,6 @@ def test_masks_without_class_and_pose_are_shown(real_data: Path, tmp_path: Path)
     either = np.any([cv2.resize((mask > 0).astype(np.uint8), (800, 600)) > 0 for mask in masks], axis=0)
     tinted = np.abs(sheet[:600, :800] - sheet[:600, 804:1604]).sum(axis=-1) > 12
     assert (tinted & either).sum() > 0.95 * either.sum()
-    assert (tinted & ~either)[40:].sum() < 0.03 * either.sum()
+    # Captions stand above the boxes of the masks.
+    near = cv2.dilate(either.astype(np.uint8), np.ones((61, 61), np.uint8)) > 0
+    assert (tinted & ~near)[40:].sum() < 0.001 * either.sum()
