@@ -59,7 +59,7 @@ FAULTS = (
     Fault("axes of a mesh exchanged", geometry.mesh_axes_exchanged, "objects", "m, the mesh has"),
     Fault("mesh mirrored", geometry.mesh_inside_out, "objects", "inside out"),
     Fault("false symmetry", geometry.symmetry_not_the_objects, "objects", "moves the surface elsewhere"),
-    Fault("symmetry forgotten", geometry.symmetry_forgotten, "bop models", "symmetries_discrete differ"),
+    Fault("symmetry forgotten", geometry.symmetry_forgotten, "bop models", "symmetries_continuous differ"),
     Fault("another object's number", lists.object_of_another_class, "bop tables", "obj_id"),
     # Boxes and shares.
     Fault("visible boxes one pixel larger", pixels.visible_box_one_more, "bop masks", "bbox_visib is"),

@@ -52,7 +52,7 @@ def labels(subject: ForeignSubject) -> Findings:
     """Look whether targets are in front of the camera, as large as their boxes, and what their counts say."""
     infos, findings = subject.reader.objects, Findings()
     for image in subject.images:
-        poses = [target.T_camera_object.round(9).tobytes() for target in image.targets]
+        poses = [target.T_camera_object.round(9).tobytes() for target in image.targets if target.has_pose]
         twice = next((i for i, pose in enumerate(poses) if pose in poses[:i]), None)
         findings.require(twice is None, f"{subject.where(image)}: target {twice} has the pose of another one")
         for target in image.targets:
@@ -60,7 +60,9 @@ def labels(subject: ForeignSubject) -> Findings:
             findings.count += 1
     if not findings.count:
         return Findings(lacking="it holds no labels")
-    findings.examined = f"{findings.count} labels of {len(subject.images)} images"
+    bare = sum(not target.has_pose for image in subject.images for target in image.targets)
+    more = f"; not checked: {bare} poses, it holds none" if bare else ""
+    findings.examined = f"{findings.count} labels of {len(subject.images)} images{more}"
     return findings
 
 
@@ -70,7 +72,7 @@ def _is_plausible(
     if infos and not findings.require(target.obj_id in infos, f"{where}: obj_id {target.obj_id} is no known object"):
         return
     place = target.T_camera_object[:3, 3]
-    if not findings.require(bool(place[2] > _NEAR), f"{where}: is behind the camera, z = {place[2]:.6g} m"):
+    if target.has_pose and not findings.require(bool(place[2] > _NEAR), f"{where}: is behind the camera, z = {place[2]:.6g} m"):
         return
     share = target.pixels_visible / max(target.pixels_all, 1)
     findings.require(
@@ -78,8 +80,8 @@ def _is_plausible(
         f"{where}: visib_fract is {target.visible_fraction:.4g}, {target.pixels_visible} of {target.pixels_all} px is "
         f"{share:.4g}",
     )
-    if infos:
-        _has_size(findings, image, target, infos[target.obj_id], where)
+    if infos and target.has_pose:
+        _has_size(findings, image, target, target.info(infos), where)
 
 
 def _has_size(findings: Findings, image: ImageRecord, target: TargetRecord, info: ObjectInfo, where: str) -> None:

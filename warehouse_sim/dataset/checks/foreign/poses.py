@@ -45,7 +45,7 @@ def poses(subject: ForeignSubject) -> Findings:
         (image, target)
         for image in subject.images
         for target in image.targets
-        if target.obj_id in infos and target.pixels_visible >= _FEWEST_PIXELS
+        if target.has_pose and target.obj_id in infos and target.pixels_visible >= _FEWEST_PIXELS
     ]
     step = max(len(pairs) / _SAMPLE, 1.0)
     chosen = [pairs[int(i * step)] for i in range(min(_SAMPLE, len(pairs)))]

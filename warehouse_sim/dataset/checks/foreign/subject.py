@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Self, TypeVar
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, foreign_checks
+from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, foreign_checks, has_depth
 from warehouse_sim.dataset.reader import open_format
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
@@ -53,8 +53,10 @@ class ForeignSubject:
 
     @cached_property
     def lacks(self) -> frozenset[str]:
-        """What the reader says that the folder has none of: "depth", "masks", "silhouettes", "meshes", "colour"."""
-        return frozenset(getattr(self.reader, "lacks", ()))
+        """What the folder has none of, by its reader: "depth", "masks", "silhouettes", "meshes", "colour"."""
+        has_meshes = any(info.has_cad and info.read_mesh is not None for info in self.reader.objects.values())
+        found = {"meshes": has_meshes, "depth": has_depth(self.reader)}
+        return frozenset(getattr(self.reader, "lacks", ())) | {name for name, there in found.items() if not there}
 
     @cached_property
     def images(self) -> list[ImageRecord]:

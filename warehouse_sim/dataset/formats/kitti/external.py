@@ -47,6 +47,8 @@ class ExternalKittiReader:
     """
 
     has_clean = False
+    lacks = ("masks",)
+    """Boxes stand for them."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
