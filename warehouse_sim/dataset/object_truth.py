@@ -40,10 +40,10 @@ def geometry_problems(info: ObjectInfo) -> list[str]:
     if not mesh.face_areas().sum() > 0.0:
         return ["its mesh has no area"]
     if info.is_scan:
-        return [*_wrong_lengths(info, points), *_inside_out(info, mesh)]
+        return _wrong_lengths(info, points)  # a scan may have holes or faces inwards, and poses are scored all the same
     return [
         *_wrong_lengths(info, points),
-        *_inside_out(info, mesh),
+        *inside_out(info, mesh),
         *_different_surfaces(info, mesh, points),
         *_wrong_symmetries(info, mesh),
         *_wrong_pockets(info, mesh),
@@ -81,7 +81,7 @@ def _different_surfaces(info: ObjectInfo, mesh: TriangleMesh, points: TriangleMe
     return [] if same_area and same_volume else ["the meshes in models and models_eval are not the same surface"]
 
 
-def _inside_out(info: ObjectInfo, mesh: TriangleMesh) -> list[str]:
+def inside_out(info: ObjectInfo, mesh: TriangleMesh) -> list[str]:
     """Look at the sign of the enclosed volume; a scan with holes encloses little of either sign."""
     share = _volume(mesh) / float(np.prod(info.size))
     return ["the mesh is inside out: its faces look inwards, as those of a mirrored one do"] if share < _INWARDS else []

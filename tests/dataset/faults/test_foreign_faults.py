@@ -15,7 +15,8 @@ from tests.dataset.formats.test_external_bop import write_folder
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.validate import validate
 
-HEALTHY = ["objects", "cameras", "labels", "images", "masks", "poses on images", "bop targets", "bop mask files"]
+HEALTHY = ["objects", "cameras", "labels", "images", "masks", "poses on images"]
+HEALTHY += ["bop objects", "bop targets", "bop mask files"]
 FOREIGN_FAULTS = (
     Fault("models in metres", geometry.models_in_metres, "labels", "may be in metres where millimetres are meant"),
     Fault("a translation in metres", geometry.translation_in_metres, "labels", "may be in metres where millimetres"),
@@ -76,7 +77,7 @@ def test_what_a_folder_does_not_hold_is_not_checked(
     assert main(["validate", str(write_folder(tmp_path / "theirs", masks=masks))]) == 0
     out = capsys.readouterr().out
     assert out.count("--    ") == out.count("not checked: ") == lacking
-    assert f"{8 - lacking} of {8 - lacking} checks hold" in out
+    assert f"{9 - lacking} of {9 - lacking} checks hold" in out
 
 
 def edit_table(root: Path, name: str, change: Callable[[dict], object]) -> None:
@@ -97,7 +98,7 @@ def test_an_unknown_object_is_named(tmp_path: Path) -> None:
     root = write_folder(tmp_path / "theirs")
     edit_table(root, "gt", lambda data: data["2"][0].update(obj_id=9))
     found = {check.name: check.detail for check in validate(root) if not check.ok}
-    assert "obj_id 9 is no known object" in found["labels"]
+    assert "obj_id 9 is no known object" in found["bop objects"]
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, *FOREIGN_FAULTS], ids=lambda fault: fault.name)

@@ -72,7 +72,8 @@ def _is_plausible(
     if infos and not findings.require(target.obj_id in infos, f"{where}: obj_id {target.obj_id} is no known object"):
         return
     place = target.T_camera_object[:3, 3]
-    if target.has_pose and not findings.require(bool(place[2] > _NEAR), f"{where}: is behind the camera, z = {place[2]:.6g} m"):
+    behind = target.has_pose and not place[2] > _NEAR
+    if not findings.require(not behind, f"{where}: is behind the camera, z = {place[2]:.6g} m"):
         return
     share = target.pixels_visible / max(target.pixels_all, 1)
     findings.require(

@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
-from warehouse_sim.dataset.object_truth import geometry_problems
+from warehouse_sim.dataset.object_truth import geometry_problems, inside_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.pose import transform_points
@@ -24,7 +24,7 @@ def objects(subject: ForeignSubject) -> Findings:
         return Findings(lacking="it holds no meshes")
     for info in infos.values():
         where = f"{subject.root}: object {info.obj_id}"
-        for problem in geometry_problems(info):
+        for problem in (*geometry_problems(info), *inside_out(info, info.mesh())):
             findings.require(False, f"{where}: {problem}")
         low, high = _DIAMETERS
         findings.require(

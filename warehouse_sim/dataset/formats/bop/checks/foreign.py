@@ -6,7 +6,7 @@ from pathlib import Path
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.formats.bop.external import external_folder
-from warehouse_sim.dataset.json_file import read_json
+from warehouse_sim.dataset.json_file import read_json, read_table
 from warehouse_sim.dataset.plain import WHOLE, take
 
 _TARGETS = "*targets_bop*.json"
@@ -76,8 +76,28 @@ def files(subject: ForeignSubject) -> Findings:
     return findings
 
 
+def objects(subject: ForeignSubject) -> Findings:
+    """Look whether labels are of objects that have a mesh: others are left out when the folder is read."""
+    findings, known = Findings(), set(subject.reader.objects)
+    for path in sorted(_root(subject).glob("*/*/scene_gt.json")):
+        for image, rows in read_table(path).items():
+            for index, row in enumerate(take({"rows": rows}, "rows", list, f"{path}: {image}")):
+                where = f"{path}: {image}[{index}]"
+                number = take(row, "obj_id", int, where, WHOLE)
+                findings.require(number in known, f"{where}: obj_id {number} is no known object; its label is left out")
+                findings.count += 1
+    if not findings.count:
+        return Findings(lacking="it holds no scene_gt.json")
+    findings.examined = f"{findings.count} labels of {len(known)} objects"
+    return findings
+
+
 def _root(subject: ForeignSubject) -> Path:
     return external_folder(subject.root) or subject.root
 
 
-FOREIGN_CHECKS = (NamedCheck("bop targets", targets), NamedCheck("bop mask files", files))
+FOREIGN_CHECKS = (
+    NamedCheck("bop objects", objects),
+    NamedCheck("bop targets", targets),
+    NamedCheck("bop mask files", files),
+)
