@@ -8,10 +8,13 @@ OF_ANOTHER_PLACE = "shows no edges where the depth image has them; it is of anot
 _JUMP = 0.15
 """Depth that changes by this share within two pixels, beyond what a plane does, is an edge between two things."""
 _ENOUGH_EDGES = 300
-LEAST_RANK = 0.62
-"""Mean rank of the gradient at edges of depth: 0.5 by chance, 0.76 and more where both images are of one place."""
+LEAST_RANK = 0.58
+"""Mean rank of the gradient at edges of depth: 0.5 by chance, 0.63 and more where both images are of one place."""
 _ENOUGH_PIXELS = 150_000
 """Of a larger image every other row and column is looked at."""
+_AROUND = np.ones((9, 9), np.uint8)
+_DARK, _WHITE = 30.0, 245.0
+"""Brightness (codes) that something beside an edge must have, and not all of it exceed."""
 _LEVELS = 1024
 _LEAST_ALIKE = 0.5
 """Correlation of brightness; glare, noise and saturation leave 0.9 and more."""
@@ -41,14 +44,17 @@ def edge_rank(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]
     change = np.maximum(abs(_second_difference(inverse)), abs(_second_difference(inverse.T).T))
     known = cv2.erode((smooth > 0).astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
     edges: Bool[np.ndarray, "h w"] = known & (change > _JUMP * inverse)
+    grey = cv2.GaussianBlur(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.0)
+    # In the dark, and where all is white, things end unseen.
+    seen = (cv2.dilate(grey, _AROUND) > _DARK) & (cv2.erode(grey, _AROUND) < _WHITE)
+    edges &= seen
     if np.count_nonzero(edges) < _ENOUGH_EDGES:
         return None
-    grey = cv2.GaussianBlur(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.0)
     gradient = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
     level = np.minimum(gradient, _LEVELS - 1).astype(np.intp)
-    counts = np.bincount(level.ravel(), minlength=_LEVELS)
+    counts = np.bincount(level[seen], minlength=_LEVELS)
     # Middle rank of each level, so that an image of one colour has 0.5 everywhere.
-    rank = (np.cumsum(counts) - 0.5 * counts) / level.size
+    rank = (np.cumsum(counts) - 0.5 * counts) / counts.sum()
     return float(rank[level[edges]].mean())
 
 

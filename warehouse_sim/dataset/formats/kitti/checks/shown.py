@@ -29,7 +29,7 @@ _WORN = 0.03
 """By so much (m) worn objects stand out of their boxes."""
 _FEW = 200
 """So few points on the depth image say nothing."""
-_SAMPLE = 40_000
+_SAMPLE = 15_000
 """Points of a sweep that are looked at, about."""
 _SAME_DEPTH = 0.1
 """Of a point and the depth beside it, as a share: more than half of them agree so well, edges and noise included."""
