@@ -51,7 +51,8 @@ def stored_observation(
     observation = Observation(
         *number,
         camera=image.camera,
-        T_world_camera=image.T_world_camera,
+        # The record has every digit; formats store the inverse, or millimetres.
+        T_world_camera=image.T_world_camera if recorded is None else recorded.T_world_camera,
         readings=readings,
         buffers=RenderBuffers(
             reader.clean_rgb(image) if reader.has_clean else rgb,
@@ -76,7 +77,7 @@ def instance_id(target: TargetRecord) -> int:
 
 def _far_to_near(image: ImageRecord) -> list[TargetRecord]:
     """Return the targets in the order in which their pixels are painted: boxes that stand for masks overlap."""
-    return sorted(image.targets, key=lambda item: -float(item.T_camera_object[2, 3]))
+    return sorted(image.targets, key=lambda item: -float(item.T_camera_object[2, 3]) if item.has_pose else 0.0)
 
 
 def _annotation(

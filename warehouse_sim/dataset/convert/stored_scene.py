@@ -67,6 +67,7 @@ def scene_of_image(image: ImageRecord, scene_index: int, models: Mapping[int, Ob
                 instance_id(target), models[target.obj_id].name, image.T_world_camera @ target.T_camera_object
             )
             for target in sorted(image.targets, key=instance_id)
+            if target.has_pose
         ),
         lights=(),
         viewpoints=(),

@@ -5,6 +5,8 @@ Entries name their class as ``category``; its number takes that place when the t
 
 from typing import Any
 
+import numpy as np
+
 from warehouse_sim.dataset.frame_files import LabelledTarget
 from warehouse_sim.dataset.lens_row import lens_row
 from warehouse_sim.dataset.plain import plain
@@ -47,7 +49,8 @@ def instance_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
         "bbox_amodal": box_xywh(annotation.box_amodal_xyxy),
         "pixels_all": annotation.pixels_all,
         "pixels_valid": annotation.pixels_valid,
-        "T_camera_object": annotation.T_camera_object,
+        # Others' masks may have no pose.
+        **({"T_camera_object": annotation.T_camera_object} if np.isfinite(annotation.T_camera_object).all() else {}),
     }
     lux = annotation.illuminance
     return _plain(row if lux is None else row | {"lux": lux})
