@@ -24,6 +24,7 @@ from rich.table import Table
 
 from benchmarks.result import machine, rounded
 from benchmarks.speed.encoding import encoding
+from benchmarks.speed.formats import formats
 from benchmarks.speed.full_observation import full_observation
 from benchmarks.speed.inference import inference
 from benchmarks.speed.lidar import lidar
@@ -42,6 +43,7 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "rgbd_ids_vs_mujoco": partial(compare, "mujoco"),
     "full_observation": full_observation,
     "encoding": encoding,
+    "formats": formats,
     "memory": memory,
     "scaling": scaling,
     "silhouettes": silhouettes,
