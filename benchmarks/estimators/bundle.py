@@ -4,12 +4,17 @@ python -m benchmarks.estimators.bundle RUN --name densefusion-pointcloud
 """
 
 import shutil
+from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import safetensors.torch
 import torch
 import tyro
 
+from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, write_meshes
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import per_object_tensors
 from warehouse_sim.learning import run_folder
 from warehouse_sim.output import write_bytes
 from warehouse_sim.resources import data_folder
@@ -20,13 +25,14 @@ FIRST_STAGE = "first_stage"
 _KEPT = (run_folder.CONFIG, run_folder.CURVES, run_folder.RESULT)
 
 
-def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None) -> Path:
+def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None, without: str = "") -> Path:
     """Copy a run to models/NAME and return that folder.
 
     Args:
         run: Run folder.
         name: Name of the model.
         first: Run that it began with, whose settings, result and curves are kept, too.
+        without: Objects to leave out, with wildcards: those that only training needed.
 
     Raises:
         SystemExit: It would be too large to keep in the repository.
@@ -42,6 +48,8 @@ def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None
         for file in _KEPT:
             shutil.copyfile(first / file, model / FIRST_STAGE / file)
     weights = safetensors.torch.load_file(run / run_folder.WEIGHTS)
+    if without:
+        weights = _left_out(model, weights, without)
     half = {key: value.half() if value.dtype == torch.float32 else value for key, value in weights.items()}
     write_bytes(model / run_folder.WEIGHTS, safetensors.torch.save(half), durable=True)
     size = sum(path.stat().st_size for path in model.rglob("*") if path.is_file()) / 2**20
@@ -49,6 +57,18 @@ def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None
         raise SystemExit(f"{model} has {size:.1f} MiB; at most {_LIMIT_MIB:.0f} may be bundled")
     print(f"output: {model}, {size:.2f} MiB")
     return model
+
+
+def _left_out(model: Path, weights: dict[str, torch.Tensor], pattern: str) -> dict[str, torch.Tensor]:
+    """Take objects out of a model's settings and meshes, and return the weights without their rows."""
+    config = read_config(model)
+    kept = [number for number, shape in enumerate(config.objects) if not fnmatchcase(shape.name, pattern)]
+    objects = tuple(config.objects[number] for number in kept)
+    write_config(model, replace(config, objects=objects))
+    numbers = {shape.obj_id for shape in objects}
+    write_meshes(model, {obj_id: mesh for obj_id, mesh in read_meshes(model).items() if obj_id in numbers})
+    grown = per_object_tensors(config.network)
+    return {name: value[kept].contiguous() if name in grown else value for name, value in weights.items()}
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from benchmarks.estimators.shifts import SEED, SHIFTS, Shift, made
 from benchmarks.estimators.slices import docking_rows
 from benchmarks.estimators.stress import opened, predict, scored
 from benchmarks.result import RESULTS, write_result
+from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import Onboarding, PoseEstimator
 from warehouse_sim.estimators.predict import read_images
@@ -70,9 +71,10 @@ def main(
     scenes: int = 8,
     views: int = 6,
     only: tuple[str, ...] = (),
+    again: bool = False,
     write: bool = False,
 ) -> None:
-    """Score estimators on every set.
+    """Score estimators on every set; what was scored before is read, so that a run that was interrupted goes on.
 
     Args:
         methods: Bundled models, run folders, or registered estimators that need no training.
@@ -80,6 +82,7 @@ def main(
         scenes: Number of scenes of a set; sets that are there stay as they are.
         views: Observations of each scene.
         only: Names of sets; all by default.
+        again: Score anew, as after a training.
         write: Store the result.
     """
     found, held = [], {}
@@ -90,7 +93,10 @@ def main(
         held[shift.name] = sum(map(len, DatasetReader(data).splits.values()))
         for method in methods:
             place = folder / "scores" / Path(method).name / data.name
-            rows = rows_of(method, shift, data, place)
+            kept = place / "rows.json"
+            if again or not kept.is_file():
+                write_json(kept, rows_of(method, shift, data, place))
+            rows = read_json(kept)
             found += rows
             for row in rows:
                 if row["margin_mm"] == 0:

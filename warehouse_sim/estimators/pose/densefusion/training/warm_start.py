@@ -36,7 +36,7 @@ def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[O
     source = load_network(folder, old).state_dict()
     known = {shape.name: number for number, shape in enumerate(old.objects)}
     pairs = [(number, known[shape.name]) for number, shape in enumerate(shapes) if shape.name in known]
-    per_object = _per_object_tensors(network.config)
+    per_object = per_object_tensors(network.config)
     with torch.no_grad():
         for name, target in network.state_dict().items():
             if name not in per_object:
@@ -47,7 +47,7 @@ def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[O
     return StartingWeights(str(name_or_run), hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest())
 
 
-def _per_object_tensors(config: DenseFusionConfig) -> set[str]:
+def per_object_tensors(config: DenseFusionConfig) -> set[str]:
     """Return the names of the weights with one row an object: those that grow with the number of objects."""
     with torch.device("meta"):
         one, two = (DenseFusion(config, classes).state_dict() for classes in (1, 2))

@@ -1,0 +1,47 @@
+"""A bundled model without the objects that only training needed estimates the others as before."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from benchmarks.estimators import bundle
+from benchmarks.estimators.train import FIRST, in_order, limited
+from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
+from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import per_object_tensors
+from warehouse_sim.resources import data_folder
+
+
+def test_left_out_objects_leave_the_others_their_weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(data_folder("models") / "densefusion-depth", run)
+    shutil.rmtree(run / "first_stage")
+    monkeypatch.setattr(bundle, "data_folder", lambda name: tmp_path)
+    model = bundle.bundle(run, "small", without="carton_*")
+    old, new = read_config(run), read_config(model)
+    kept = [number for number, shape in enumerate(old.objects) if not shape.name.startswith("carton_")]
+    assert 0 < len(kept) < len(old.objects)
+    assert [shape.name for shape in new.objects] == [old.objects[number].name for number in kept]
+    assert replace(new, objects=old.objects) == old
+    assert set(read_meshes(model)) == {shape.obj_id for shape in new.objects}
+    before, after = load_network(run, old).state_dict(), load_network(model, new).state_dict()
+    grown = per_object_tensors(old.network)
+    assert grown
+    for name, value in after.items():
+        expected = before[name][kept] if name in grown else before[name]
+        np.testing.assert_array_equal(value.numpy(), expected.numpy())
+    assert torch.is_tensor(after[next(iter(grown))])
+
+
+def test_the_cheap_methods_are_trained_first_and_time_is_shared() -> None:
+    assert in_order(["densefusion", "densefusion-pointcloud", "densefusion-depth"])[:2] == [
+        "densefusion-depth",
+        "densefusion-pointcloud",
+    ]
+    assert limited(FIRST, 60.0, 0.5).max_minutes == 30.0
+    assert limited(FIRST, None, 0.5, steps=7).max_minutes is None
+    assert limited(FIRST, None, 0.5, steps=7).max_steps == 7
