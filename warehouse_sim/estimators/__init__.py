@@ -117,6 +117,7 @@ for _name in (
     ESTIMATORS.add(_name, f"warehouse_sim.estimators.pose.densefusion.networks.family:{_constant}")
 ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
 ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
+ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.fronts.estimator:front_fit")
 DETECTORS = Registry("detector")
 SEGMENTERS = Registry("segmenter")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")

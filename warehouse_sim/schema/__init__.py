@@ -5,6 +5,7 @@ Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs a
 
 from warehouse_sim.schema.calibration import StatedCalibration
 from warehouse_sim.schema.change import SceneChange
+from warehouse_sim.schema.front import PalletFront
 from warehouse_sim.schema.intensity import IntensityDistribution
 from warehouse_sim.schema.labels import ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
@@ -43,6 +44,7 @@ __all__ = [
     "ObjectInstance",
     "ObjectModel",
     "Observation",
+    "PalletFront",
     "Part",
     "Pocket",
     "PoseEstimate",

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema.front import PalletFront
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,3 +77,5 @@ class PoseEstimate:
     """RMS distance (m) of the surface from its true place that is as likely exceeded as not; None = not calibrated."""
     error_bound: float | None = None
     """The same distance (m) that is exceeded in one case of ten; None = not calibrated."""
+    front: PalletFront | None = None
+    """Where a fork goes in; None = not estimated."""

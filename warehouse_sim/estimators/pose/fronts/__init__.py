@@ -1,0 +1,1 @@
+"""Fronts of pallets that are in no catalog, without a network."""
