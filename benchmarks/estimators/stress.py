@@ -18,7 +18,7 @@ from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
 from benchmarks.estimators.score import rows
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import evaluate, generate, load_estimator, load_recipe
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset import front_file, pose_csv
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators import Onboarding, PoseEstimator
@@ -79,6 +79,7 @@ def predict(
 def scored(estimates: Sequence[PoseEstimate], data: Path, place: Path, method: str) -> Scores:
     """Store estimates and return their scores."""
     pose_csv.write(place / "predictions.csv", estimates)
+    front_file.write(place / "predictions.csv", estimates)
     return evaluate(place / "predictions.csv", data, "test", method=method)
 
 

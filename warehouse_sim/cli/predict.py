@@ -27,11 +27,13 @@ def predict(
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
-    from warehouse_sim.dataset import pose_csv
+    from warehouse_sim.dataset import front_file, pose_csv
     from warehouse_sim.estimators.predict import predict as estimate
 
     with share_progress("predicting") as progress:
         estimates = estimate(run, data, split, config, progress)
     pose_csv.write(out, estimates)
+    if fronts := front_file.write(out, estimates):
+        print(f"fronts: {fronts}")
     print(f"calibration: {config.calibration}")
     finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))

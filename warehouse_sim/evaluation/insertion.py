@@ -4,13 +4,14 @@ A pair of thresholds such as "50 mm and 3 degrees" cannot both be spent: at 3 de
 the 64 mm beside a tine. So the tines are swept through the pockets, and the room that is left is measured.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors
-from warehouse_sim.geometry.pose import Transforms, invert, transform_points
+from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.schema import Pocket
 
 # Around the section of a tine, so that neighbours share an edge of its tip.
@@ -36,7 +37,12 @@ class DockingSlack:
         return np.minimum(self.heel, self.tips)
 
 
-def docking_slack(T_object_estimated: Transforms, face: DockingFace, fork: ForkConfig) -> DockingSlack:
+def docking_slack(
+    T_object_estimated: Transforms,
+    face: DockingFace,
+    fork: ForkConfig,
+    T_dock_tines: Sequence[Transform] | None = None,
+) -> DockingSlack:
     """Drive the fork straight along the estimated insertion axis to where the estimate says, and measure the room.
 
     Each tine is centred in its pocket in the *estimated* frame, and stops with its heel ``fork.heel_gap`` before the
@@ -46,11 +52,13 @@ def docking_slack(T_object_estimated: Transforms, face: DockingFace, fork: ForkC
         T_object_estimated: "n 4 4" in the true object frame, under the best symmetry.
         face: The approached face with its pockets.
         fork: The tines.
+        T_dock_tines: Where the tines aim at instead, in the estimated dock frame, one for each pocket of the face.
     """
+    aims = [invert(face.T_object_dock) @ pocket.T_object_pocket for pocket in face.pockets]
     walls = np.full((len(T_object_estimated), 2), np.inf)
     heel, tips = np.full((2, len(T_object_estimated)), np.inf)
-    for pocket in face.pockets:
-        T_estimate = T_object_estimated @ pocket.T_object_pocket
+    for pocket, aim in zip(face.pockets, T_dock_tines or aims, strict=True):
+        T_estimate = T_object_estimated @ face.T_object_dock @ aim
         T_dock_tine = invert(face.T_object_dock) @ T_estimate
         heel = np.minimum(heel, -transform_points(T_dock_tine, _section(-fork.heel_gap, fork))[..., 0].max(axis=1))
         inside = transform_points(T_dock_tine, _section(fork.reach, fork))[..., 0].min(axis=1)

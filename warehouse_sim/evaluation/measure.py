@@ -16,6 +16,7 @@ from warehouse_sim.evaluation.docking import (
 )
 from warehouse_sim.evaluation.docking_failure import failure_axes
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
+from warehouse_sim.evaluation.front_docking import front_columns
 from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.evaluation.insertion import docking_slack
 from warehouse_sim.evaluation.pairing import Pair, pair_up
@@ -103,7 +104,10 @@ def _rows(
         columns = _pose_columns(estimated, true, info, points, face, fork)
         for place, row in enumerate(found):
             rows[row] |= {name: column[place] for name, column in columns.items()}
-            rows[row]["score"] = predictions[pairs[row].prediction].score
+            prediction = predictions[pairs[row].prediction]
+            rows[row]["score"] = prediction.score
+            if prediction.front is not None:
+                rows[row] |= front_columns(prediction.front, pairs[row].target.T_camera_object, faces, fork)
     return rows
 
 

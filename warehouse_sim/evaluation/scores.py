@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset import front_file, pose_csv
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.plain import NUMBERS, take, take_if_given
 from warehouse_sim.errors import DatasetError, EvaluationError
@@ -98,6 +98,7 @@ def write_scores(scores: Scores, folder: Path) -> Path:
     """
     make_folder(folder)
     pose_csv.write(folder / PREDICTIONS_FILE, list(scores.estimates))
+    front_file.write(folder / PREDICTIONS_FILE, scores.estimates)
     write_table(scores.table, folder / ERRORS_FILE)
     write_json(folder / SCORES_FILE, to_mapping(scores), depth=3)
     return folder / SCORES_FILE
@@ -133,7 +134,7 @@ def read_scores(folder: Path) -> Scores:
             docking_failures=take(data, "docking_failures", dict, where),
             seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),
-            estimates=tuple(pose_csv.read(folder / PREDICTIONS_FILE)),
+            estimates=tuple(front_file.attach(folder / PREDICTIONS_FILE, pose_csv.read(folder / PREDICTIONS_FILE))),
         )
     except DatasetError as problem:
         raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem

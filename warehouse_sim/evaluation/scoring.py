@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset import front_file, pose_csv
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
@@ -44,7 +44,7 @@ def evaluate(
     reader = DatasetReader(data)
     images = reader.images(split)
     _require_poses(images, split, data)
-    estimates = pose_csv.read(predictions)
+    estimates = front_file.attach(predictions, pose_csv.read(predictions))
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
     check_unit(estimates, images, predictions)
     _check_geometry(images, reader.objects, data)

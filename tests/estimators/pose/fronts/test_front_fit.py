@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.estimators.pose.fronts.made_front import CAMERA, MadePallet, seen
 
+from tests.estimators.pose.fronts.made_front import CAMERA, MadePallet, seen
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators import ESTIMATORS

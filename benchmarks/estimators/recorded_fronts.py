@@ -1,0 +1,134 @@
+"""Recorded pallet fronts with labels: reading them, and whether a fork that trusts an estimate would go in."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
+
+POCKET_DEPTH = 1.10
+"""The labelled pockets are taken to go on so far behind the front (m)."""
+DEPTH_ERRORS = (-0.30, 0.05)
+"""Along the insertion (m), positive too deep: too short a way is driven on by touch, too long a way pushes."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedFront:
+    """One frame and its labels."""
+
+    name: str
+    K: Float[np.ndarray, "3 3"]
+    depth: Float[np.ndarray, "h w"]
+    """Metres along the optical axis, 0 = none."""
+    mask: Bool[np.ndarray, "h w"]
+    color: Path
+    T_camera_dock: Transform
+    pockets: Float[np.ndarray, "2 3"]
+    """Centres of the openings, right and left (dock frame, m)."""
+    sizes: Float[np.ndarray, "2 2"]
+    """Their widths and heights (m)."""
+    gravity: Float[np.ndarray, " 3"]
+    """Down (camera frame)."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a fork would do."""
+
+    docked: bool
+    room_side: float
+    """Least room beside the tines in the labelled pockets (m), negative where they hit."""
+    room_up: float
+    """The same above and below."""
+    depth: float
+    """Depth error (m), positive too deep."""
+    lateral: float
+    """Positive to the left (m)."""
+    vertical: float
+    """Positive too high (m)."""
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
+
+
+def read_fronts(folder: Path) -> list[RecordedFront]:
+    """Read all frames of the sites under a folder.
+
+    Raises:
+        InputError: It holds no labels.
+    """
+    found = []
+    for labels in sorted(folder.glob("*/labels.json")) or sorted(folder.glob("labels.json")):
+        site = json.loads(labels.read_text(encoding="utf-8"))
+        for frame in site["frames"]:
+            found.append(_read(labels.parent, np.array(site["K"], dtype=float), frame))
+    if not found:
+        raise InputError(f"{folder}: holds no labels.json, nor does a folder in it")
+    return found
+
+
+def _read(folder: Path, K: Float[np.ndarray, "3 3"], frame: dict) -> RecordedFront:
+    depth, mask = (cv2.imread(str(folder / frame[key]), cv2.IMREAD_UNCHANGED) for key in ("depth", "mask"))
+    if depth is None or mask is None:
+        raise InputError(f"{folder}: frame {frame['frame']}: its depth or mask cannot be read")
+    T = np.array(frame["T_camera_dock"], dtype=float)
+    centres = transform_points(invert(T), np.array(frame["pocket_centres_m"]))
+    order = np.argsort(centres[:, 1])
+    return RecordedFront(
+        f"{folder.name}/{frame['frame']:03d}",
+        K,
+        depth.astype(np.float32) / 1000.0,
+        mask > 0,
+        folder / frame["rgb"],
+        T,
+        centres[order],
+        np.array(frame["pocket_size_m"])[order],
+        np.array(frame["gravity"]) / np.linalg.norm(frame["gravity"]),
+    )
+
+
+def drive_in(
+    front: RecordedFront,
+    T_camera_dock: Transform,
+    pockets: Sequence[Float[np.ndarray, " 2"]] | None,
+    fork: ForkConfig,
+) -> Entry:
+    """Return what a fork would do that trusts an estimate.
+
+    Args:
+        front: The truth.
+        T_camera_dock: The estimated dock frame.
+        pockets: Where the estimate has the pockets' centres (y and z of its dock frame, m); None puts the tines as far
+            apart as the labelled pockets are.
+        fork: The tines.
+    """
+    T = invert(front.T_camera_dock) @ T_camera_dock
+    aims = front.pockets[:, 1:] if pockets is None else sorted(pockets, key=lambda item: item[0])
+    side, up = np.inf, np.inf
+    # Straight edges in a straight prism: steps of 5 mm find the least room to a fraction of a millimetre.
+    x = np.arange(-fork.heel_gap, fork.reach + 1e-9, 0.005)
+    for aim, centre, size in zip(aims, front.pockets, front.sizes, strict=True):
+        for y, z in ((-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)):
+            edge = np.column_stack(
+                [x, np.full_like(x, aim[0] + y * fork.tine_width), np.full_like(x, aim[1] + z * fork.tine_thickness)]
+            )
+            swept = transform_points(T, edge)
+            swept = swept[(swept[:, 0] >= 0.0) & (swept[:, 0] <= POCKET_DEPTH)]
+            if len(swept) == 0:
+                return Entry(False, -np.inf, -np.inf, *_errors(T))
+            room = size / 2.0 - np.abs(swept[:, 1:] - centre[1:])
+            side, up = min(side, float(room[:, 0].min())), min(up, float(room[:, 1].min()))
+    low, high = DEPTH_ERRORS
+    return Entry(side >= 0.0 and up >= 0.0 and low <= T[0, 3] <= high, side, up, *_errors(T))
+
+
+def _errors(T: Transform) -> tuple[float, ...]:
+    turns = np.arctan2(T[1, 0], T[0, 0]), np.arcsin(np.clip(T[2, 0], -1.0, 1.0)), np.arctan2(T[2, 1], T[2, 2])
+    return (*T[:3, 3].tolist(), *np.rad2deg(turns).tolist())

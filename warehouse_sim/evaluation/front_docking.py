@@ -1,0 +1,47 @@
+"""Docking by a front: where a fork goes that believes the estimated dock frame and pockets, not a CAD's."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking_failure import failure_axes
+from warehouse_sim.evaluation.insertion import docking_slack
+from warehouse_sim.geometry.pose import Transform, invert, make_transform
+from warehouse_sim.schema import PalletFront
+
+
+def front_columns(
+    front: PalletFront, T_camera_object: Transform, faces: Sequence[DockingFace], fork: ForkConfig
+) -> dict[str, Any]:
+    """Return what a row of scores says of docking, for the face that the front means: the one with its direction.
+
+    Args:
+        front: The estimate.
+        T_camera_object: The true pose.
+        faces: Sides of the object that can be approached.
+        fork: The tines.
+
+    Returns:
+        Columns of the error table; none where that side has not as many pockets as the front.
+    """
+    T_object_dock = invert(T_camera_object) @ front.T_camera_dock
+    face = max(faces, key=lambda item: float(item.T_object_dock[:3, 0] @ T_object_dock[:3, 0]))
+    if not face.pockets or len(face.pockets) != len(front.pockets):
+        return {}
+    T_object_estimated = (T_object_dock @ invert(face.T_object_dock))[None]
+    aside = [(invert(face.T_object_dock) @ pocket.T_object_pocket)[1, 3] for pocket in face.pockets]
+    ordered = front.pockets[np.argsort(front.pockets[:, 0])]
+    centres = ordered[np.argsort(np.argsort(aside))]
+    tines = [make_transform(np.eye(3), np.array([0.0, *centre])) for centre in centres]
+    errors = docking_errors(T_object_estimated, face)
+    slack = docking_slack(T_object_estimated, face, fork, tines)
+    return {
+        "face": face.name,
+        **{name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch")},
+        "slack_lateral": float(slack.lateral[0]),
+        "slack_vertical": float(slack.vertical[0]),
+        "slack_depth": float(slack.depth[0]),
+        "limiting_error": failure_axes(errors, slack, face, fork)[0],
+    }
