@@ -99,3 +99,26 @@ def test_the_image_speaks_for_the_truth_and_against_what_it_looks_through() -> N
     hidden[:, :120] = 1.0
     covered = judge(truth, surface, DepthView(CAMERA, hidden, mask & (np.arange(240) >= 120), view.points), config)
     assert covered.before < 0.02 < covered.covered
+
+
+def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
+    """Crates of one height stand side by side and are seen from above: which way one lies, only its mask can say."""
+    depth = np.full((CAMERA.height, CAMERA.width), 2.0, dtype=np.float32)
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    x, y = (u - CAMERA.cx) / CAMERA.fx * 2.0, (v - CAMERA.cy) / CAMERA.fy * 2.0
+    mask = (np.abs(x) <= SIZE[0] / 2.0) & (np.abs(y) <= SIZE[1] / 2.0)
+    points = np.stack([x[mask], y[mask], np.full(mask.sum(), 2.0)], axis=1)[::37]
+    view = DepthView(CAMERA, depth, mask, points)
+    surface = build_surface(box().mesh(), 20_000, np.random.default_rng(0))
+    down = np.diag([1.0, -1.0, -1.0])
+    place = np.array([0.0, 0.0, 2.0 + SIZE[2] / 2.0])
+    right, turned = (
+        judge(make_transform(rotation_z(yaw) @ down, place), surface, view, EvidenceConfig())
+        for yaw in (0.0, np.pi / 2)
+    )
+    assert right.supported > 0.9
+    assert right.beside < 0.05
+    # Two thirds of the turned crate's top lie on its own.
+    assert turned.supported == pytest.approx(2.0 / 3.0, abs=0.05)
+    assert turned.beside == pytest.approx(1.0 / 3.0, abs=0.05)
+    assert turned.score < right.score - 0.4

@@ -36,6 +36,8 @@ class EvidenceConfig:
     """Price of a sample that the camera looks through, against the gain of one that is there, 0-100."""
     before: Annotated[float, Range(0, 100)] = 1.0
     """Price of a sample in the mask with something before it, 0-100."""
+    beside: Annotated[float, Range(0, 100)] = 0.5
+    """Price of a sample that is there, but that the mask does not claim: a neighbour's surface as a rule, 0-100."""
     unexplained: Annotated[float, Range(0, 100)] = 0.5
     """Price of a share of the mask that nothing explains, 0-100."""
 
@@ -45,7 +47,9 @@ class Evidence:
     """Shares of the samples of one pose that face the camera and lie in the image."""
 
     supported: float
-    """On the surface, weighted by how well."""
+    """In the mask and on the surface, weighted by how well."""
+    beside: float
+    """On the surface as well, but beside the mask."""
     through: float
     """The camera reads what lies behind."""
     before: float
@@ -91,7 +95,7 @@ def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, conf
     facing = (cosine > _GRAZING) & (points[:, 2] > 0.05)
     points, cosine = points[facing], cosine[facing]
     if len(points) == 0:
-        return Evidence(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, -1.0)
+        return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, -1.0)
     # A sample stands for as many pixels as its patch of surface covers.
     weight = cosine / points[:, 2] ** 2
     u, v = np.rint(view.camera.project(points)).astype(np.int64).T
@@ -101,7 +105,7 @@ def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, conf
     inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
     beyond = 1.0 - float(weight[inside].sum() / weight.sum())
     if not inside.any():
-        return Evidence(0.0, 0.0, 0.0, 0.0, 1.0, beyond, 0.0, -1.0)
+        return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, beyond, 0.0, -1.0)
     z, w = points[inside, 2], weight[inside] / weight[inside].sum()
     read, claimed = view.depth[v[inside], u[inside]].astype(float), view.mask[v[inside], u[inside]]
     tolerance = (config.tolerance + config.tolerance_share * z) / np.maximum(cosine[inside], 0.35)
@@ -109,12 +113,14 @@ def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, conf
     has = read > 0
     near = np.clip(1.0 - (off / tolerance) ** 2, 0.0, 1.0) * has
     behind, nearer = has & (off > tolerance), has & (off < -tolerance)
-    supported, through, before, covered, unknown = (
-        float((w * values).sum()) for values in (near, behind, nearer & claimed, nearer & ~claimed, ~has)
+    supported, beside, through, before, covered, unknown = (
+        float((w * values).sum())
+        for values in (near * claimed, near * ~claimed, behind, nearer & claimed, nearer & ~claimed, ~has)
     )
     explained = _explained(T_camera_object, surface, kept, view, config)
-    price = config.through * through + config.before * before + config.unexplained * (1.0 - explained)
-    return Evidence(supported, through, before, covered, unknown, beyond, explained, supported - price)
+    price = config.through * through + config.before * before + config.beside * beside
+    price += config.unexplained * (1.0 - explained)
+    return Evidence(supported, beside, through, before, covered, unknown, beyond, explained, supported - price)
 
 
 def _uncovered(
