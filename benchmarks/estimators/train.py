@@ -16,7 +16,7 @@ from benchmarks.estimators.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRA
 from warehouse_sim import train
 from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,7 @@ def main(
     minutes: float | None = None,
     generate_only: bool = False,
     bundled: bool = True,
+    preset: Preset = "robust",
 ) -> None:
     """Train what is not trained yet; runs that were interrupted go on.
 
@@ -88,16 +89,18 @@ def main(
         minutes: Most minutes a method trains, both stages; by default the steps alone decide.
         generate_only: Make the data and stop.
         bundled: Put the result into models/.
+        preset: robust for masks with errors and tilted cameras; its runs are kept apart.
     """
     if generate_only:
         for item in SECOND.data:
             made(item, folder)
         return
+    place = "" if preset == "plain" else f"{preset}/"
     for method in in_order(methods or trained_names()):
-        config = limited(FIRST, minutes, _FIRST_SHARE, steps)
-        first = _trained(method, config, FIRST.data, folder, "first", cache)
-        config = limited(SECOND, minutes, 1.0 - _FIRST_SHARE)
-        run = _trained(method, config, SECOND.data, folder, "second", cache, init=first)
+        config = with_preset(limited(FIRST, minutes, _FIRST_SHARE, steps), preset)
+        first = _trained(method, config, FIRST.data, folder, f"{place}first", cache)
+        config = with_preset(limited(SECOND, minutes, 1.0 - _FIRST_SHARE), preset)
+        run = _trained(method, config, SECOND.data, folder, f"{place}second", cache, init=first)
         # The two sets of cartons that were there first have enough of them in val.
         calibrate(run, [made(item, folder) for item in (*SCORED, TRAINED_ONLY[-1], *ROBUST)])
         if bundled:

@@ -1,9 +1,12 @@
 """Crops whose every number is known: what a camera sees of one pallet alone, sampled from its CAD surface."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.dataset.toy import PALLET
 from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropSet, stack_crops
+from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.geometry.mesh import diameter, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_y, rotation_z, transform_points
@@ -55,6 +58,28 @@ def made_crop(
         rgb=rng.integers(0, 256, (side, side, 3), dtype=np.uint8) if side_px else None,
         depth=np.where(rng.random(z.shape) < 0.1, np.float32(0), z) if side_px and depth else None,
         ray_map=np.array([[0.01, 0.0, -0.2], [0.0, 0.01, -0.1]]) if side_px and depth else None,
+    )
+
+
+def with_surroundings(crop: Crop, rng: np.random.Generator, others: int = 200, side_px: int = 80) -> Crop:
+    """The crop with points of a wall behind and beside the object, which the mask does not hold."""
+    places = crop.points[rng.integers(len(crop.points), size=others)] * rng.uniform(1.05, 1.2, (others, 1))
+    points = np.concatenate([crop.points, places]).astype(np.float32)
+    belongs = np.arange(len(points)) < len(crop.points)
+    order = rng.permutation(len(points))
+    uv = np.rint(600.0 * points[:, :2] / points[:, 2:])
+    uv = np.clip(uv - uv[belongs].min(axis=0) + 100, 0, 399)
+    around = Surroundings(
+        np.where(belongs, 5, -5).astype(np.int8)[order],
+        belongs[order],
+        np.where(belongs, 0, 1).astype(np.uint8)[order],
+        uv[order].astype(np.int16),
+        400,
+        rng.integers(-9, 9, (side_px, side_px)).astype(np.int8),
+    )
+    zeros = np.zeros(len(points))
+    return replace(
+        crop, points=points[order], border_px=zeros.astype(np.uint8), pixel=zeros.astype(np.int32), around=around
     )
 
 

@@ -82,3 +82,10 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(__import__("sys").modules, "onnxscript", None)
     with pytest.raises(MissingPackageError, match=r"warehouse-sim\[export\]"):
         export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")
+
+
+def test_a_network_of_surroundings_and_gravity_is_exported(tmp_path: Path) -> None:
+    run = made_run(tmp_path / "run", preset="robust")
+    assert export_onnx(run, tmp_path / "model.onnx") < TOLERANCE
+    session = onnxruntime.InferenceSession(tmp_path / "model.onnx", providers=["CPUExecutionProvider"])
+    assert {"inside", "level"} <= {item.name for item in session.get_inputs()}

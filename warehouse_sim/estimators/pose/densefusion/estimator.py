@@ -98,7 +98,7 @@ class Estimator(Chain):
     def _cut_one(self, image: RgbdImage, position: int, detection: Detection, obj_id: int) -> Crop | None:
         number = position if detection.number is None else detection.number
         rng = np.random.default_rng([self.config.seed, image.scene_id, image.image_id, number])
-        label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4))
+        label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4), image.gravity)
         mask = detection.pixels(*image.depth.shape)
         return cut_mask(image.camera, label, mask, image.depth, image.rgb, self.crop, rng)
 

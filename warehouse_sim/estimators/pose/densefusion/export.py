@@ -44,12 +44,15 @@ class PortableNetwork(nn.Module):
         class_index: Tensor,
         rgb: Tensor | None = None,
         depth: Tensor | None = None,
+        inside: Tensor | None = None,
+        level: Tensor | None = None,
     ) -> tuple[Tensor, ...]:
         """Return what ``OUTPUTS`` names."""
-        inputs = NetworkInput(points, pixel, class_index, rgb, depth)
+        inputs = NetworkInput(points, pixel, class_index, rgb, depth, inside, level)
         embedding = self.network.embed(inputs)
-        found = self.network.propose(inputs, embedding).hypotheses
-        rotation, translation = self.network.refine(*found.most_confident(), inputs, embedding)
+        proposal = self.network.propose(inputs, embedding)
+        found = proposal.hypotheses
+        rotation, translation = self.network.refine(*found.most_confident(), inputs, embedding, proposal)
         rotations = matrix_from_quat_wxyz(found.quat_wxyz)
         return rotations, found.translation, torch.sigmoid(found.logit), rotation, translation
 
@@ -110,6 +113,10 @@ def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Ten
         ahead = torch.randn((batch, side, side), generator=generator).clamp(-3.0, 3.0)
         reading = torch.rand((batch, side, side), generator=generator) < 0.9
         inputs["depth"] = torch.stack([ahead * reading, reading.float()], dim=-1)
+    if network.inliers is not None:
+        inputs["inside"] = (torch.rand((batch, count), generator=generator) < 0.75).float()
+    if network.upright:
+        inputs["level"] = (torch.rand(batch, generator=generator) < 0.7).float()
     return inputs
 
 

@@ -6,7 +6,7 @@ costs little.
 """
 
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import logsigmoid
 
@@ -55,15 +55,39 @@ def pose_distance(
         return torch.where(symmetric[:, None], _nearest_point_distance(rotation, translation, truth, shapes), plain)
 
 
-def confidence_loss(distance: Float[Tensor, "b n"], logit: Float[Tensor, "b n"], weight: float) -> Float[Tensor, ""]:
+def confidence_loss(
+    distance: Float[Tensor, "b n"],
+    logit: Float[Tensor, "b n"],
+    weight: float,
+    belongs: Bool[Tensor, "b n"] | None = None,
+) -> Float[Tensor, ""]:
     """Return the mean of ``distance * c - weight * ln c`` with c = sigmoid(logit) (Wang et al. 2019, equation 3).
 
     Args:
         distance: Normalised pose distances.
         logit: Confidence before the sigmoid, so that ln c never meets a zero.
         weight: Distance up to which full confidence pays, normalised.
+        belongs: Which of them count; None for all.
     """
-    return (distance * torch.sigmoid(logit) - weight * logsigmoid(logit)).mean()
+    losses = distance * torch.sigmoid(logit) - weight * logsigmoid(logit)
+    return losses.mean() if belongs is None else _mean_over(losses, belongs)
+
+
+def inlier_loss(logit: Float[Tensor, "b n"], belongs: Bool[Tensor, "b n"]) -> Float[Tensor, ""]:
+    """Return the mean binary cross-entropy of which points are the object's, both answers counting alike.
+
+    Of a true mask nearly all points are the object's, of a box few: without balance the rare ones would hardly count.
+
+    Args:
+        logit: Trust in each point before the sigmoid.
+        belongs: Which points are the object's.
+    """
+    losses = torch.nn.functional.binary_cross_entropy_with_logits(logit.float(), belongs.float(), reduction="none")
+    return (_mean_over(losses, belongs) + _mean_over(losses, ~belongs)) / 2.0
+
+
+def _mean_over(values: Float[Tensor, "b n"], mask: Bool[Tensor, "b n"]) -> Float[Tensor, ""]:
+    return (values * mask).sum() / mask.sum().clamp(min=1)
 
 
 def coordinate_loss(
@@ -73,6 +97,7 @@ def coordinate_loss(
     truth: Truth,
     shapes: ShapeTensors,
     symmetry: SymmetryLoss = "group",
+    belongs: Bool[Tensor, "b n"] | None = None,
 ) -> Float[Tensor, ""]:
     """Return the mean negative log-likelihood of object coordinates, constants left out.
 
@@ -86,6 +111,7 @@ def coordinate_loss(
         truth: True poses.
         shapes: Shapes of the classes.
         symmetry: "none" compares with the true pose only.
+        belongs: Which points are the object's, and count; None for all.
     """
     with _in_32_bits(points):
         if symmetry == "none":
@@ -96,7 +122,11 @@ def coordinate_loss(
         wanted = (points.float()[:, None] - translations[:, :, None]) @ rotations
         error = ((predicted[:, None] - wanted).square().sum(dim=-1) + _EPSILON).sqrt()
         log_scale = log_scale[:, None]
-        return (error * torch.exp(-log_scale) + 3.0 * log_scale).mean(dim=-1).amin(dim=1).mean()
+        losses = error * torch.exp(-log_scale) + 3.0 * log_scale
+        if belongs is None:
+            return losses.mean(dim=-1).amin(dim=1).mean()
+        counts = belongs[:, None]
+        return ((losses * counts).sum(dim=-1) / counts.sum(dim=-1).clamp(min=1)).amin(dim=1).mean()
 
 
 def _in_32_bits(tensor: Tensor) -> torch.autocast:

@@ -14,8 +14,10 @@ from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion.crops import Crop, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
+from warehouse_sim.estimators.pose.densefusion.rotations import multiply_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
-from warehouse_sim.geometry.pose import Transforms, make_transform
+from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.learning.threads import SMALL, cpu_threads
 
 
@@ -28,6 +30,8 @@ class NetworkProposals:
     """The network's input."""
     embedding: Float[Tensor, "b n e"] | None
     """What the images say at the points."""
+    proposal: Proposal
+    """What the network proposes, along the axes of its input."""
 
 
 class Runner:
@@ -66,20 +70,42 @@ class Runner:
     def _propose(self, crops: Sequence[Crop]) -> NetworkProposals:
         stacked = stack_crops(crops, self.config.objects, self.config.crop).to(self._device)
         index = torch.arange(len(crops), device=self._device)
+        config = self.config
         # The first points, which lie in random order: an object is estimated the same in every batch.
-        batch = draw_batch(stacked, index, self.config.network.points.count, None)
+        batch = draw_batch(
+            stacked, index, config.network.points.count, None, crop=config.crop, upright=config.network.upright
+        )
         embedding = self._network.embed(batch.inputs)
-        found = self._network.propose(batch.inputs, embedding).hypotheses
-        translation = found.translation * batch.scale[:, None, None] + batch.centre[:, None]
-        candidates = Candidates(_array(found.quat_wxyz), _array(translation), _array(torch.sigmoid(found.logit)))
-        return NetworkProposals(candidates, batch, embedding)
+        proposal = self._network.propose(batch.inputs, embedding)
+        found = proposal.hypotheses
+        shift, quat = found.translation * batch.scale[:, None, None], _array(found.quat_wxyz)
+        if batch.turn is not None:
+            # A row vector times R is R^T times the vector: back to the camera's axes.
+            shift = shift @ batch.turn
+            quat = _turned_back(quat, _array(batch.turn))
+        translation = shift + batch.centre[:, None]
+        candidates = Candidates(quat, _array(translation), _array(torch.sigmoid(found.logit)))
+        return NetworkProposals(candidates, batch, embedding, proposal)
 
     def _refine(self, proposals: NetworkProposals, T_camera_object: Transforms) -> Transforms:
         batch, T = proposals.batch, torch.from_numpy(T_camera_object).float().to(self._device)
         rotation, translation = T[:, :3, :3], (T[:, :3, 3] - batch.centre) / batch.scale[:, None]
+        if batch.turn is not None:
+            rotation, translation = batch.turn @ rotation, (batch.turn @ translation[..., None])[..., 0]
         for _ in range(self.config.train.refiner_iterations):
-            rotation, translation = self._network.refine(rotation, translation, batch.inputs, proposals.embedding)
+            rotation, translation = self._network.refine(
+                rotation, translation, batch.inputs, proposals.embedding, proposals.proposal
+            )
+        if batch.turn is not None:
+            rotation, translation = batch.turn.mT @ rotation, (batch.turn.mT @ translation[..., None])[..., 0]
         return make_transform(_array(rotation), _array(translation * batch.scale[:, None] + batch.centre))
+
+
+def _turned_back(quat_wxyz: Float[np.ndarray, "b m 4"], turn: Float[np.ndarray, "b 3 3"]) -> Float[np.ndarray, "b m 4"]:
+    """Return the rotations before each object's turn."""
+    before = np.stack([quat_wxyz_from_matrix(R.T) for R in turn])
+    product = multiply_quat_wxyz(torch.from_numpy(before)[:, None], torch.from_numpy(quat_wxyz))
+    return np.asarray(product.numpy())
 
 
 def _array(tensor: Tensor) -> np.ndarray:

@@ -1,12 +1,40 @@
 """Settings of training a network of the family; free of torch, so that a command line can show them at once."""
 
-from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Annotated, Any, Literal, TypeVar
 
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.ranges import Range, Share, ranged
 
 Size = Literal["nano", "small", "full"]
+Settings = TypeVar("Settings", bound=Any)
+
+
+@dataclass(frozen=True)
+@ranged
+class MaskNoiseConfig:
+    """How masks are disturbed in training, where crops hold what is around them; several of these may meet."""
+
+    share: Share = 0.0
+    """Share of samples with a disturbed mask, 0-1; the others keep the true one."""
+    most_px: Annotated[float, Range(0, 100, "px")] = 4.0
+    """How far an outline is off at most, 0-100."""
+    grow: Share = 0.5
+    """Share of the disturbed masks that are eroded or dilated by up to ``most_px``, 0-1."""
+    wander: Share = 0.35
+    """Share whose outline goes to and fro by up to ``most_px``, in waves, 0-1."""
+    shift: Share = 0.25
+    """Share that is shifted by up to ``most_px`` along each axis, 0-1."""
+    hole: Share = 0.15
+    """Share with a rectangular hole, 0-1."""
+    cut: Share = 0.15
+    """Share of which a side is missing, up to half, 0-1."""
+    merge: Share = 0.3
+    """Share that holds what lies in the crop of other targets, each with even odds, 0-1."""
+    box: Share = 0.2
+    """Share that is the box of the mask, each side moved by up to ``box_error``, 0-1."""
+    box_error: Share = 0.08
+    """How far sides of a box are off at most, as a share of its longer side, 0-1."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +60,13 @@ class AugmentConfig:
     """A sample is never left with fewer of its points, 1-65,536."""
     colour: Share = 0.25
     """Largest relative change of brightness, contrast and each channel, 0-1."""
+    masks: MaskNoiseConfig = field(default_factory=MaskNoiseConfig)
+    """How masks are disturbed, where crops hold what is around them."""
+    gravity_drop: Share = 0.0
+    """Share of samples whose gravity is kept from a network that is told of it, 0-1."""
+    gravity_error_deg: Annotated[float, Range(0, 45, "deg")] = 0.0
+    """Standard deviation of the error of gravity about each horizontal axis, 0-45; such samples are not tilted by
+    ``tilt``."""
 
 
 SymmetryLoss = Literal["group", "none", "nearest"]
@@ -54,6 +89,8 @@ class LossConfig:
     """Hypotheses of an object that the nearest-point loss looks at, 1-65,536."""
     nearest_points: Annotated[int, Range(1, 65_536)] = 128
     """Surface points of an object in the nearest-point loss, 1-65,536."""
+    inlier_weight: Annotated[float, Range(0, 1000)] = 0.1
+    """Weight of telling the object's points from others, for networks that do, 0-1,000."""
 
 
 Balance = Literal["crops", "objects", "classes"]
@@ -69,6 +106,11 @@ class TrainConfig(LoopConfig):
     faithful: bool = False
     """Keep the original's quirks: image values of 0-255, log-softmax over the embedding, no batch normalisation,
     average pooling, separate heads."""
+    surroundings: bool = False
+    """Give the network what is around the mask, too, each point labelled in or out, and let it say which points are
+    the object's."""
+    upright: bool = False
+    """Turn clouds upright where gravity is known, and tell the network where it was."""
     objects: tuple[str, ...] = ()
     """Train only on objects of these names, with wildcards, or classes; all targets by default."""
     balance: Balance = "classes"
@@ -83,3 +125,31 @@ class TrainConfig(LoopConfig):
     """Threads that decode images, 1-1,024."""
     augment: AugmentConfig = field(default_factory=AugmentConfig)
     """How samples are disturbed."""
+
+
+Preset = Literal["plain", "robust"]
+PRESETS: dict[Preset, TrainConfig] = {
+    "plain": TrainConfig(),
+    # 0.3 degrees: what an accelerometer of a few milli-g of bias says of a vehicle that stands.
+    "robust": TrainConfig(
+        surroundings=True,
+        upright=True,
+        augment=AugmentConfig(masks=MaskNoiseConfig(share=0.75), gravity_drop=0.3, gravity_error_deg=0.3),
+    ),
+}
+"""Settings by name: plain trains on true masks; robust makes networks for masks with errors and tilted cameras."""
+
+
+def with_preset(config: TrainConfig, name: Preset) -> TrainConfig:
+    """Return settings whose values that are left at their defaults are those of a preset."""
+    return _filled(config, PRESETS[name])
+
+
+def _filled(given: Settings, preset: Settings) -> Settings:
+    default, found = type(given)(), {}
+    for item in fields(given):
+        value, other = getattr(given, item.name), getattr(preset, item.name)
+        found[item.name] = _filled(value, other) if is_dataclass(value) else value
+        if value == getattr(default, item.name):
+            found[item.name] = other
+    return replace(given, **found)

@@ -14,7 +14,7 @@ def generator(seed: int = 0) -> torch.Generator:
 
 
 def tensors(batch: Batch) -> list[torch.Tensor]:
-    return [*batch.inputs, *batch[1:]]
+    return [item for item in (*batch.inputs, *batch[1:]) if item is not None]
 
 
 def object_points(batch) -> torch.Tensor:

@@ -16,6 +16,9 @@ def test_rows_of_several_tables_come_in_the_order_asked_for() -> None:
     for row, number in enumerate(index.tolist()):
         part, place = home[number]
         for name, column, source in zip(found._fields, found, tables[part], strict=True):
+            if column is None:
+                assert source is None
+                continue
             torch.testing.assert_close(column[row], source[place], equal_nan=True, rtol=0, atol=0, msg=name)
     assert torch.equal(joined.T_camera_object[4:], tables[2].T_camera_object)
 

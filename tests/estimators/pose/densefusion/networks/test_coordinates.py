@@ -41,7 +41,7 @@ def test_fitted_pose_is_trained_whatever_its_confidence() -> None:
     gradients = []
     for logit in (-30.0, 0.0):
         network.zero_grad()
-        found, coordinates = network(x)
+        found, coordinates, _ = network(x)
         doubted = Proposal(found._replace(logit=torch.full_like(found.logit, logit)), coordinates)
         torch.manual_seed(1)
         truth = Truth(matrix_from_quat_wxyz(torch.randn(2, 4)), torch.zeros(2, 3), x.class_index)

@@ -53,7 +53,7 @@ def test_shapes(name: str, size: str) -> None:
     network.eval()
     with torch.inference_mode():
         embedding = network.embed(x)
-        hypotheses, coordinates = network.propose(x, embedding)
+        hypotheses, coordinates, _ = network.propose(x, embedding)
         rotation, shift = network.refine(torch.eye(3).expand(BATCH, 3, 3), torch.zeros(BATCH, 3), x, embedding)
     config, count = network.config, x.points.shape[1]
     width = config.fusion.embedding if config.fusion else 32

@@ -3,6 +3,7 @@
 Turning the cloud about its centre is the same as turning the camera: the visible surface stays the true one.
 """
 
+import math
 from typing import NamedTuple
 
 import torch
@@ -26,23 +27,53 @@ class Noise(NamedTuple):
     """How colours change."""
     turn: Float[Tensor, "b 3"]
     """How the camera is turned; standard normal."""
+    mask: Float[Tensor, "b k"] | None = None
+    """How the mask is disturbed, where crops hold what is around it."""
+    gravity: Float[Tensor, "b 1"] | None = None
+    """Whether gravity is told, where the network asks for it."""
 
     def rows(self, share: slice) -> "Noise":
         """Return the numbers of some of the samples."""
-        return Noise(*(values[share] for values in self))
+        return Noise(*(None if values is None else values[share] for values in self))  # type: ignore[arg-type]
 
 
-def draw_noise(count: int, generator: torch.Generator) -> Noise:
-    """Return the random numbers of ``count`` samples."""
+def draw_noise(count: int, generator: torch.Generator, mask_width: int = 0, gravity: bool = False) -> Noise:
+    """Return the random numbers of ``count`` samples.
+
+    Args:
+        count: Number of samples.
+        generator: Source.
+        mask_width: Numbers for the mask of each; 0 for none.
+        gravity: Whether there is one for gravity, too.
+    """
     uniform = torch.rand((count, 14), generator=generator, device=generator.device)
     normal = torch.randn((count, 3), generator=generator, device=generator.device)
     choice, hide, shift, colour = uniform.split((2, 4, 3, 5), dim=1)
-    return Noise(choice, hide, shift, colour, normal)
+    # Drawn last: what needs neither has the same numbers as before.
+    wanted = {"mask": mask_width, "gravity": int(gravity)}
+    more = {
+        name: torch.rand((count, width), generator=generator, device=generator.device) if width else None
+        for name, width in wanted.items()
+    }
+    return Noise(choice, hide, shift, colour, normal, **more)
 
 
-def random_turns(noise: Float[Tensor, "b 3"], config: AugmentConfig) -> Float[Tensor, "b 3 3"]:
-    """Return random rotations in the camera frame (x right, y down, z forward)."""
-    return matrix_from_vector(noise * torch.tensor([config.tilt, config.yaw, config.tilt], device=noise.device))
+def random_turns(
+    noise: Float[Tensor, "b 3"], config: AugmentConfig, upright: Bool[Tensor, " b"] | None = None
+) -> Float[Tensor, "b 3 3"]:
+    """Return random rotations in the camera frame (x right, y down, z forward).
+
+    Args:
+        noise: Standard normal numbers.
+        config: How strong they are.
+        upright: Which samples stand upright by their gravity, and are tilted by its error alone; none by default.
+    """
+    turns = noise * torch.tensor([config.tilt, config.yaw, config.tilt], device=noise.device)
+    if upright is not None:
+        error = math.radians(config.gravity_error_deg)
+        slight = noise * torch.tensor([error, config.yaw, error], device=noise.device)
+        turns = torch.where(upright[:, None], slight, turns)
+    return matrix_from_vector(turns)
 
 
 def hide_points(

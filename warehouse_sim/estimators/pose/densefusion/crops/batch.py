@@ -13,7 +13,11 @@ from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     hide_points,
     random_turns,
 )
+from warehouse_sim.estimators.pose.densefusion.crops.choice import Choice, choose_with_surroundings
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, CropTable
+from warehouse_sim.estimators.pose.densefusion.crops.given_mask import NOISE_WIDTH
+from warehouse_sim.estimators.pose.densefusion.crops.levelling import is_known, level_turns
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
@@ -34,10 +38,15 @@ class Batch(NamedTuple):
     scale: Float[Tensor, " b"]
     """Half the object's diameter (m)."""
 
+    turn: Float[Tensor, "b 3 3"] | None = None
+    """Rotation from the camera's axes to those of the input; none where they are the same."""
+    belongs: Bool[Tensor, "b n"] | None = None
+    """Which points are truly the object's, where they need not be."""
+
     @property
     def truth(self) -> Truth:
         """What the networks' losses compare with."""
-        return Truth(self.rotation, self.translation, self.inputs.class_index)
+        return Truth(self.rotation, self.translation, self.inputs.class_index, self.belongs)
 
 
 def draw_batch(
@@ -47,6 +56,8 @@ def draw_batch(
     generator: torch.Generator | None = None,
     augment: AugmentConfig | None = None,
     share: slice = slice(None),
+    crop: CropConfig | None = None,
+    upright: bool = False,
 ) -> Batch:
     """Return ``count`` random points of each of the crops ``index``, and their square crops.
 
@@ -57,26 +68,61 @@ def draw_batch(
         generator: Decides which points, and how they are disturbed; without it the first points are taken as measured.
         augment: How training samples are disturbed; None leaves them as measured.
         share: Which samples of the batch are wanted; each is disturbed as it is in the whole batch.
+        crop: How the crops were cut, which must be given for those with surroundings.
+        upright: Whether clouds are turned upright where gravity is known.
     """
-    rows = crops.rows(index[share])
-    noise = None if generator is None else draw_noise(len(index), generator).rows(share)
-    order = _choose_points(rows, count, noise, augment)
-    points = torch.gather(rows.points, 1, order[..., None].expand(-1, -1, 3))
-    scale, centre = rows.diameter / 2.0, points.mT.contiguous().median(dim=2).values
+    rows, noise = crops.rows(index[share]), None
+    if generator is not None:
+        mask_width = NOISE_WIDTH if rows.has_surroundings else 0
+        noise = draw_noise(len(index), generator, mask_width, upright).rows(share)
+    chosen = _choice(rows, count, noise, augment, crop)
+    rows, points, centre = chosen.rows, chosen.points, chosen.centre
+    scale = rows.diameter / 2.0
     if augment and noise:
         centre = centre + (noise.shift * 2.0 - 1.0) * augment.shift
     T = rows.T_camera_object
     translation = ((T[:, :3, 3] - centre.double()) / scale[:, None]).float()
     points, rotation = (points - centre[:, None]) / scale[:, None, None], T[:, :3, :3].float()
-    turn, rgb = None, rows.rgb
-    if augment and noise:
-        turn = random_turns(noise.turn, augment)
+    turn, known = _turns(rows, noise, augment, upright)
+    if turn is not None:
         points, rotation = points @ turn.mT, turn @ rotation
         translation = (turn @ translation[..., None])[..., 0]
+    rgb = rows.rgb
+    if augment and noise:
         rgb = None if rgb is None else disturb_colour(rgb, noise.colour, augment)
+    depth = _normalised_depth(rows, centre, scale, turn)
+    inputs = NetworkInput(points, chosen.pixel, rows.class_index, rgb, depth, chosen.inside, known)
+    return Batch(inputs, rotation, translation, centre, scale, turn, chosen.belongs)
+
+
+def _choice(
+    rows: CropTable, count: int, noise: Noise | None, augment: AugmentConfig | None, crop: CropConfig | None
+) -> Choice:
+    if rows.has_surroundings:
+        assert crop is not None, "crops with surroundings are drawn as they were cut"
+        return choose_with_surroundings(rows, count, noise, augment, crop)
+    order = _choose_points(rows, count, noise, augment)
+    points = torch.gather(rows.points, 1, order[..., None].expand(-1, -1, 3))
+    centre = points.mT.contiguous().median(dim=2).values
     pixel = torch.zeros_like(order) if rows.pixel is None else torch.gather(rows.pixel, 1, order).long()
-    inputs = NetworkInput(points, pixel, rows.class_index, rgb, _normalised_depth(rows, centre, scale, turn))
-    return Batch(inputs, rotation, translation, centre, scale)
+    return Choice(rows, points, centre, pixel)
+
+
+def _turns(
+    rows: CropTable, noise: Noise | None, augment: AugmentConfig | None, upright: bool
+) -> tuple[Float[Tensor, "b 3 3"] | None, Float[Tensor, " b"] | None]:
+    """Return the rotations from the camera's axes to those of the input, and where they follow gravity."""
+    turn, known = None, None
+    if upright:
+        assert rows.down is not None
+        down = rows.down
+        if augment and noise and noise.gravity is not None:
+            down = down.masked_fill(noise.gravity < augment.gravity_drop, torch.nan)
+        turn, known = level_turns(down), is_known(down)
+    if augment and noise:
+        random = random_turns(noise.turn, augment, known)
+        turn = random if turn is None else random @ turn
+    return turn, None if known is None else known.float()
 
 
 def _choose_points(

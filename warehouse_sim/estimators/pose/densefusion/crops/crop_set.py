@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float16, Int, Int16, UInt8
+from jaxtyping import Bool, Float, Float16, Int, Int8, Int16, UInt8
 from torch import Tensor
 
 from warehouse_sim.estimators.pose.densefusion.crops.array_file import shared_tensor
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
+from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 
 
@@ -36,6 +37,25 @@ class CropTable(NamedTuple):
     """Median depth of the points (m)."""
     ray_map: Float[Tensor, "k 2 3"] | None = None
     """Maps (column, row, 1) of the depth crop's pixels to their rays (x / z, y / z)."""
+    down: Float[Tensor, "k 3"] | None = None
+    """Gravity in the camera frame, a unit vector; NaN where nobody knows."""
+    signed_px: Int8[Tensor, "k p"] | None = None
+    """Pixels to the mask's outline, positive inside; this and what follows only of crops with surroundings."""
+    belongs: Bool[Tensor, "k p"] | None = None
+    """Whether each point is truly the object's."""
+    neighbour: UInt8[Tensor, "k p"] | None = None
+    """Which other target of the crop each point belongs to, 0 for none."""
+    uv: Int16[Tensor, "k p 2"] | None = None
+    """Column and row (image pixels) from the window's upper left pixel."""
+    window_px: Float[Tensor, " k"] | None = None
+    """Side of the window in image pixels."""
+    outline: Int8[Tensor, "k o o"] | None = None
+    """``signed_px`` over the window."""
+
+    @property
+    def has_surroundings(self) -> bool:
+        """Whether points need not be the object's."""
+        return self.signed_px is not None
 
     def rows(self, index: Int[Tensor, " b"]) -> "CropTable":
         """Return copies of the crops ``index``."""
@@ -124,8 +144,11 @@ def stack_arrays(crops: Sequence[Crop], config: CropConfig) -> dict[str, np.ndar
         "point_count": np.array([len(crop.points) for crop in crops], dtype=np.int64),
         "obj_id": np.array([crop.obj_id for crop in crops], dtype=np.int64),
         "T_camera_object": np.stack([crop.T_camera_object for crop in crops]),
+        "down": np.array([np.full(3, np.nan) if crop.down is None else crop.down for crop in crops], dtype=np.float32),
     }
-    if config.side_px:
+    if config.has_surroundings:
+        arrays |= _stack_surroundings([crop.around for crop in crops if crop.around is not None], room)
+    elif config.side_px:
         arrays["pixel"] = np.zeros((count, room), dtype=np.int16)
     for row, crop in enumerate(crops):
         for name in ("points", "border_px", "pixel"):
@@ -140,6 +163,21 @@ def stack_arrays(crops: Sequence[Crop], config: CropConfig) -> dict[str, np.ndar
             _packed(crop.depth, z) for crop, z in zip(crops, base, strict=True) if crop.depth is not None
         ])  # fmt: skip
         arrays["ray_map"] = np.stack([crop.ray_map for crop in crops if crop.ray_map is not None]).astype(np.float32)
+    return arrays
+
+
+def _stack_surroundings(around: Sequence[Surroundings], room: int) -> dict[str, np.ndarray]:
+    arrays = {
+        "signed_px": np.zeros((len(around), room), dtype=np.int8),
+        "belongs": np.zeros((len(around), room), dtype=bool),
+        "neighbour": np.zeros((len(around), room), dtype=np.uint8),
+        "uv": np.zeros((len(around), room, 2), dtype=np.int16),
+    }
+    for row, item in enumerate(around):
+        for name, array in arrays.items():
+            array[row, : len(item.signed_px)] = getattr(item, name)
+    arrays["window_px"] = np.array([item.window_px for item in around], dtype=np.float32)
+    arrays["outline"] = np.stack([item.outline for item in around])
     return arrays
 
 

@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.window import Window
 from warehouse_sim.geometry.camera import PinholeCamera
 
@@ -35,6 +37,10 @@ class Crop:
     """Metres along z, 0 = no reading."""
     ray_map: Float[np.ndarray, "2 3"] | None = None
     """Maps (column, row, 1) of the depth crop's pixels to their rays (x / z, y / z)."""
+    down: Direction | None = None
+    """Gravity, a unit vector in the camera frame; None where nobody knows."""
+    around: Surroundings | None = None
+    """What is known of points that need not be the object's; None where all are pixels of the mask."""
 
 
 class CropLabel(NamedTuple):
@@ -46,6 +52,8 @@ class CropLabel(NamedTuple):
     obj_id: int
     T_camera_object: Float[np.ndarray, "4 4"]
     """True pose; the identity where nobody knows it."""
+    down: Direction | None = None
+    """Gravity, a unit vector in the camera frame; None where nobody knows."""
 
 
 def back_project(
@@ -75,10 +83,11 @@ def image_crops(reader: DatasetReader, image: ImageRecord, config: CropConfig, s
         return
     depth = reader.depth(image)
     rgb = reader.rgb(image) if config.reads_rgb else None
+    owners = _owners(reader, image) if config.has_surroundings else None
     for target in targets:
         rng = np.random.default_rng([seed, image.scene_id, image.image_id, target.gt_index])
         mask = reader.mask_visible(image, target.gt_index)
-        crop = cut_mask(image.camera, label_of(image, target), mask, depth, rgb, config, rng)
+        crop = cut_mask(image.camera, label_of(image, target), mask, depth, rgb, config, rng, owners)
         if crop is not None:
             yield crop
 
@@ -86,7 +95,10 @@ def image_crops(reader: DatasetReader, image: ImageRecord, config: CropConfig, s
 def label_of(image: ImageRecord, target: TargetRecord) -> CropLabel:
     """Return what the labels of a dataset say of one target."""
     T_camera_object = np.asarray(target.T_camera_object, dtype=np.float64)
-    return CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object)
+    # A dataset that says nothing of a world gives the camera's own.
+    known = not np.array_equal(image.T_world_camera, np.eye(4))
+    down = down_of_camera(image.T_world_camera) if known else None
+    return CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object, down)
 
 
 def cut_mask(
@@ -97,12 +109,60 @@ def cut_mask(
     rgb: UInt8[np.ndarray, "h w 3"] | None,
     config: CropConfig,
     rng: np.random.Generator,
+    owners: Int32[np.ndarray, "h w"] | None = None,
 ) -> Crop | None:
-    """Return the crop of what a mask shows, or None when the sensor sees too few points of it."""
+    """Return the crop of what a mask shows, or None when the sensor sees too few points of it.
+
+    Args:
+        camera: Intrinsics.
+        label: What it shows.
+        mask: Its pixels.
+        depth: Metres along the optical axis, 0 = no reading.
+        rgb: Colours, where the crop holds any.
+        config: How to cut.
+        rng: Decides which pixels are kept.
+        owners: Position of the label that each pixel truly shows plus 1, 0 for none, for crops with surroundings;
+            None where nobody knows.
+    """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if rows.size == 0:
         return None
-    top, bottom, left, right = int(rows[0]), int(rows[-1]), int(columns[0]), int(columns[-1])
+    box = int(columns[0]), int(rows[0]), int(columns[-1]), int(rows[-1])
+    around: Surroundings | None = None
+    if config.has_surroundings:
+        kept = surroundings(mask, depth, owners, label.position + 1, box, config, rng)
+        if kept is None:
+            return None
+        u, v, around = kept
+        border_px = np.maximum(around.signed_px, 0).astype(np.uint8)
+    else:
+        inner = _pixels_of(mask, depth, box, config, rng)
+        if inner is None:
+            return None
+        u, v, border_px = inner
+    window, side = Window.around(box, config.stored_margin), config.stored_side_px
+    return Crop(
+        *label[:5],
+        back_project(camera, u, v, depth[v, u]),
+        border_px,
+        pixel=window.index(u, v, side) if side and around is None else np.zeros(len(u), dtype=np.int32),
+        rgb=window.cut_rgb(rgb, side) if rgb is not None and side and config.rgb else None,
+        depth=window.cut_depth(depth, side) if side and config.depth else None,
+        ray_map=window.ray_map(camera, side) if side and config.depth else None,
+        down=label.down,
+        around=around,
+    )
+
+
+def _pixels_of(
+    mask: Bool[np.ndarray, "h w"],
+    depth: Float32[np.ndarray, "h w"],
+    box_xyxy: tuple[int, int, int, int],
+    config: CropConfig,
+    rng: np.random.Generator,
+) -> tuple[Int32[np.ndarray, " p"], Int32[np.ndarray, " p"], UInt8[np.ndarray, " p"]] | None:
+    """Return columns, rows and border distances of pixels of a mask with a reading, or None if they are too few."""
+    left, top, right, bottom = box_xyxy
     # One pixel of background all around, so that pixels at the edge of the box have their true border distance.
     inside = np.pad(mask[top : bottom + 1, left : right + 1], 1).astype(np.uint8)
     border = cv2.distanceTransform(inside, cv2.DIST_C, 3)[1:-1, 1:-1]
@@ -112,14 +172,13 @@ def cut_mask(
     chosen = rng.permutation(len(u))[: config.stored_points]
     u, v = u[chosen], v[chosen]
     border_px = np.minimum(border[v, u], 255).astype(np.uint8)
-    u, v = (u + left).astype(np.int32), (v + top).astype(np.int32)
-    window, side = Window.around((left, top, right, bottom), config.margin), config.side_px
-    return Crop(
-        *label,
-        back_project(camera, u, v, depth[v, u]),
-        border_px,
-        pixel=window.index(u, v, side) if side else np.zeros(len(u), dtype=np.int32),
-        rgb=window.cut_rgb(rgb, side) if rgb is not None and side and config.rgb else None,
-        depth=window.cut_depth(depth, side) if side and config.depth else None,
-        ray_map=window.ray_map(camera, side) if side and config.depth else None,
-    )
+    return (u + left).astype(np.int32), (v + top).astype(np.int32), border_px
+
+
+def _owners(reader: DatasetReader, image: ImageRecord) -> Int32[np.ndarray, "h w"]:
+    """Return the position of the label that each pixel shows plus 1, 0 for none."""
+    owners = np.zeros((image.camera.height, image.camera.width), dtype=np.int32)
+    for target in image.targets:
+        if target.pixels_visible > 0:
+            owners[reader.mask_visible(image, target.gt_index)] = target.gt_index + 1
+    return owners

@@ -23,7 +23,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.crops.read import read_crops
 from warehouse_sim.output import write_bytes
 
-_FORMAT = 1
+_FORMAT = 2
 """To be raised when the arrays change."""
 _SEED = 0
 """Decides which pixels of large targets are kept: one choice for all trainings, so that they share their crops."""

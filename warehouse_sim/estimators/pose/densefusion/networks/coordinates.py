@@ -20,6 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 
 # Scales of errors in half diameters: from a fraction of a millimetre to several objects.
 _LOG_SCALE_RANGE = -7.0, 2.0
+_LEAST_TRUST = 1e-4
 
 
 class CoordinateHeads(nn.Module):
@@ -56,13 +57,16 @@ class CoordinateHeads(nn.Module):
         whole: Float[Tensor, "b global"],
         points: Float[Tensor, "b n 3"],
         class_index: Int[Tensor, " b"],
+        trust: Float[Tensor, "b n"] | None = None,
     ) -> Proposal:
-        """Return object coordinates of ``points`` and the pose that fits them."""
+        """Return object coordinates of ``points`` and the pose that fits them, weighted by ``trust`` (0-1)."""
         points, hidden = points.float(), self.trunk(local, whole, class_index)
         offset, log_scale = self.output(hidden, class_index).split((3, 1), dim=-1)
         object_points = points @ self.start[class_index] + offset
         log_scale = log_scale[..., 0].clamp(*_LOG_SCALE_RANGE)
-        quat, translation, weights = fit_pose(object_points, points, log_scale)
+        # Weights fall with the square of the scale.
+        doubt = 0.0 if trust is None else 0.5 * trust.float().clamp(min=_LEAST_TRUST).log()
+        quat, translation, weights = fit_pose(object_points, points, log_scale - doubt)
         with torch.no_grad():
             fitted = object_points @ matrix_from_quat_wxyz(quat).mT + translation[:, None]
             misfit = (weights * (points - fitted).norm(dim=-1)).sum(dim=1, keepdim=True)
@@ -75,12 +79,19 @@ class CoordinateHeads(nn.Module):
     @staticmethod
     def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
         """Return the likelihood of the coordinates, the distance of the fitted pose and its confidence's loss."""
-        found, coordinates = proposal
+        found, coordinates, _ = proposal
         assert coordinates is not None
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
         distance = pose_distance(rotation, found.translation, truth, shapes, config.symmetry)
+        belongs = None if truth.belongs is None else truth.belongs[:, : coordinates.points.shape[1]]
         likelihood = coordinate_loss(
-            coordinates.object_points, coordinates.log_scale, coordinates.points, truth, shapes, config.symmetry
+            coordinates.object_points,
+            coordinates.log_scale,
+            coordinates.points,
+            truth,
+            shapes,
+            config.symmetry,
+            belongs,
         )
         # The pose is trained whatever its confidence, there being only one.
         trust = confidence_loss(distance.detach(), found.logit, config.confidence_weight)

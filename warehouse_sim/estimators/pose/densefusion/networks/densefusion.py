@@ -5,14 +5,17 @@ from dataclasses import dataclass
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
+from torch.nn.functional import logsigmoid
 
+from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig, AttentionFusion
 from warehouse_sim.estimators.pose.densefusion.networks.coordinates import CoordinateHeads
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
+from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig, InlierHead
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
-from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig
-from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
+from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
+from warehouse_sim.estimators.pose.densefusion.networks.proposal import Inliers, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import Refiner, RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.rotations import compose, matrix_from_quat_wxyz
@@ -35,6 +38,10 @@ class DenseFusionConfig:
     """The image branches; none for networks that read the cloud alone."""
     fusion: AttentionConfig | None = None
     """How several images are fused at the points; without it their embeddings are joined channel-wise."""
+    inliers: InlierConfig | None = None
+    """How points around the mask are told from the object's; without it all points are taken for the object's."""
+    upright: bool = False
+    """Whether clouds stand upright where gravity is known, and the network is told where they do."""
 
     def __post_init__(self) -> None:
         if len({image.side_px for image in self.images}) > 1:
@@ -56,6 +63,11 @@ class DenseFusionConfig:
     def reads_depth(self) -> bool:
         """Whether depth crops are needed."""
         return any("depth" in image.reads for image in self.images)
+
+    @property
+    def remarks(self) -> int:
+        """Channels beside the coordinates of each point: whether the mask holds it, whether gravity is known."""
+        return int(self.inliers is not None) + int(self.upright)
 
 
 class DenseFusion(nn.Module):
@@ -81,7 +93,10 @@ class DenseFusion(nn.Module):
         self.images = nn.ModuleList(ImageBranch(image) for image in config.images)
         self.fusion = AttentionFusion(config.fusion, sizes) if config.fusion else None
         channels = config.fusion.embedding if config.fusion else sum(sizes)
-        self.points = PointBranch(config.points, channels)
+        self.points = PointBranch(config.points, channels, config.remarks)
+        self.inliers = (
+            InlierHead(config.inliers, self.points.second_channels, classes) if config.inliers is not None else None
+        )
         kinds: dict[str, type[PoseHeads | CoordinateHeads]] = {"poses": PoseHeads, "coordinates": CoordinateHeads}
         build_heads = kinds[config.heads.predicts]
         self.heads = build_heads(config.heads, self.points.local_channels, self.points.global_channels, classes)
@@ -105,8 +120,32 @@ class DenseFusion(nn.Module):
         """
         # Points are in random order: the first few are a fair sample.
         wanted = self.config.heads.training_points if self.training else None
-        local, whole = self.points(inputs.points, embedding, wanted)
-        return self.heads(local, whole, inputs.points[:, :wanted], inputs.class_index)
+        first, second = self.points.layers(self._remarked(inputs), embedding)
+        inlier_logit = None if self.inliers is None else self._inlier_logit(second, inputs)
+        trust = None if inlier_logit is None else torch.sigmoid(inlier_logit)
+        whole = self.points.pool(second, trust)
+        local = local_features(first, second, wanted)
+        believed = None if trust is None else trust[:, :wanted]
+        found = self.heads(local, whole, inputs.points[:, :wanted], inputs.class_index, believed)
+        return found if inlier_logit is None else _weighted(found, inlier_logit)
+
+    def _inlier_logit(self, second: list[Tensor], inputs: NetworkInput) -> Float[Tensor, "b n"]:
+        assert self.inliers is not None
+        assert inputs.inside is not None
+        return self.inliers(torch.cat(second, dim=-1), inputs.inside, inputs.class_index)
+
+    def _remarked(self, inputs: NetworkInput) -> Float[Tensor, "b n c"]:
+        """Return the points with what else is known of them."""
+        parts = [inputs.points]
+        if self.config.inliers is not None:
+            if inputs.inside is None:
+                raise ValueError("this network reads what is around masks, but the input says of no point if it is in")
+            parts.append(inputs.inside[..., None])
+        if self.config.upright:
+            if inputs.level is None:
+                raise ValueError("this network is told where gravity is known, but the input does not say it")
+            parts.append(inputs.level[:, None, None].expand(-1, inputs.points.shape[1], 1))
+        return parts[0] if len(parts) == 1 else torch.cat(parts, dim=-1)
 
     def forward(self, inputs: NetworkInput) -> Proposal:
         """Return the poses that are proposed for each object, before refinement."""
@@ -114,7 +153,13 @@ class DenseFusion(nn.Module):
 
     def loss(self, proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
         """Return the loss of what ``propose`` returned."""
-        return self.heads.loss(proposal, truth, shapes, config)
+        if proposal.inliers is None:
+            return self.heads.loss(proposal, truth, shapes, config)
+        inliers = proposal.inliers
+        assert truth.belongs is not None
+        plain = proposal._replace(hypotheses=proposal.hypotheses._replace(logit=inliers.pose_logit))
+        told_apart = inlier_loss(inliers.logit, truth.belongs)
+        return self.heads.loss(plain, truth, shapes, config) + config.inlier_weight * told_apart
 
     def refine(
         self,
@@ -122,12 +167,41 @@ class DenseFusion(nn.Module):
         translation: Float[Tensor, "b 3"],
         inputs: NetworkInput,
         embedding: Float[Tensor, "b n e"] | None,
+        proposal: Proposal | None = None,
     ) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
-        """Return the pose corrected once; the given pose and the images receive no gradient."""
+        """Return the pose corrected once; the given pose, the images and the proposal receive no gradient.
+
+        Args:
+            rotation: Of the pose.
+            translation: Of the pose, normalised.
+            inputs: The batch.
+            embedding: What ``embed`` returned for it.
+            proposal: What ``propose`` returned for it; needed where the network tells the object's points from others.
+        """
+        trust: Tensor | None = None
+        if self.inliers is not None:
+            assert proposal is not None
+            assert proposal.inliers is not None
+            trust = torch.sigmoid(proposal.inliers.logit).detach()
         rotation, translation = rotation.detach(), translation.detach()
         with torch.autocast(rotation.device.type, enabled=False):
             in_estimate = (inputs.points.float() - translation[:, None]) @ rotation
         detached = None if embedding is None else embedding.detach()
-        quat, shift = self.refiner(in_estimate, detached, inputs.class_index)
+        quat, shift = self.refiner(in_estimate, detached, inputs.class_index, trust)
         with torch.autocast(rotation.device.type, enabled=False):
             return compose(rotation, translation, matrix_from_quat_wxyz(quat), shift)
+
+
+def _weighted(found: Proposal, inlier_logit: Float[Tensor, "b n"]) -> Proposal:
+    """Return a proposal whose poses count with the trust in their points, which are the first of all.
+
+    One pose that is fitted to all points has weighted them already.
+    """
+    pose_logit = found.hypotheses.logit
+    inliers = Inliers(inlier_logit, pose_logit)
+    if found.coordinates is not None:
+        return found._replace(inliers=inliers)
+    # ln of the odds of a product of two probabilities.
+    log_both = logsigmoid(pose_logit.float()) + logsigmoid(inlier_logit[:, : pose_logit.shape[1]])
+    logit = log_both - torch.log1p(-log_both.exp().clamp(max=1.0 - 1e-7))
+    return found._replace(hypotheses=found.hypotheses._replace(logit=logit), inliers=inliers)

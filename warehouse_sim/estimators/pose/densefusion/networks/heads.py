@@ -98,8 +98,9 @@ class PoseHeads(nn.Module):
         whole: Float[Tensor, "b global"],
         points: Float[Tensor, "b n 3"],
         class_index: Int[Tensor, " b"],
+        trust: Float[Tensor, "b n"] | None = None,
     ) -> Proposal:
-        """Return one pose a point of ``points`` for the class of each object."""
+        """Return one pose a point of ``points`` for the class of each object, whatever the ``trust`` in the point."""
         values = torch.cat(
             [
                 output(trunk(local, whole, class_index), class_index)
@@ -112,11 +113,13 @@ class PoseHeads(nn.Module):
 
     @staticmethod
     def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
-        """Return the confidence loss of all points' poses."""
-        found = proposal.hypotheses
+        """Return the confidence loss of the poses of all points that are the object's."""
+        found, belongs = proposal.hypotheses, truth.belongs
         if config.symmetry == "nearest":
             # Points are in random order: the first few are a fair sample of them.
             found = Hypotheses(*(values[:, : config.nearest_hypotheses] for values in found))
+        if belongs is not None:
+            belongs = belongs[:, : found.logit.shape[1]]
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
         distance = pose_distance(rotation, found.translation, truth, shapes, config.symmetry)
-        return confidence_loss(distance, found.logit, config.confidence_weight)
+        return confidence_loss(distance, found.logit, config.confidence_weight, belongs)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import torch
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 from torch import Tensor
 
 
@@ -21,12 +21,15 @@ class NetworkInput(NamedTuple):
     depth: Float[Tensor, "b s s 2"] | None = None
     """Depth crops; None for networks that read no depth image. [0]: (z - z of the centre) in half diameters, clipped
     to -3..3, 0 where there is no reading. [1]: 1 where there is a reading, else 0."""
+    inside: Float[Tensor, "b n"] | None = None
+    """1 where the mask holds the point, else 0; None for networks that take all points for the object's."""
+    level: Float[Tensor, " b"] | None = None
+    """1 where the points stand upright by gravity, 0 where nobody knows where down is; None for networks that are not
+    told."""
 
     def to(self, device: torch.device | str) -> "NetworkInput":
         """Return the same inputs on ``device``."""
-        rgb = None if self.rgb is None else self.rgb.to(device)
-        depth = None if self.depth is None else self.depth.to(device)
-        return NetworkInput(self.points.to(device), self.pixel.to(device), self.class_index.to(device), rgb, depth)
+        return NetworkInput(*(None if value is None else value.to(device) for value in self))  # type: ignore[arg-type]
 
 
 class Truth(NamedTuple):
@@ -35,3 +38,5 @@ class Truth(NamedTuple):
     rotation: Float[Tensor, "b 3 3"]
     translation: Float[Tensor, "b 3"]
     class_index: Int[Tensor, " b"]
+    belongs: Bool[Tensor, "b n"] | None = None
+    """Which points are the object's; None where all are."""

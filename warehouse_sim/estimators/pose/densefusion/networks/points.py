@@ -11,6 +11,9 @@ from torch import Tensor, nn
 from warehouse_sim.estimators.pose.densefusion.networks.pooling import rectified_average_and_max
 from warehouse_sim.ranges import Range, ranged
 
+_LEAST_TRUST = 0.02
+"""An object of whose points fewer are trusted on the whole counts as if so many were."""
+
 
 @dataclass(frozen=True)
 @ranged
@@ -41,12 +44,13 @@ class PointBranch(nn.Module):
     Args:
         config: Widths.
         embedding_channels: Channels of the image embedding at each point, 0 for none.
+        remarks: What else is known of each point, in channels.
     """
 
-    def __init__(self, config: PointConfig, embedding_channels: int) -> None:
+    def __init__(self, config: PointConfig, embedding_channels: int, remarks: int = 0) -> None:
         super().__init__()
         first, second = config.local
-        self.geometry_1, self.geometry_2 = point_layers(3, first), point_layers(first, second)
+        self.geometry_1, self.geometry_2 = point_layers(3 + remarks, first), point_layers(first, second)
         self.has_image = embedding_channels > 0
         if self.has_image:
             self.image_1, self.image_2 = point_layers(embedding_channels, first), point_layers(first, second)
@@ -54,6 +58,7 @@ class PointBranch(nn.Module):
         self.pooled = point_layers(second * branches, *config.pooled[:-1])
         self.deepest = nn.Linear(*config.pooled[-2:])
         self.pooling = config.pooling
+        self.second_channels = second * branches
         self.local_channels = (first + second) * branches
         self.global_channels = config.pooled[-1] * (2 if config.pooling == "average+max" else 1)
 
@@ -67,16 +72,25 @@ class PointBranch(nn.Module):
             embedding: Image embedding at the points; None without an image branch.
             wanted: Only so many points' features are returned, the first; None for all.
         """
-        first, second = self._layers(points, embedding)
-        return torch.cat([features[:, :wanted] for features in (*first, *second)], dim=-1), self._pool(second)
+        first, second = self.layers(points, embedding)
+        return local_features(first, second, wanted), self.pool(second)
 
     def describe(
-        self, points: Float[Tensor, "b n 3"], embedding: Float[Tensor, "b n e"] | None
+        self,
+        points: Float[Tensor, "b n 3"],
+        embedding: Float[Tensor, "b n e"] | None,
+        trust: Float[Tensor, "b n"] | None = None,
     ) -> Float[Tensor, "b global"]:
-        """Return the features of the whole object only."""
-        return self._pool(self._layers(points, embedding)[1])
+        """Return the features of the whole object only, points weighted by ``trust``."""
+        return self.pool(self.layers(points, embedding)[1], trust)
 
-    def _layers(self, points: Tensor, embedding: Tensor | None) -> tuple[list[Tensor], list[Tensor]]:
+    def layers(self, points: Tensor, embedding: Tensor | None) -> tuple[list[Tensor], list[Tensor]]:
+        """Return the features after the first and the second layers, of geometry and, if there is one, of the image.
+
+        Args:
+            points: Cloud in normalised units, with what else is known of each point as further channels.
+            embedding: Image embedding at the points; None without an image branch.
+        """
         first = [self.geometry_1(points)]
         second = [self.geometry_2(first[0])]
         if self.has_image:
@@ -86,8 +100,29 @@ class PointBranch(nn.Module):
             second.append(self.image_2(first[1]))
         return first, second
 
-    def _pool(self, second: list[Tensor]) -> Float[Tensor, "b global"]:
+    def pool(self, second: list[Tensor], trust: Float[Tensor, "b n"] | None = None) -> Float[Tensor, "b global"]:
+        """Return the features of the whole object from those after the second layers.
+
+        Args:
+            second: Features of each point.
+            trust: Weight of each point in the average and the maximum, 0-1; None for 1.
+        """
         deep = self.deepest(self.pooled(torch.cat(second, dim=-1) if len(second) > 1 else second[0]))
+        if trust is None:
+            return self._summed_up(deep)
+        # Weights are not negative, so that they may stand before the ReLU.
+        whole = self._summed_up(deep * trust[..., None].to(deep.dtype))
+        average, rest = whole[:, : deep.shape[-1]], whole[:, deep.shape[-1] :]
+        return torch.cat([average / trust.mean(dim=1, keepdim=True).clamp(min=_LEAST_TRUST), rest], dim=-1)
+
+    def _summed_up(self, deep: Tensor) -> Tensor:
         if self.pooling == "average+max":
             return rectified_average_and_max(deep)
         return torch.relu(deep).mean(dim=1)
+
+
+def local_features(
+    first: list[Float[Tensor, "b n c"]], second: list[Float[Tensor, "b n c"]], wanted: int | None
+) -> Float[Tensor, "b m local"]:
+    """Return the features of the first ``wanted`` points; of all for None."""
+    return torch.cat([features[:, :wanted] for features in (*first, *second)], dim=-1)

@@ -37,6 +37,15 @@ class Coordinates(NamedTuple):
     """ln of the scale of each prediction's error."""
 
 
+class Inliers(NamedTuple):
+    """Which points are the object's, as predicted."""
+
+    logit: Float[Tensor, "b n"]
+    """Trust in each point before the sigmoid."""
+    pose_logit: Float[Tensor, "b m"]
+    """Confidence of each hypothesis before the sigmoid, if its point is the object's."""
+
+
 class Proposal(NamedTuple):
     """What a network says of each object."""
 
@@ -44,3 +53,5 @@ class Proposal(NamedTuple):
     """One a point, or a single one that was fitted to object coordinates."""
     coordinates: Coordinates | None = None
     """Object coordinates of the points, where the head predicts them."""
+    inliers: Inliers | None = None
+    """Which points are the object's, where the network says it."""

@@ -73,6 +73,7 @@ class Refiner(nn.Module):
         points: Float[Tensor, "b n 3"],
         embedding: Float[Tensor, "b n e"] | None,
         class_index: Int[Tensor, " b"],
+        trust: Float[Tensor, "b n"] | None = None,
     ) -> tuple[Float[Tensor, "b 4"], Float[Tensor, "b 3"]]:
         """Return quaternion (wxyz, not normalised) and translation of the correction, in normalised units.
 
@@ -80,8 +81,9 @@ class Refiner(nn.Module):
             points: Cloud in the frame of the current estimate, normalised.
             embedding: Image embedding at the points.
             class_index: Class of each object.
+            trust: Weight of each point, 0-1; None for 1.
         """
-        whole = self.branch.describe(points, embedding)
+        whole = self.branch.describe(points, embedding, trust)
         parts = [
             output(trunk(whole, class_index)[:, None], class_index)[:, 0]
             for trunk, output in zip(self.trunks, self.outputs, strict=True)

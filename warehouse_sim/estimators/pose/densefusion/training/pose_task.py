@@ -4,10 +4,11 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.pose.densefusion.crops import CropSet
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
 from warehouse_sim.estimators.pose.densefusion.losses import pose_distance
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss, TrainConfig
 from warehouse_sim.learning.loop import Task
@@ -25,15 +26,21 @@ class PoseTask(Task):
         shapes: Shapes of the network's classes.
         config: Settings.
         crops: Crop sets by split, "train" and "val".
+        crop: How they were cut; needed for those with surroundings.
     """
 
     network: DenseFusion
 
     def __init__(
-        self, network: DenseFusion, shapes: ShapeTensors, config: TrainConfig, crops: dict[str, CropSet]
+        self,
+        network: DenseFusion,
+        shapes: ShapeTensors,
+        config: TrainConfig,
+        crops: dict[str, CropSet],
+        crop: CropConfig | None = None,
     ) -> None:
         super().__init__(network)
-        self.config, self._shapes, self._crops = config, shapes, crops
+        self.config, self._shapes, self._crops, self._crop = config, shapes, crops, crop
         self._device = torch.device("cpu")
 
     def move_samples(self, device: torch.device) -> None:
@@ -48,7 +55,7 @@ class PoseTask(Task):
         proposal = network.propose(batch.inputs, embedding)
         loss = network.loss(proposal, batch.truth, self._shapes, self.config.loss)
         if fraction >= self.config.refiner_start:
-            for pose in self._corrections(network, *proposal.hypotheses.most_confident(), batch, embedding):
+            for pose in self._corrections(network, proposal, batch, embedding):
                 loss = loss + self._distance(*pose, batch, self.config.loss.symmetry).mean()
         return loss
 
@@ -68,26 +75,27 @@ class PoseTask(Task):
         """Return the distance (m) of the most confident pose of each crop, before and after the refiner."""
         batch = self._draw("val", index, 0)
         embedding = network.embed(batch.inputs)
-        pose = network.propose(batch.inputs, embedding).hypotheses.most_confident()
-        before = self._distance(*pose, batch, "group")
-        after = [self._distance(*one, batch, "group") for one in self._corrections(network, *pose, batch, embedding)]
+        proposal = network.propose(batch.inputs, embedding)
+        before = self._distance(*proposal.hypotheses.most_confident(), batch, "group")
+        after = [self._distance(*one, batch, "group") for one in self._corrections(network, proposal, batch, embedding)]
         return torch.stack([before, after[-1] if after else before], dim=1) * batch.scale[:, None]
 
     def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
         # One stream a step, so that a resumed run disturbs its samples as an uninterrupted one would.
         generator = torch.Generator(self._device).manual_seed(self.config.seed * 1_000_003 + stream)
         augment = self.config.augment if split == "train" else None
-        count = self.network.config.points.count
+        count, upright = self.network.config.points.count, self.network.config.upright
+        crops, index = self._crops[split], index.to(self._device)
         # Mixed precision is for the layers: in 16 bits points and true poses would be off by millimetres.
         with torch.autocast(self._device.type, enabled=False):
-            return draw_batch(self._crops[split], index.to(self._device), count, generator, augment, share)
+            return draw_batch(crops, index, count, generator, augment, share, self._crop, upright)
 
     def _corrections(
-        self, network: DenseFusion, rotation: Tensor, translation: Tensor, batch: Batch, embedding: Tensor | None
+        self, network: DenseFusion, proposal: Proposal, batch: Batch, embedding: Tensor | None
     ) -> list[tuple[Tensor, Tensor]]:
-        poses = [(rotation, translation)]
+        poses = [proposal.hypotheses.most_confident()]
         for _ in range(self.config.refiner_iterations):
-            poses.append(network.refine(*poses[-1], batch.inputs, embedding))
+            poses.append(network.refine(*poses[-1], batch.inputs, embedding, proposal))
         return poses[1:]
 
     def _distance(

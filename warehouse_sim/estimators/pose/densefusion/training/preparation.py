@@ -1,7 +1,7 @@
 """Turn dataset folders into what training runs on: crops of both splits and the run's configuration."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,11 +16,16 @@ from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import table_of
 from warehouse_sim.estimators.pose.densefusion.crops.store import Arrays, load_crops
 from warehouse_sim.estimators.pose.densefusion.methods import Method
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.run_folder import DatasetSource
+
+_RIM_PX, _RIM_SHARE = 6, 0.08
+"""About twice what an outline is off, and as much as boxes are off of large objects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +61,8 @@ def prepare(
     readers = [DatasetReader(folder) for folder in data]
     objects = common_objects(readers)
     wanted = _wanted_objects(objects, config.objects)
-    network = method.network(config.size, config.faithful)
-    crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
+    network = network_of(method, config)
+    crop = crop_of(network)
     found: dict[str, list[Arrays]] = {}
     for split in ("train", "val"):
         reads = [
@@ -75,6 +80,26 @@ def prepare(
         classes=tuple(objects[obj_id].class_name for obj_id in known),
         config=RunConfig(method.name, _version(), sources, shapes, network, crop, config),
     )
+
+
+def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
+    """Return the network of a method with the inputs that the settings ask for.
+
+    Raises:
+        TrainingError: The original's quirks are asked for, and inputs that it does not have.
+    """
+    if config.faithful and (config.surroundings or config.upright):
+        raise TrainingError("the original has neither surroundings nor gravity; leave out --faithful or those")
+    network = method.network(config.size, config.faithful)
+    return replace(network, inliers=InlierConfig() if config.surroundings else None, upright=config.upright)
+
+
+def crop_of(network: DenseFusionConfig) -> CropConfig:
+    """Return how targets are cut out for a network."""
+    crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
+    if network.inliers is None:
+        return crop
+    return replace(crop, surround_px=_RIM_PX, surround_share=_RIM_SHARE, stored_points=2 * crop.stored_points)
 
 
 def common_objects(readers: Sequence[DatasetReader]) -> dict[int, ObjectInfo]:

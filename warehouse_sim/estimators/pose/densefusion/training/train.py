@@ -93,7 +93,7 @@ def train_network(
         observers: Notified of what happens; given in rank 0 only.
     """
     config, crops = prepared.config.train, prepared.crops
-    task = PoseTask(network, shape_tensors(prepared.config.objects), config, crops)
+    task = PoseTask(network, shape_tensors(prepared.config.objects), config, crops, prepared.config.crop)
     weights = sampling_weights(crops["train"].class_index, prepared.classes, config.balance)
     order = SampleOrder(len(crops["train"]), config.batch, config.seed, weights)
     return fit(task, order, config, clock, run, worker, observers)
