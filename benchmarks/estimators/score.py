@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim import evaluate, load_estimator
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
@@ -71,7 +71,7 @@ def score(model: Path, data: Path, split: str, settings: Sequence[Setting], fold
     scores = {}
     for name, estimates in found.items():
         place = places[name]
-        pose_csv.write(place / "predictions.csv", estimates)
+        predictions.write(place / "predictions.csv", estimates)
         scores[name] = evaluate(place / "predictions.csv", data, split, method=f"{model.name} {name}")
         write_scores(scores[name], place)
     return scores

@@ -18,7 +18,7 @@ from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
 from benchmarks.estimators.score import rows
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import evaluate, generate, load_estimator, load_recipe
-from warehouse_sim.dataset import front_file, pose_csv
+from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators import Onboarding, PoseEstimator
@@ -55,10 +55,11 @@ def made(recipe: str, scenes: int, views: int, folder: Path) -> Path:
     return root
 
 
-def opened(name: str, reader: DatasetReader) -> PoseEstimator:
+def opened(name: str, reader: DatasetReader, doubt: bool = True) -> PoseEstimator:
     """Return an estimator that knows the objects of a dataset, as the tables use it."""
     trained = name in model_names() or Path(name).is_dir()
-    estimator = load_estimator(name, TRAINED) if trained else load_estimator(name)
+    config = replace(TRAINED if trained else PredictConfig(), doubt=doubt)
+    estimator = load_estimator(name, config)
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
     return estimator
@@ -78,8 +79,7 @@ def predict(
 
 def scored(estimates: Sequence[PoseEstimate], data: Path, place: Path, method: str) -> Scores:
     """Store estimates and return their scores."""
-    pose_csv.write(place / "predictions.csv", estimates)
-    front_file.write(place / "predictions.csv", estimates)
+    predictions.write(place / "predictions.csv", estimates)
     return evaluate(place / "predictions.csv", data, "test", method=method)
 
 

@@ -12,7 +12,7 @@ def row(**changes):
         "illuminance": 150.0,
         "distance": 3.0, "visible_fraction": 1.0, "diameter": 1.449, "prediction": 0, "score": 0.9,
         "add": 0.0, "add_shape": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0,
-        "within_5cm_5deg": 1.0,
+        "within_5cm_5deg": 1.0, "surface_rms": 0.0, "error_bound": np.nan,
         "face": "-x", "depth": 0.0, "lateral": 0.0, "vertical": 0.0, "yaw": 0.0, "pitch": 0.0,
         "slack_lateral": 0.064, "slack_vertical": 0.030, "slack_depth": 0.050, "limiting_error": "lateral",
     }  # fmt: skip
@@ -21,7 +21,7 @@ def row(**changes):
 
 def missed(**changes):
     """One ground truth without an estimate."""
-    lengths = ("add", "add_shape", "add_s", "mssd", "rotation", "translation")
+    lengths = ("add", "add_shape", "add_s", "mssd", "surface_rms", "rotation", "translation")
     lengths += ("depth", "lateral", "vertical", "yaw", "pitch")
     nothing = dict.fromkeys(lengths, np.inf) | {
         "prediction": -1, "score": -np.inf, "within_5cm_5deg": 0.0,

@@ -75,7 +75,7 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
     outside = [v for k, v in page.attributes if k in ("src", "href", "xlink:href") and not v.startswith(("data:", "#"))]
     assert outside == []
     assert not re.search(r"url\((?!#)|@import", text)
-    assert page.tags.count("svg") == 2 + 2 * 4 + 2
+    assert page.tags.count("svg") == 2 + 2 * 5 + 2
     images = [value for name, value in page.attributes if name == "src"]
     assert len(images) == 8 + 9 + 10
     words = " ".join(page.words)

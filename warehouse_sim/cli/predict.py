@@ -17,7 +17,7 @@ def predict(
     split: str = "test",
     config: Annotated[PredictConfig, tyro.conf.arg(name="")] = PredictConfig(),  # noqa: B008  frozen
 ) -> None:
-    """Estimate the pose of every detected object and write the BOP pose CSV.
+    """Estimate the pose of every detected object and write the BOP pose CSV, with covariances and bounds beside it.
 
     Args:
         run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training.
@@ -27,13 +27,13 @@ def predict(
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
-    from warehouse_sim.dataset import front_file, pose_csv
+    from warehouse_sim.dataset import predictions
     from warehouse_sim.estimators.predict import predict as estimate
 
     with share_progress("predicting") as progress:
         estimates = estimate(run, data, split, config, progress)
-    pose_csv.write(out, estimates)
-    if fronts := front_file.write(out, estimates):
-        print(f"fronts: {fronts}")
+    predictions.write(out, estimates)
     print(f"calibration: {config.calibration}")
+    if config.refuse is not None:
+        print(f"refused: {sum(item.refused for item in estimates)} of {len(estimates)} estimates")
     finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))

@@ -15,7 +15,7 @@ from warehouse_sim.estimators import KnownObject
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import Transform, Transforms
-from warehouse_sim.schema import Observation, PoseEstimate
+from warehouse_sim.schema import Agreement, Observation, PoseEstimate
 
 
 class ObjectPoints(Protocol):
@@ -79,6 +79,15 @@ class Refine(Protocol):
         """Return the poses that follow from these, (b 4 4)."""
 
 
+class Agree(Protocol):
+    """Compares poses with what was proposed."""
+
+    def __call__(
+        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
+    ) -> Sequence[Agreement]:
+        """Return how far the proposals of each object agree with its pose."""
+
+
 class Verdict(NamedTuple):
     """What is thought of a pose."""
 
@@ -120,6 +129,8 @@ class Stages:
     refine: tuple[Refine, ...] = ()
     """One after the other."""
     verify: Verify = trust_confidence
+    agree: Agree | None = None
+    """Says how far proposals agree with the pose; None where nobody asks."""
 
 
 class Chain:
@@ -167,13 +178,16 @@ class Chain:
         if not seen:
             return []
         started = time.perf_counter()
-        T, confidence = self.estimate_objects(seen)
+        T, proposals = self._posed(seen)
+        confidence = proposals.candidates.confidence.max(axis=1)
+        agreed = self.stages.agree(T, seen, proposals) if self.stages.agree else [None] * len(seen)
         share = (time.perf_counter() - started) / len(seen)
         times = [spent + share * owners.count(number) for number, spent in enumerate(seconds)]
         best: dict[tuple[int, int], PoseEstimate] = {}
-        for owner, item, pose, trust in zip(owners, seen, T, confidence, strict=True):
+        for owner, item, pose, trust, agreement in zip(owners, seen, T, confidence, agreed, strict=True):
             if verdict := self.stages.verify(pose, item, float(trust)):
                 estimate = self._describe(found[owner], item, pose, verdict, times[owner])
+                estimate = replace(estimate, agreement=agreement)
                 # A detection of an unknown model was tried as each object.
                 key = owner, item.position
                 best[key] = max(best.get(key, estimate), estimate, key=lambda one: one.score)
@@ -181,12 +195,16 @@ class Chain:
 
     def estimate_objects(self, seen: Sequence[ObjectPoints]) -> tuple[Transforms, Float[np.ndarray, " b"]]:
         """Return ``T_camera_object`` (b 4 4) and the largest confidence among the proposals of at least one object."""
+        T, proposals = self._posed(seen)
+        return T, proposals.candidates.confidence.max(axis=1)
+
+    def _posed(self, seen: Sequence[ObjectPoints]) -> tuple[Transforms, Proposals]:
         stages = self.stages
         proposals = stages.propose(seen)
         T = stages.choose(proposals.candidates, seen)
         for refine in stages.refine:
             T = refine(T, seen, proposals)
-        return T, proposals.candidates.confidence.max(axis=1)
+        return T, proposals
 
     def _describe(
         self, image: RgbdImage, item: ObjectPoints, T_camera_object: Transform, verdict: Verdict, seconds: float

@@ -4,9 +4,12 @@ from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS, FAMILIES, PoseEstimator, is_trainable
+from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
+from warehouse_sim.estimators.pose.doubt.estimator import Doubtful
+from warehouse_sim.estimators.pose.doubt.model import read_doubt
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
-from warehouse_sim.resources import model_dir, model_names
+from warehouse_sim.resources import data_folder, model_dir, model_names
 
 
 def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfig()) -> PoseEstimator:  # noqa: B008  frozen
@@ -19,13 +22,13 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     Raises:
         UnknownNameError: None of these.
         TrainingError: The folder holds no complete run, or what is registered must be trained first.
-        InputError: The estimator has no stages that ``config`` could choose.
+        InputError: The estimator has no stages that ``config`` could choose, or cannot refuse.
     """
     name = str(name_or_run)
     if Path(name_or_run).is_dir() or name in model_names():
         folder = model_dir(name_or_run)
         estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
-        return estimator
+        return _with_doubt(estimator, name, folder, config)
     registered = ESTIMATORS.names()
     if name not in registered:
         known = sorted({*model_names(), *registered})
@@ -37,4 +40,18 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     if (config.selection, config.refine) != (default.selection, default.refine):
         raise InputError(f"{name} selects and refines in its own way; leave --selection and --refine out")
     made: PoseEstimator = target()
-    return made
+    return _with_doubt(made, name, data_folder("models") / name, config)
+
+
+def _with_doubt(estimator: PoseEstimator, name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
+    """Return an estimator that says what it thinks of its poses, where that was fitted for these settings."""
+    model = read_doubt(folder).get(config.selection, config.refine) if config.doubt else None
+    if model is not None:
+        meshes = read_meshes(folder) if (folder / MESHES).is_file() else None
+        return Doubtful(estimator, model, meshes, config.refuse, config.seed)
+    if config.refuse is not None:
+        raise InputError(
+            f"{name} cannot refuse: no doubt was fitted for --selection {config.selection} --refine {config.refine}; "
+            "leave --refuse out, or choose settings that doubt.yaml of its folder names"
+        )
+    return estimator

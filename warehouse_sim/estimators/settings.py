@@ -24,6 +24,11 @@ class PredictConfig:
     """How one pose is chosen from those that the points propose."""
     refine: Refinement = "none"
     """What follows the network: nothing, or point-to-plane ICP against the CAD surface."""
+    doubt: bool = True
+    """Whether estimates are looked at afterwards, where that was fitted: a score that ranks, covariance, bound."""
+    refuse: Annotated[float, Range(0, 1)] | None = None
+    """Largest risk (1 - score) of an estimate that is given, 0-1; others get the score 0 and no row in the file of
+    poses. None gives all."""
     calibration: Calibration = "true"
     """What estimators are told of the rig: the true calibration, or what the rig states, which ``sensors.calibration``
     of the recipe lets differ."""

@@ -50,6 +50,10 @@ class ErrorTable:
     """Mean distance to the nearest point (m)."""
     mssd: Float[np.ndarray, " n"]
     """Largest distance under the best symmetry (m)."""
+    surface_rms: Float[np.ndarray, " n"]
+    """RMS distance of the surface under the best symmetry (m): what ``error_bound`` bounds."""
+    error_bound: Float[np.ndarray, " n"]
+    """What the estimator says of that distance: exceeded in one case of ten (m); nan where it says nothing."""
     rotation: Float[np.ndarray, " n"]
     """Angle (rad) under the symmetry that is best by MSSD, as are all columns below."""
     translation: Float[np.ndarray, " n"]

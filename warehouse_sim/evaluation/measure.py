@@ -27,6 +27,7 @@ from warehouse_sim.evaluation.pose_error import (
     mssd,
     nearest_symmetry,
     rotation_error,
+    surface_rms,
     translation_error,
 )
 from warehouse_sim.evaluation.surface import ErrorModels, ErrorPoints
@@ -104,10 +105,11 @@ def _rows(
         columns = _pose_columns(estimated, true, info, points, face, fork)
         for place, row in enumerate(found):
             rows[row] |= {name: column[place] for name, column in columns.items()}
-            prediction = predictions[pairs[row].prediction]
-            rows[row]["score"] = prediction.score
-            if prediction.front is not None:
-                rows[row] |= front_columns(prediction.front, pairs[row].target.T_camera_object, faces, fork)
+            estimate = predictions[pairs[row].prediction]
+            rows[row]["score"] = estimate.score
+            rows[row]["error_bound"] = np.nan if estimate.error_bound is None else estimate.error_bound
+            if estimate.front is not None:
+                rows[row] |= front_columns(estimate.front, pairs[row].target.T_camera_object, faces, fork)
     return rows
 
 
@@ -129,11 +131,12 @@ def _describe(pair: Pair, info: ObjectInfo, face: DockingFace) -> dict[str, Any]
 
 
 def _missed(has_pockets: bool) -> dict[str, Any]:
-    errors = ("add", "add_shape", "add_s", "mssd", "rotation", "translation")
+    errors = ("add", "add_shape", "add_s", "mssd", "surface_rms", "rotation", "translation")
     offsets = ("depth", "lateral", "vertical", "yaw", "pitch")
     slack = -np.inf if has_pockets else np.nan
     return dict.fromkeys((*errors, *offsets), np.inf) | {
         "score": -np.inf,
+        "error_bound": np.nan,
         "within_5cm_5deg": 0.0,
         "slack_lateral": slack,
         "slack_vertical": slack,
@@ -163,6 +166,7 @@ def _pose_columns(
         "add_shape": least_in_shape,
         "add_s": add_s(best, points.surface, points.tree),
         "mssd": mssd(best, points.hull),
+        "surface_rms": surface_rms(alike, points.surface).min(axis=-1),
         "rotation": rotation_error(best),
         "translation": translation_error(best),
         "within_5cm_5deg": close.any(axis=-1).astype(float),

@@ -48,6 +48,16 @@ def add(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Flo
     return _over_points(T_object_estimated, points, lambda distance: distance.mean(axis=-1))
 
 
+def surface_rms(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
+    """Return the root of the mean squared distance (m) between a point and its estimated place.
+
+    Args:
+        T_object_estimated: "*batch 4 4".
+        points: Surface points in the object frame (m).
+    """
+    return _over_points(T_object_estimated, points, lambda distance: np.sqrt((distance**2).mean(axis=-1)))
+
+
 def mssd(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
     """Return the largest distance (m) between a point and its estimated place.
 

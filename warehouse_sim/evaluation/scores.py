@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import front_file, pose_csv
+from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.plain import NUMBERS, take, take_if_given
 from warehouse_sim.errors import DatasetError, EvaluationError
@@ -13,11 +13,12 @@ from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_t
 from warehouse_sim.evaluation.measure import MeasureConfig
 from warehouse_sim.evaluation.metrics import MetricConfig
 from warehouse_sim.evaluation.summary import GroupConfig, Summary
+from warehouse_sim.evaluation.trust import Trust
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 4
+_FORMAT = 5
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
 
@@ -45,13 +46,15 @@ class Scores:
     settings: dict[str, Any]
     """The resolved ``ScoreConfig``."""
     counts: dict[str, int]
-    """Scenes, images, ground truths that count and that do not, predictions, found."""
+    """Scenes, images, ground truths that count and that do not, predictions, found, refused."""
     overall: Summary
     """All ground truths."""
     groups: dict[str, tuple[Summary, ...]]
     """The same metrics by class, object, distance, visible fraction and light."""
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
+    trust: Trust
+    """What scores, bounds and refusals are worth."""
     seconds_per_image: float | None
     """Mean time of the estimator, where the predictions hold it."""
     table: ErrorTable
@@ -70,6 +73,7 @@ class Scores:
             "overall": self.overall.to_plain(),
             "groups": {name: [item.to_plain() for item in group] for name, group in self.groups.items()},
             "docking_failures": self.docking_failures,
+            "trust": self.trust.to_plain(),
             "seconds_per_image": self.seconds_per_image,
         }
 
@@ -87,6 +91,11 @@ class Scores:
             f"5cm5deg: {100 * metrics['pose_5cm_5deg']:.1f} %",
         ]
         lines += [words] if words else []
+        if self.trust.bound:
+            lines.append(
+                f"trust:   {self.trust.failures} of {self.trust.estimates} wrong, AUROC {self.trust.auroc:.3f}, "
+                f"bound holds for {100 * self.trust.bound[0].share:.0f} %, {self.counts.get('refused', 0)} refused"
+            )
         return lines + ([f"docking: {', '.join(docking)} of room"] if self.overall.dockable_count else [])
 
 
@@ -97,8 +106,7 @@ def write_scores(scores: Scores, folder: Path) -> Path:
         The path of scores.json, which is written last.
     """
     make_folder(folder)
-    pose_csv.write(folder / PREDICTIONS_FILE, list(scores.estimates))
-    front_file.write(folder / PREDICTIONS_FILE, scores.estimates)
+    predictions.write(folder / PREDICTIONS_FILE, scores.estimates)
     write_table(scores.table, folder / ERRORS_FILE)
     write_json(folder / SCORES_FILE, to_mapping(scores), depth=3)
     return folder / SCORES_FILE
@@ -132,9 +140,10 @@ def read_scores(folder: Path) -> Scores:
                 for name in groups
             },
             docking_failures=take(data, "docking_failures", dict, where),
+            trust=Trust.from_plain(take(data, "trust", dict, where), f"{where}: trust"),
             seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),
-            estimates=tuple(front_file.attach(folder / PREDICTIONS_FILE, pose_csv.read(folder / PREDICTIONS_FILE))),
+            estimates=tuple(predictions.read(folder / PREDICTIONS_FILE)),
         )
     except DatasetError as problem:
         raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import front_file, pose_csv
+from warehouse_sim.dataset import predictions as prediction_file
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
@@ -18,6 +18,7 @@ from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
+from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.evaluation.units import check_unit
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import PoseEstimate
@@ -44,7 +45,7 @@ def evaluate(
     reader = DatasetReader(data)
     images = reader.images(split)
     _require_poses(images, split, data)
-    estimates = front_file.attach(predictions, pose_csv.read(predictions))
+    estimates = prediction_file.read(predictions)
     _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
     check_unit(estimates, images, predictions)
     _check_geometry(images, reader.objects, data)
@@ -63,10 +64,11 @@ def evaluate(
         method=method or predictions.stem.split("_")[0],
         dataset=_identity(reader, split),
         settings=to_mapping(config),
-        counts=_counts(estimates, images, table),
+        counts=_counts(estimates, images, table) | {"refused": prediction_file.count_refused(predictions)},
         overall=summarise("all", table, config.metrics, config.groups),
         groups=groups,
         docking_failures=docking_failures(table),
+        trust=trust_of(table, config.groups),
         seconds_per_image=_seconds_per_image(estimates),
         table=table,
         estimates=tuple(estimates),

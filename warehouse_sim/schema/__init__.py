@@ -7,7 +7,7 @@ from warehouse_sim.schema.calibration import StatedCalibration
 from warehouse_sim.schema.change import SceneChange
 from warehouse_sim.schema.front import PalletFront
 from warehouse_sim.schema.intensity import IntensityDistribution
-from warehouse_sim.schema.labels import ObjectAnnotation, PoseEstimate
+from warehouse_sim.schema.labels import Agreement, ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -31,6 +31,7 @@ __all__ = [
     "IMU",
     "LIDAR",
     "RIGHT",
+    "Agreement",
     "ChannelReading",
     "Channels",
     "Conditions",

@@ -56,6 +56,20 @@ class ObjectAnnotation:
         return 0 if share >= 0.9 else 1 if share >= 0.5 else 2
 
 
+@dataclass(frozen=True)
+class Agreement:
+    """How far an estimator's own hypotheses agree with the pose that it gives; None is not known."""
+
+    spread: float | None = None
+    """Weighted RMS distance (m) of the hypotheses' origins from their mean."""
+    turn: float | None = None
+    """Weighted RMS angle (rad) between the hypotheses and the estimate, under the object's symmetry."""
+    moved: float | None = None
+    """From the hypotheses' mean to the estimate (m)."""
+    margin: float | None = None
+    """By how much the evidence for the estimate exceeds that for the next best pose; 1 where there is no other."""
+
+
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
     """One estimated pose; its first six fields are a row of the BOP pose CSV."""
@@ -79,3 +93,10 @@ class PoseEstimate:
     """The same distance (m) that is exceeded in one case of ten; None = not calibrated."""
     front: PalletFront | None = None
     """Where a fork goes in; None = not estimated."""
+    covariance: Float[np.ndarray, "6 6"] | None = None
+    """Of the position of the object's origin (m) and a small turn about it (rad), (x, y, z, about x, about y, about z)
+    along the axes of the camera frame, as in ROS's PoseWithCovariance; None = unknown."""
+    agreement: Agreement | None = None
+    """Of the estimator's hypotheses; None = unknown."""
+    refused: bool = False
+    """Whether the risk was above what was allowed; then the score is 0, and files of poses leave the estimate out."""

@@ -11,6 +11,7 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.insertion import insertion_depth
 from warehouse_sim.evaluation.metrics import accuracy_curve
 from warehouse_sim.evaluation.report.figure import PALETTE, chart
+from warehouse_sim.evaluation.selective import risk_coverage, succeeded
 
 _PASS, _FAIL, _QUIET = PALETTE[0], PALETTE[1], "#8b949e"
 
@@ -114,6 +115,28 @@ def failure_chart(failures: Mapping[str, int]) -> str:
         axes.grid(visible=False, axis="y")
         axes.set(xlim=(0, 1.15 * max(1, *counts)), xlabel="objects that cannot be docked")
         axes.xaxis.get_major_locator().set_params(integer=True)
+        return drawing.svg()
+
+
+def risk_chart(table: ErrorTable) -> str:
+    """Draw what share fails among the estimates that are kept when the least sure are refused, over how many are kept.
+
+    Beside it stands a ranking that knows the truth, and one that knows nothing.
+    """
+    found = table.select(table.found)
+    right = succeeded(found)
+    with chart() as drawing:
+        axes = drawing.axes
+        for score, color, style, label in (
+            (found.score, PALETTE[0], "-", "by score"),
+            (right.astype(float), _QUIET, (0, (3, 3)), "perfect ranking"),
+        ):
+            curve = risk_coverage(score, right)
+            axes.plot(100.0 * curve.coverage, 100.0 * curve.risk, color=color, linestyle=style, label=label)
+        axes.axhline(100.0 * float((~right).mean()), color=_QUIET, linewidth=0.8, label="no ranking")
+        axes.set(xlim=(0, 100), xlabel="estimates kept (%)", ylabel="of these, wrong (%)")
+        axes.set_ylim(bottom=0)
+        drawing.legend_above()
         return drawing.svg()
 
 

@@ -15,6 +15,7 @@ from warehouse_sim.evaluation.report.numbers import centimetres, counted, degree
 from warehouse_sim.evaluation.report.sources import EvaluationSource
 from warehouse_sim.evaluation.scores import WITHOUT_CAD
 from warehouse_sim.evaluation.summary import Summary
+from warehouse_sim.evaluation.trust import BoundCoverage, Trust
 
 _TABLE_SHARES = {
     "add_5pct": "ADD <\u00a05\u00a0% d",
@@ -45,11 +46,15 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
     if scores.overall.dockable_count:
         drawings.append(("Lateral and yaw share the room beside the tines", charts.sweep_chart(table, faces, fork)))
         drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
+    if scores.trust.estimates:
+        drawings.append(("What is gained by refusing the least sure", charts.risk_chart(table)))
     groups = {name: group for name, group in scores.groups.items() if name not in _NOT_ALONE or len(group) > 1}
     return {
         "label": label,
         "identity": _identity_line(source),
         "charts": drawings,
+        "trust": _trust_lines(scores.trust),
+        "bounds": [_bound_row(item) for item in scores.trust.bound],
         "columns": list(_TABLE_SHARES.values()),
         "tables": [
             {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in (*group, scores.overall)]}
@@ -88,6 +93,33 @@ def _group_row(summary: Summary) -> dict[str, Any]:
         "median_add": centimetres(get("median_add")),
         "median_lateral": centimetres(get("median_lateral")),
         "median_yaw": degrees(get("median_yaw_deg")),
+    }
+
+
+def _trust_lines(trust: Trust) -> list[str]:
+    """Say in words whether the score tells right estimates from wrong ones."""
+    if not trust.estimates:
+        return []
+    lines = [
+        f"{trust.failures:,} of {trust.estimates:,} estimates are wrong (do not dock; without pockets: ADD over 5 % d)."
+    ]
+    if np.isfinite(trust.auroc):
+        low, high = trust.auroc_interval
+        between = f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
+        lines.append(
+            f"A right one outranks a wrong one with probability {trust.auroc:.3f}{between} (AUROC, 95 % by scene); "
+            f"area under risk over coverage {trust.aurc:.4f}, {trust.aurc_least:.4f} at best."
+        )
+    return lines
+
+
+def _bound_row(item: BoundCoverage) -> dict[str, str]:
+    low, high = item.interval
+    return {
+        "label": item.label,
+        "count": f"{item.count:,}",
+        "share": f"{100.0 * item.share:.0f} [{100.0 * low:.0f}, {100.0 * high:.0f}]",
+        "median": centimetres(item.median_bound),
     }
 
 

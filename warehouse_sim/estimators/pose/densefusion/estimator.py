@@ -6,19 +6,21 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.errors import InputError, TrainingError
-from warehouse_sim.estimators.chain import Chain, ObjectPoints, Stages, Verdict
+from warehouse_sim.estimators.chain import Chain, ObjectPoints, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropLabel, cut_mask
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, without_mesh
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
+from warehouse_sim.estimators.pose.doubt.agreement import agreement
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import Agreement
 
 
 class Estimator(Chain):
@@ -41,7 +43,7 @@ class Estimator(Chain):
         """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = (self._icp(run),) if config.refine == "icp" else ()
         refine = (self._runner.refine, *icp)
-        super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify))
+        super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify, self._agree))
 
     @property
     def objects(self) -> tuple[ObjectShape, ...]:
@@ -94,6 +96,12 @@ class Estimator(Chain):
         if curve is None:
             return Verdict(confidence)
         return Verdict(confidence, curve.error_at(confidence) * diameter, curve.bound_at(confidence) * diameter)
+
+    def _agree(
+        self, T_camera_object: Transforms, crops: Sequence[ObjectPoints], proposals: Proposals
+    ) -> list[Agreement]:
+        symmetries = self._symmetries.rows([self._row[crop.obj_id] for crop in crops])
+        return agreement(proposals.candidates, symmetries, T_camera_object)
 
     def _cut_one(self, image: RgbdImage, position: int, detection: Detection, obj_id: int) -> Crop | None:
         number = position if detection.number is None else detection.number

@@ -1,7 +1,7 @@
 """Poses without a network: rectangles and yaw starts as hypotheses, ICP for each, and the depth image decides."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -18,7 +18,7 @@ from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.schema import PoseEstimate
+from warehouse_sim.schema import Agreement, PoseEstimate
 
 _SURFACE_SAMPLES = 20_000
 _POINTS = 1500
@@ -57,6 +57,7 @@ class FitConfig:
 class _Hypothesis:
     T_camera_object: Transform
     evidence: Evidence
+    agreement: Agreement | None = None
 
 
 class PoseFit:
@@ -111,6 +112,7 @@ class PoseFit:
             name=info.name,
             class_name=info.class_name,
             detection=number,
+            agreement=best.agreement,
         )
 
     def _fit(
@@ -130,13 +132,12 @@ class PoseFit:
         judged = [_Hypothesis(pose, judge(pose, surface, view, config.coarse_evidence)) for pose in T]
         judged.sort(key=lambda item: -item.evidence.score)
         if not config.refine:
-            return judged[0]
+            return _with_agreement(judged, info.symmetry)
         T = np.stack([item.T_camera_object for item in judged[: config.kept]])
         T = refine_poses(T, [points] * len(T), [surface] * len(T), config.fine, -down)
-        return max(
-            (_Hypothesis(pose, judge(pose, surface, view, config.evidence)) for pose in T),
-            key=lambda item: item.evidence.score,
-        )
+        judged = [_Hypothesis(pose, judge(pose, surface, view, config.evidence)) for pose in T]
+        judged.sort(key=lambda item: -item.evidence.score)
+        return _with_agreement(judged, info.symmetry)
 
     def _surface(self, info: ObjectInfo) -> CadSurface:
         if info.obj_id not in self._surfaces:
@@ -196,6 +197,16 @@ def distinct(
         if not any(_is_near(other, look, turn, shift) for other in kept):
             kept.append(pose)
     return np.stack(kept)
+
+
+def _with_agreement(judged: list[_Hypothesis], symmetry: SymmetryGroup) -> _Hypothesis:
+    """Return the first of some hypotheses, which are sorted by evidence, with what the others say of it."""
+    first, look = judged[0], judged[0].T_camera_object @ symmetry.transforms
+    others = [item for item in judged[1:] if not _is_near(item.T_camera_object, look, 0.03, 0.02)]
+    margin = first.evidence.score - others[0].evidence.score if others else 1.0
+    places = np.stack([item.T_camera_object[:3, 3] for item in judged])
+    spread = float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    return replace(first, agreement=Agreement(spread=spread, margin=margin))
 
 
 def _is_near(pose: Transform, others: Transforms, turn: float, shift: float) -> bool:

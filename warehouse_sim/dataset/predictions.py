@@ -1,0 +1,139 @@
+"""A file of predictions: the BOP pose CSV, and beside it, in JSON, what that has no column for.
+
+``NAME.csv`` holds what an estimator answers for; ``NAME.doubt.json`` the covariance and the errors that it expects of
+each row, and the estimates that it refused, which no row has: who reads the CSV alone never sees them. Where estimates
+have fronts, ``front_file`` stores these.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset import front_file, pose_csv
+from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.plain import WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema import PoseEstimate
+
+_FORMAT = 1
+_ORDER = ["x", "y", "z", "about x", "about y", "about z"]
+_UPPER = np.triu_indices(6)
+_ERROR = Span(0.0, 1e6)
+
+
+def doubt_file(path: Path) -> Path:
+    """Return the file that goes with a pose CSV."""
+    return path.with_suffix(".doubt.json")
+
+
+def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
+    """Write estimates: those that are not refused as a pose CSV, what is thought of all beside it.
+
+    Where nothing is thought of any, an older file beside it is removed.
+
+    Raises:
+        DatasetError: A value is not finite, or the rows of one image differ in time.
+    """
+    given = [item for item in estimates if not item.refused]
+    refused = [item for item in estimates if item.refused]
+    pose_csv.write(path, given)
+    front_file.write(path, given)
+    rows = {row: _plain(item) for row, item in enumerate(given)}
+    known = [{"row": row, **plain} for row, plain in rows.items() if plain]
+    if not known and not refused:
+        doubt_file(path).unlink(missing_ok=True)
+        return
+    data = {
+        "format": _FORMAT,
+        "csv_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "covariance": {
+            "order": _ORDER,
+            "units": "m, rad",
+            "frame": "axes of the camera (x right, y down, z forward), about the object's origin",
+            "stored": "upper triangle, row by row",
+        },
+        "rows": known,
+        "refused": [_refused(item) for item in refused],
+    }
+    write_json(doubt_file(path), data, depth=2)
+
+
+def read(path: Path) -> list[PoseEstimate]:
+    """Read the estimates of a pose CSV with what stands beside it; refused ones are left out.
+
+    Raises:
+        DatasetError: A file is malformed, or the one beside it belongs to another CSV.
+    """
+    estimates = list(front_file.attach(path, pose_csv.read(path)))
+    beside = doubt_file(path)
+    if not beside.is_file():
+        return estimates
+    data = _checked(beside, path)
+    for entry in take(data, "rows", list, str(beside)):
+        where = f"{beside}: rows"
+        row = take(entry, "row", int, where, WHOLE)
+        if row >= len(estimates):
+            raise DatasetError(f"{where}: there is no row {row} in {path}, which has {len(estimates)}; predict again")
+        estimates[row] = _with_doubt(estimates[row], entry, f"{where}: {row}")
+    return estimates
+
+
+def count_refused(path: Path) -> int:
+    """Return how many estimates were refused when a pose CSV was written.
+
+    Raises:
+        DatasetError: As ``read``.
+    """
+    beside = doubt_file(path)
+    return len(take(_checked(beside, path), "refused", list, str(beside))) if beside.is_file() else 0
+
+
+def _checked(beside: Path, path: Path) -> Any:
+    data = read_json(beside)
+    found = data.get("format") if isinstance(data, dict) else None
+    if found != _FORMAT:
+        raise DatasetError(f"{beside}: is of format {found}, not {_FORMAT}; predict again, or remove it")
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem})") from problem
+    if take(data, "csv_sha256", str, str(beside)) != digest:
+        raise DatasetError(
+            f"{beside}: belongs to another {path.name} than the one beside it; remove it to go on without"
+        )
+    return data
+
+
+def _plain(item: PoseEstimate) -> dict[str, Any]:
+    errors = {"predicted_error": item.predicted_error, "error_bound": item.error_bound}
+    plain: dict[str, Any] = {key: float(value) for key, value in errors.items() if value is not None}
+    if item.covariance is not None:
+        plain["covariance"] = np.asarray(item.covariance)[_UPPER].tolist()
+    return plain
+
+
+def _refused(item: PoseEstimate) -> dict[str, Any]:
+    """Return what is kept of a refused estimate, so that it can be looked at."""
+    return {
+        "scene_id": item.scene_id,
+        "im_id": item.image_id,
+        "obj_id": item.obj_id,
+        "T_camera_object": np.asarray(item.T_camera_object).tolist(),
+        **_plain(item),
+    }
+
+
+def _with_doubt(item: PoseEstimate, entry: Any, where: str) -> PoseEstimate:
+    covariance = None
+    if "covariance" in entry:
+        covariance = np.zeros((6, 6))
+        covariance[_UPPER] = take_numbers(entry, "covariance", len(_UPPER[0]), where)
+        covariance = covariance + np.triu(covariance, 1).T
+        if np.linalg.eigvalsh(covariance).min() < -1e-9:
+            raise DatasetError(f"{where}: covariance must have no negative variance in any direction; predict again")
+    predicted, bound = (take_if_given(entry, key, float, where, _ERROR) for key in ("predicted_error", "error_bound"))
+    return replace(item, predicted_error=predicted, error_bound=bound, covariance=covariance)

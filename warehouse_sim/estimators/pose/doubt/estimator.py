@@ -1,0 +1,113 @@
+"""An estimator with doubt: the poses of another, each with a score that ranks, a covariance and a bound, or refused."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
+from warehouse_sim.estimators.pose.doubt.covariance import rms_quantile
+from warehouse_sim.estimators.pose.doubt.features import Look
+from warehouse_sim.estimators.pose.doubt.model import DoubtModel
+from warehouse_sim.estimators.pose.doubt.watch import Watcher
+from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.schema import Observation, PoseEstimate
+
+NINE_OF_TEN = 1.2815515655446004
+"""Quantile of the normal distribution at 90 %."""
+
+
+class Doubtful:
+    """Estimate with another estimator, look at the result, and say what is thought of it.
+
+    Whatever else the other has is asked of it.
+
+    Args:
+        inner: The other.
+        model: What features mean.
+        meshes: CAD surfaces (m, object frame) by obj_id; those of a dataset that it is shown come on top.
+        refuse: Largest risk (1 - score) of an estimate that is given; None refuses nothing.
+        seed: Decides which readings are looked at.
+    """
+
+    def __init__(
+        self,
+        inner: PoseEstimator,
+        model: DoubtModel,
+        meshes: Mapping[int, TriangleMesh] | None = None,
+        refuse: float | None = None,
+        seed: int = 0,
+    ) -> None:
+        self._inner, self._model, self._refuse = inner, model, refuse
+        self._meshes, self._infos = dict(meshes or {}), dict[int, ObjectInfo]()
+        self._seed = seed
+        self._watcher = Watcher(self._mesh, seed)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name == "_inner":
+            raise AttributeError(name)
+        return getattr(self._inner, name)
+
+    @property
+    def objects(self) -> Sequence[KnownObject] | None:
+        """What it knows; None where it takes any object."""
+        return self._inner.objects
+
+    def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
+        """Show the CAD models of a dataset to the estimator, if it asks for them, and take their surfaces."""
+        if isinstance(self._inner, Onboarding):
+            self._inner.onboard(objects)
+            self._infos = dict(objects)
+            self._watcher = Watcher(self._mesh, self._seed)
+
+    def estimate(self, image: RgbdImage | Observation) -> list[PoseEstimate]:
+        """Return the poses in one image."""
+        return self.estimate_all([self._taken(image) if isinstance(image, Observation) else image])
+
+    def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
+        """Return the poses in several images, refused ones among them, with a score of 0."""
+        if isinstance(self._inner, BatchedPoseEstimator):
+            found = self._inner.estimate_all(images)
+        else:
+            found = [estimate for image in images for estimate in self._inner.estimate(image)]
+        looks = self._watcher(images, found)
+        trust = {
+            (image.scene_id, image.image_id, i if item.number is None else item.number): item.score
+            for image in images
+            for i, item in enumerate(image.detections)
+        }
+        return [
+            self._judged(item, seen, trust.get((item.scene_id, item.image_id, item.detection), 1.0))
+            for item, seen in zip(found, looks, strict=True)
+        ]
+
+    def _judged(self, estimate: PoseEstimate, seen: Look | None, detection_score: float) -> PoseEstimate:
+        if seen is None:
+            # Nothing speaks for it: who refuses risks refuses it.
+            return estimate if self._refuse is None else replace(estimate, score=0.0, refused=True)
+        right = self._model.probability(seen.features)
+        factor = self._model.bound_factor(seen.features)
+        of_readings = rms_quantile(seen.covariance, seen.metric, NINE_OF_TEN)
+        refused = self._refuse is not None and 1.0 - right > self._refuse
+        return replace(
+            estimate,
+            score=0.0 if refused else right * detection_score,
+            predicted_error=self._model.median_factor(seen.features) * of_readings,
+            error_bound=factor * of_readings,
+            covariance=factor**2 * seen.covariance,
+            refused=refused,
+        )
+
+    def _mesh(self, obj_id: int) -> TriangleMesh | None:
+        if obj_id in self._infos:
+            info = self._infos[obj_id]
+            return info.mesh() if info.has_cad else None
+        return self._meshes.get(obj_id)
+
+    def _taken(self, observation: Observation) -> RgbdImage:
+        image = RgbdImage.from_observation(observation)
+        if self.objects is None:
+            return image
+        known = {shape.obj_id for shape in self.objects}
+        return replace(image, detections=tuple(item for item in image.detections if item.model in known))

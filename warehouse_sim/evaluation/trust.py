@@ -1,0 +1,148 @@
+"""What an estimator's doubt is worth, as it stands in a score: ranking, risk, and how often its bound holds."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.selective import auroc, auroc_interval, least_area, risk_coverage, succeeded
+from warehouse_sim.evaluation.summary import GroupConfig, split_groups
+
+_AT = tuple(step / 20 for step in range(1, 21))
+"""Coverages at which a score states the risk."""
+_LEAST = 10
+"""A share of fewer estimates says nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoundCoverage:
+    """How often a bound held that should hold in nine cases of ten."""
+
+    label: str
+    """Which estimates: "all", or a range of distances."""
+    count: int
+    """Estimates that state a bound."""
+    share: float
+    """Of them, those whose surface lies closer to its true place (RMS)."""
+    interval: tuple[float, float]
+    """95 % interval over scenes."""
+    median_bound: float
+    """Median of the bounds (m): a bound that always holds is worth little if it is wide."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """Over the estimates of ground truths that count; a right one docks, or has ADD under 5 % of the diameter."""
+
+    estimates: int
+    """How many there are; ground truths without one are no part of this."""
+    failures: int
+    """How many of them are wrong."""
+    auroc: float
+    """Probability that a right one is scored above a wrong one; nan without one of each."""
+    auroc_interval: tuple[float, float]
+    """95 %, bootstrap over scenes."""
+    aurc: float
+    """Area under the risk-coverage curve; nan without estimates."""
+    aurc_least: float
+    """The same area with a perfect ranking."""
+    risk_at: tuple[tuple[float, float], ...]
+    """(coverage, share of failures among the best scored), coverage in steps of 5 %."""
+    bound: tuple[BoundCoverage, ...]
+    """Of all and by distance; empty where no bound is stated."""
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return JSON data; what is not a number becomes null."""
+        return {
+            "estimates": self.estimates,
+            "failures": self.failures,
+            "auroc": _plain(self.auroc),
+            "auroc_interval": [_plain(value) for value in self.auroc_interval],
+            "aurc": _plain(self.aurc),
+            "aurc_least": _plain(self.aurc_least),
+            "risk_at": [[_plain(value) for value in pair] for pair in self.risk_at],
+            "bound": [
+                {
+                    "label": row.label,
+                    "count": row.count,
+                    "share": _plain(row.share),
+                    "interval": [_plain(value) for value in row.interval],
+                    "median_bound": _plain(row.median_bound),
+                }
+                for row in self.bound
+            ],
+        }
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "Trust":
+        """Read what ``to_plain`` wrote; null becomes nan.
+
+        Raises:
+            DatasetError: An entry is missing or malformed.
+        """
+        values = {key: take_if_given(data, key, float, where, NUMBERS) for key in ("auroc", "aurc", "aurc_least")}
+        known = {key: float("nan") if value is None else value for key, value in values.items()}
+        interval = take(data, "auroc_interval", list, where)
+        low, high = (float("nan") if value is None else float(value) for value in interval)
+        return cls(
+            take(data, "estimates", int, where, WHOLE),
+            take(data, "failures", int, where, WHOLE),
+            known["auroc"],
+            (low, high),
+            known["aurc"],
+            known["aurc_least"],
+            tuple((float(share), float(risk)) for share, risk in take(data, "risk_at", list, where)),
+            tuple(_bound_from_plain(item, where) for item in take(data, "bound", list, where)),
+        )
+
+
+def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
+    """Measure the doubt behind the estimates of a table, which may be empty."""
+    found = table.select(table.found)
+    right, bound = succeeded(found), bound_coverage(found, groups)
+    nothing = float("nan")
+    if len(found) == 0:
+        return Trust(0, 0, nothing, (nothing, nothing), nothing, nothing, (), bound)
+    rng = np.random.default_rng(groups.bootstrap_seed)
+    curve = risk_coverage(found.score, right)
+    return Trust(
+        len(found),
+        int((~right).sum()),
+        auroc(found.score, right),
+        auroc_interval(found.score, right, found.scene_id, groups.bootstrap_draws, rng),
+        curve.area,
+        least_area(right),
+        tuple((share, float(curve.risk[np.searchsorted(curve.coverage, share - 1e-9)])) for share in _AT),
+        bound,
+    )
+
+
+def bound_coverage(found: ErrorTable, groups: GroupConfig) -> tuple[BoundCoverage, ...]:
+    """Return how often the stated bounds hold, of all estimates and by distance; ranges with few are left out."""
+    stated = found.select(~np.isnan(found.error_bound))
+    ranges = [("all", np.ones(len(stated), dtype=bool)), *split_groups(stated, groups)["distance"]]
+    rows = []
+    for label, chosen in ranges:
+        part = stated.select(chosen)
+        if len(part) >= _LEAST:
+            holds = (part.surface_rms <= part.error_bound).astype(float)
+            rng = np.random.default_rng(groups.bootstrap_seed)
+            interval = share_interval(holds, part.scene_id, groups.bootstrap_draws, rng)
+            width = float(np.median(part.error_bound))
+            rows.append(BoundCoverage(label, len(part), float(holds.mean()), interval, width))
+    return tuple(rows)
+
+
+def _bound_from_plain(data: Any, where: str) -> BoundCoverage:
+    low, high = take_numbers(data, "interval", 2, where).tolist()
+    share, width = (take(data, key, float, where, NUMBERS) for key in ("share", "median_bound"))
+    return BoundCoverage(
+        take(data, "label", str, where), take(data, "count", int, where, WHOLE), share, (low, high), width
+    )
+
+
+def _plain(value: float) -> float | None:
+    return round(float(value), 6) if np.isfinite(value) else None
