@@ -46,6 +46,7 @@ def test_ground_truth_as_predictions_scores_exactly_one(data, score):
     assert plain["overall"]["metrics"]["median_mssd"] == 0.0
     assert plain["counts"] == {
         "scenes": 2, "images": 4, "ground_truths": 20, "ground_truths_left_out": 0, "predictions": 20, "found": 20,
+        "refused": 0,
     }  # fmt: skip
     assert sum(plain["docking_failures"].values()) == 0
     assert plain["seconds_per_image"] == 0.05
