@@ -147,7 +147,8 @@ def _as_steps(fitted, value: float, row: np.ndarray) -> StepSum:  # type: ignore
         values = np.concatenate([[0.0], np.cumsum([found[key] for key in at])])
         steps.append(Steps(str(feature), tuple(at), tuple(round(float(item), 5) for item in values)))
     bare = StepSum(0.0, tuple(steps))
-    return StepSum(round(value - bare.value({str(i): float(item) for i, item in enumerate(row)}), 5), bare.steps)
+    rest = value - bare.value({str(i): float(item) for i, item in enumerate(row)})
+    return StepSum(round(float(rest), 5), bare.steps)
 
 
 def _named(steps: StepSum, names: Sequence[str]) -> StepSum:

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.doubt.estimator import Doubtful
 from warehouse_sim.estimators.pose.doubt.model import Doubt, DoubtModel, Steps, StepSum, read_doubt, write_doubt
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.schema import PoseEstimate
 
 MODEL = DoubtModel(
@@ -91,3 +93,8 @@ def test_risk_above_what_is_allowed_is_refused(surface_mesh):
     assert np.linalg.eigvalsh(given.covariance).min() > 0.0
     (refused,) = Doubtful(Placed(), MODEL, {1: surface_mesh}, refuse=0.05).estimate(image)
     assert (refused.score, refused.refused) == (0.0, True)
+
+
+def test_what_has_no_doubt_cannot_refuse():
+    with pytest.raises(InputError, match=r"rectangle-fit cannot refuse.*leave --refuse out"):
+        load_estimator("rectangle-fit", PredictConfig(refuse=0.1))
