@@ -160,7 +160,7 @@ def _row(
     }
     docked = sum(item is not None and item.docked for item in found)
     common = {"method": method, "masks": masks, "gravity": gravity}
-    return {"name": name, **common, "value": docked, "n": len(fronts), "frames": frames}
+    return {"name": name, **common, "value": int(docked), "n": len(fronts), "frames": frames}
 
 
 def _print(fronts: Sequence[RecordedFront], found: Sequence[Entry | None]) -> None:

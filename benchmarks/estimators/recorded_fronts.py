@@ -126,7 +126,7 @@ def drive_in(
             room = size / 2.0 - np.abs(swept[:, 1:] - centre[1:])
             side, up = min(side, float(room[:, 0].min())), min(up, float(room[:, 1].min()))
     low, high = DEPTH_ERRORS
-    return Entry(side >= 0.0 and up >= 0.0 and low <= T[0, 3] <= high, side, up, *_errors(T))
+    return Entry(bool(side >= 0.0 and up >= 0.0 and low <= T[0, 3] <= high), side, up, *_errors(T))
 
 
 def _errors(T: Transform) -> tuple[float, ...]:
