@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchmarks.estimators import data, shifted, slices, stress
+from benchmarks.estimators import data, shifted, slices, stress, transfer
 from benchmarks.estimators.shifts import SEED, SHIFTS, WAREHOUSES, Shift, as_recipe
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.generation.recipe import Recipe, load_recipe
@@ -55,7 +55,20 @@ def test_the_shifts_are_those_of_the_measures(tmp_path: Path) -> None:
 
 def test_nothing_is_trained_on_the_seed_of_the_sets() -> None:
     trained = [*data.SCORED, *data.TRAINED_ONLY, *data.MORE_CARTONS, *data.ROBUST]
-    assert SEED not in {item.seed for item in trained} | {stress.SEED}
+    seeds = [SEED, stress.SEED, transfer.TRAINED_SEED, transfer.SCORED_SEED]
+    assert len(set(seeds)) == len(seeds)
+    assert not set(seeds) & {item.seed for item in trained}
+
+
+def test_fewer_images_of_the_transfer_are_among_the_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(transfer, "made", lambda shift, *how: asked.append((shift.recipe, *how)) or tmp_path)
+    for images in (50, 200, 1000):
+        transfer.folder_of(images, tmp_path)
+    # Scenes of one recipe and seed are the same, however many there are.
+    assert len({(recipe, views, seed) for recipe, _, views, _, seed, _ in asked}) == 1
+    assert [scenes * views for _, scenes, views, *_ in asked] == [50, 200, 1000]
+    assert all((split.train, split.test) == (0.8, 0.0) for *_, split in asked)
 
 
 def target(gt_index: int, at: tuple[float, float, float], valid: int = 100) -> Any:
