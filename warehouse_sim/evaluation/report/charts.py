@@ -129,7 +129,7 @@ def risk_chart(table: ErrorTable) -> str:
         axes = drawing.axes
         for score, color, style, label in (
             (found.score, PALETTE[0], "-", "by score"),
-            (right.astype(float), _QUIET, (0, (3, 3)), "perfect ranking"),
+            (right + np.linspace(0.0, 0.5, len(right)), _QUIET, (0, (3, 3)), "perfect ranking"),
         ):
             curve = risk_coverage(score, right)
             axes.plot(100.0 * curve.coverage, 100.0 * curve.risk, color=color, linestyle=style, label=label)
