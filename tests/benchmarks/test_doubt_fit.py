@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("sklearn", reason="doubt is fitted with scikit-learn")
-
 from benchmarks.estimators import doubt_fit
 from benchmarks.estimators.doubt_samples import Samples, joined
 from warehouse_sim.estimators.pose.doubt.model import Doubt, read_doubt, write_doubt

@@ -66,13 +66,13 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_
     assert "Traceback" not in err
 
 
-def test_a_tilted_lidar_is_refused_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
+def test_what_a_format_cannot_hold_is_refused_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("tilted.yaml").write_text("extends: smoke\nsensors: {lidar_mount: {pitch_deg: -5}}\nsplit: {stratify: [lux]}")
-    code, _, err = run(capsys, "generate", "tilted.yaml", "--out", "data")
+    Path("blind.yaml").write_text("extends: smoke\nsensors: {lidar: null}\nsplit: {stratify: [lux]}")
+    code, _, err = run(capsys, "generate", "blind.yaml", "--out", "data")
     assert code == 2
-    assert "error: KITTI: sensors.lidar_mount tilts the LiDAR by 5.00 deg (pitch_deg -5, roll_deg 0)" in err
-    assert [path.name for path in tmp_path.iterdir()] == ["tilted.yaml"]
+    assert "error: KITTI: sensors.lidar is null, but every KITTI frame has a sweep" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["blind.yaml"]
 
 
 def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys, tmp_path: Path) -> None:
