@@ -67,8 +67,8 @@ def test_other_ways_to_write_the_camera(tmp_path: Path) -> None:
     root = write_flat(tmp_path)
     row = {"cam_K": [30, 0, 15, 0, 31, 12, 0, 0, 1], "depth_scale": 0.1}
     (root / "intrinsics.json").write_text(json.dumps(row))
-    (root / "cam2root.json").write_text(
-        json.dumps({"cam2root": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]})
+    (root / "cam2world.json").write_text(
+        json.dumps({"cam2world": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]})
     )
     reader = DatasetReader(root)
     (image,) = reader.images("test")
@@ -142,3 +142,21 @@ def test_a_recorded_frame_of_linemod_needs_intrinsics_beside_it(real_data: Path,
     assert grown[v.astype(int), u.astype(int)].all()
     seen = reader.depth(image)[mask & (reader.depth(image) > 0)]
     assert abs(np.median(seen) - np.median(points[:, 2])) < 0.1
+
+
+@pytest.mark.real
+def test_the_floor_of_the_recorded_cartons_is_level(real_data: Path) -> None:
+    reader = DatasetReader(real_data / "boxes")
+    (image,) = reader.images("test")
+    depth = reader.depth(image)
+    v, u = np.nonzero(depth > 0)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(u), 6000)
+    points = image.camera.rays_at(u[chosen], v[chosen]) * depth[v[chosen], u[chosen]][:, None]
+    planes = []
+    for _ in range(500):  # the largest plane is the floor's
+        a, b, c = points[rng.choice(len(points), 3)]
+        normal = np.cross(b - a, c - a) / max(np.linalg.norm(np.cross(b - a, c - a)), 1e-9)
+        planes.append((np.count_nonzero(np.abs((points - a) @ normal) < 0.008), *normal))
+    up = image.T_world_camera[:3, :3] @ np.array(max(planes)[1:])
+    assert np.degrees(np.arccos(abs(up[2]))) < 1.5

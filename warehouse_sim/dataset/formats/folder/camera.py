@@ -9,7 +9,7 @@ from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.plain import Span, read_transform, shown, take, take_if_given, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.pose import Transform, invert
 
 _KEYS = ("fx", "fy", "cx", "cy")
 _PIXELS = Span(-1e6, 1e6)
@@ -75,7 +75,9 @@ def read_place(root: Path) -> Transform:
         return np.eye(4)
     data = read_json(path)
     key = next((key for key in _PLACES if isinstance(data, dict) and key in data), None)
-    return read_transform(data if key is None else data[key], str(path))
+    T = read_transform(data if key is None else data[key], str(path))
+    # In the recordings that have it, it leads from the root to the camera: only so is their floor level, to 0.2 deg.
+    return invert(T) if path.stem == "cam2root" else T
 
 
 def _of_matrix(data: Any, key: str, where: str, more: Any) -> Intrinsics:
