@@ -190,6 +190,6 @@ def test_hostile_tables_are_refused(tmp_path: Path, file: str, text: str, messag
 
 
 def test_scene_rows_lead_to_the_records(linemod: Path) -> None:
-    rows = json.loads((linemod / "linemod/scenes/000002.json").read_text())
+    rows = json.loads((linemod / "linemod/frames/000002.json").read_text())
     ids = [annotation.instance_id for annotation in observe(make_scene(2))[0].annotations]
     assert [row["gt"]["instance_id"] for row in rows] == ids

@@ -81,7 +81,7 @@ def _is_plausible(
         f"{where}: visib_fract is {target.visible_fraction:.4g}, {target.pixels_visible} of {target.pixels_all} px is "
         f"{share:.4g}",
     )
-    if infos and target.has_pose:
+    if infos and target.has_pose and target.info(infos).diameter > 0.0:
         _has_size(findings, image, target, target.info(infos), where)
 
 

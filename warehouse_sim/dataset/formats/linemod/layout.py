@@ -39,7 +39,7 @@ class LinemodLayout:
 
     def scene(self, scene_index: int) -> Path:
         """Return which frames come from a scene, our own addition: it leads to the scene records."""
-        return self.root / "scenes" / f"{scene_index:06d}.json"
+        return self.root / "frames" / f"{scene_index:06d}.json"
 
     @property
     def parts(self) -> Path:

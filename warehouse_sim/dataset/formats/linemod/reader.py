@@ -45,6 +45,8 @@ class LinemodReader:
     """
 
     has_clean = False
+    lacks = ("silhouettes",)
+    """Masks are those of what is seen."""
 
     def __init__(self, root: Path, dataset: Path | None) -> None:
         self.root, self._dataset, self._layout = root, dataset, LinemodLayout(root)
