@@ -34,7 +34,7 @@ VERB = {
     "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
     "view": ("view {data} --save v.rrd", VIEWER),
-    "inspect": ("inspect {data} --out {new} --count 1", set()),
+    "inspect": ("inspect {data} --out {inspected} --count 1", set()),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
     "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
     "export": ("export {run} --out m.onnx", EXPORT),
@@ -84,6 +84,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "theirs": write_folder(root / "theirs"),
         "converted": root / "converted",
         "new": root / "new",
+        "inspected": root / "inspected",
     }
 
 

@@ -157,7 +157,6 @@ REFUSED = [
     ("{kind: post, pitch_deg: -46}", "", "post shows what lies 60 deg"),
     ("{kind: post, pitch_deg: {mean: -30, std: 9, min: -50, max: 0}}", "", "post shows what lies 64 deg"),
     ("{kind: {choices: [level, post]}}", "sensors: {camera: {width: 800, height: 800, focal_px: 400}}", "75 deg"),
-    ("{kind: post}", "sensors: {lidar_mount: {up: 0.1}}", "lidar_mount is carried by the camera, which"),
 ]
 
 

@@ -223,9 +223,9 @@ def test_archives_that_are_cut_or_packed_are_refused(shards: Path) -> None:
         ({"size": [96, 160], "counts": [15360, 1]}, "fill 15361 of 15360"),
         ({"size": [96, 160], "counts": [10**15]}, "fill 1000000000000000 of"),
         ({"size": [96, 160], "counts": [-1, 15361]}, "whole numbers >= 0"),
-        ({"size": [10**6, 10**6], "counts": [10**12]}, "have the size"),
-        ({"size": [96, 160], "counts": "\x7f"}, "does not belong into packed"),
-        (None, "have the size None"),
+        ({"size": [10**6, 10**6], "counts": [10**12]}, "has the size"),
+        ({"size": [96, 160], "counts": "\x7f"}, "where COCO's string has none"),
+        (None, "has the size None"),
     ],
 )
 def test_hostile_run_lengths_are_refused(shards: Path, runs, message: str) -> None:

@@ -13,6 +13,7 @@ from warehouse_sim.dataset.card.text import Card
 from warehouse_sim.dataset.card.thumbnails import SHEET
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.plain import plain
 from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.output import make_folder, write_bytes
@@ -57,7 +58,7 @@ def dataset_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) 
 def write_recipe(path: Path, manifest: Manifest) -> None:
     """Store the resolved recipe as a file that ``generate`` takes, whatever becomes of the one it was read from."""
     make_folder(path.parent)
-    write_bytes(path, yaml.safe_dump(manifest.recipe, sort_keys=False, width=110).encode("utf-8"))
+    write_bytes(path, yaml.safe_dump(plain(manifest.recipe), sort_keys=False, width=110).encode("utf-8"))
 
 
 def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
