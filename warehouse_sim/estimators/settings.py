@@ -9,7 +9,7 @@ from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
-Refinement = Literal["none", "icp"]
+Refinement = Literal["none", "icp", "evidence"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class PredictConfig:
     selection: Selection = "argmax"
     """How one pose is chosen from those that the points propose."""
     refine: Refinement = "none"
-    """What follows the network: nothing, or point-to-plane ICP against the CAD surface."""
+    """What follows the network: nothing; point-to-plane ICP against the CAD surface; or evidence: ICP from several
+    poses, of the network, turned, and fitted to the points alone, of which the depth image chooses."""
     doubt: bool = True
     """Whether estimates are looked at afterwards, where that was fitted: a score that ranks, covariance, bound."""
     refuse: Annotated[float, Range(0, 1)] | None = None

@@ -1,6 +1,7 @@
 """A trained network of the family as an estimator: crops, proposals, selection, its refiner, and ICP if configured."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes,
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.doubt.agreement import agreement
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
+from warehouse_sim.estimators.pose.fitting.fit import FitConfig, masked_points
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
@@ -41,7 +45,7 @@ class Estimator(Chain):
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
         self.calibration: ErrorCurve | None = read_calibration(run).get(config.selection, config.refine)
         """How confidence predicts the error; None when it was not fitted for these settings."""
-        icp = (self._icp(run),) if config.refine == "icp" else ()
+        icp = () if config.refine == "none" else (self._refiner(run),)
         refine = (self._runner.refine, *icp)
         super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify, self._agree))
 
@@ -80,12 +84,15 @@ class Estimator(Chain):
         )
         return [crop for crop in found if crop is not None]
 
-    def _icp(self, run: Path) -> IcpRefiner:
+    def _refiner(self, run: Path) -> IcpRefiner | EvidenceRefiner:
         if lacking := without_mesh(run, self.objects):
             raise TrainingError(
                 f"{run} has no CAD surface of {', '.join(lacking)}, which ICP needs; predict with another --refine"
             )
-        return IcpRefiner(read_meshes(run), self.config.icp, self.config.seed)
+        if self.config.refine == "icp":
+            return IcpRefiner(read_meshes(run), self.config.icp, self.config.seed)
+        groups = {item.obj_id: SymmetryGroup(np.reshape(item.symmetries, (-1, 4, 4))) for item in self.objects}
+        return EvidenceRefiner(read_meshes(run), groups, FitConfig(), self.config.seed)
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]
@@ -108,7 +115,11 @@ class Estimator(Chain):
         rng = np.random.default_rng([self.config.seed, image.scene_id, image.image_id, number])
         label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4), image.gravity)
         mask = detection.pixels(*image.depth.shape)
-        return cut_mask(image.camera, label, mask, image.depth, image.rgb, self.crop, rng)
+        crop = cut_mask(image.camera, label, mask, image.depth, image.rgb, self.crop, rng)
+        if crop is None or self.config.refine != "evidence":
+            return crop
+        points = masked_points(image, mask, np.random.default_rng([self.config.seed, number]))
+        return replace(crop, view=DepthView(image.camera, image.depth, mask, points, image.gravity))
 
     def _may_be(self, detection: Detection) -> list[int]:
         """Return the numbers of the objects that a detection may show."""

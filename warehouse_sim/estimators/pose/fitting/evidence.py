@@ -74,7 +74,9 @@ class DepthView:
     depth: Float32[np.ndarray, "h w"]
     mask: Bool[np.ndarray, "h w"]
     points: Float[np.ndarray, "p 3"]
-    """Some of the mask's points (camera frame, m)."""
+    """Some of the mask's points (camera frame, m), in random order."""
+    down: Float[np.ndarray, " 3"] | None = None
+    """Gravity, a unit vector in the camera frame; None where nobody knows."""
 
 
 def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, config: EvidenceConfig) -> Evidence:

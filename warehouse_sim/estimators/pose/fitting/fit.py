@@ -34,6 +34,8 @@ class FitConfig:
     """Directions that are tried beside those of the rectangle, 0-360."""
     kept: Annotated[int, Range(1, 100)] = 3
     """Hypotheses that are refined to the end, 1-100."""
+    doubt: Annotated[float, Range(0, 1)] = 0.02
+    """By so much the evidence for another pose must exceed that for a network's, 0-1."""
     refine: bool = True
     """Whether ICP follows; without it the rectangle is the estimate."""
     gravity: bool = True
@@ -124,7 +126,7 @@ class PoseFit:
         down: Float[np.ndarray, " 3"],
     ) -> _Hypothesis:
         config, surface = self.config, self._surface(info)
-        points = _within_reach(points, info.diameter)
+        points = within_reach(points, info.diameter)
         view = DepthView(image.camera, image.depth, mask, points[:400])
         T = distinct(hypotheses(points, info.size, down, config.yaw_starts if config.refine else 0), info.symmetry)
         if config.refine:
@@ -215,7 +217,7 @@ def _is_near(pose: Transform, others: Transforms, turn: float, shift: float) -> 
     return bool(((away <= shift) & (cosine >= np.cos(turn))).any())
 
 
-def _within_reach(points: Float[np.ndarray, "p 3"], diameter: float) -> Float[np.ndarray, "p 3"]:
+def within_reach(points: Float[np.ndarray, "p 3"], diameter: float) -> Float[np.ndarray, "p 3"]:
     """Leave out points that cannot be of one object with the middle ones."""
     middle = np.median(points, axis=0)
     near = np.linalg.norm(points - middle, axis=1) <= diameter

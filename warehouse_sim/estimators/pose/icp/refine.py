@@ -114,7 +114,7 @@ def refine_poses(
     clouds: Sequence[Float[np.ndarray, "p 3"]],
     surfaces: Sequence[CadSurface],
     config: IcpConfig,
-    up: Float[np.ndarray, " 3"] | None = None,
+    up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None = None,
 ) -> Transforms:
     """Return for each of b objects the pose that fits its points, or the given one where the fit gets no better.
 
@@ -123,7 +123,8 @@ def refine_poses(
         clouds: What the camera sees of each object (camera frame, m), in random order.
         surfaces: CAD surface of each object.
         config: Settings.
-        up: Unit vector against gravity (camera frame), which the objects' z axes are held to softly; None leaves it.
+        up: Unit vector against gravity (camera frame) that the objects' z axes are held to softly, one for all or one
+            each, NaN where nobody knows; None leaves it.
     """
     if not clouds:
         return T_camera_object
@@ -152,7 +153,7 @@ def _fit_to_visible(
     seen: VisibleSurfaces,
     round_index: int,
     config: IcpConfig,
-    up: Float[np.ndarray, " 3"] | None,
+    up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None,
 ) -> tuple[Transforms, Float[np.ndarray, "b 6"]]:
     """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay."""
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
@@ -218,7 +219,7 @@ def _gauss_newton(
     delta: Float[np.ndarray, "b 6"],
     gate: float,
     config: IcpConfig,
-    up: Float[np.ndarray, " 3"] | None,
+    up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None,
 ) -> Float[np.ndarray, "b 6"]:
     """Return the small motions (rotation vector, shift) of the points that bring them closer to the surfaces.
 
@@ -243,8 +244,10 @@ def _gauss_newton(
     matrix = weighted @ jacobian + precision[:, :, None] * np.eye(6)
     right = -(weighted @ distance[..., None])[..., 0] - precision * delta
     if up is not None:
-        lean = up @ T_camera_object[:, :3, :2]  # how far the object's z axis is from up, along its own x and y
-        weight_of_up = (noise[:, 0] / config.upright) ** 2
+        # How far the object's z axis is from up, along its own x and y.
+        lean = np.einsum("bi,bij->bj", np.broadcast_to(up, (len(points), 3)), T_camera_object[:, :3, :2])
+        known = np.isfinite(lean[:, 0])
+        lean, weight_of_up = np.where(known[:, None], lean, 0.0), known * (noise[:, 0] / config.upright) ** 2
         matrix[:, 0, 0] += weight_of_up
         matrix[:, 1, 1] += weight_of_up
         # The points turn by (a, b, .): up in the object frame, (lean, 1), moves by (b, -a, 0), and shall be (0, 0, 1).

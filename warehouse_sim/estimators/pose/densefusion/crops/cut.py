@@ -13,6 +13,7 @@ from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.window import Window
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.geometry.camera import PinholeCamera
 
 
@@ -41,6 +42,8 @@ class Crop:
     """Gravity, a unit vector in the camera frame; None where nobody knows."""
     around: Surroundings | None = None
     """What is known of points that need not be the object's; None where all are pixels of the mask."""
+    view: DepthView | None = None
+    """The image that it is cut out of, for what judges poses by it; None in training."""
 
 
 class CropLabel(NamedTuple):

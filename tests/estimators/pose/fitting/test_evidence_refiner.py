@@ -1,0 +1,60 @@
+"""A network that is wrong is put right by the image, one that is right stays, and what has no image is left alone."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, box, seen
+from warehouse_sim.estimators.pose.choose import Candidates
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
+from warehouse_sim.estimators.pose.fitting.fit import FitConfig, masked_points
+from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
+
+
+def refined(T_wrong: np.ndarray, gravity: bool = True, view: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Return the refined pose and the true one, of a network that proposes ``T_wrong`` in the object's frame."""
+    image, truth = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
+    points = masked_points(image, mask, np.random.default_rng(0))
+    looked_at = DepthView(CAMERA, image.depth, mask, points, image.gravity if gravity else None)
+    item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at if view else None)
+    T = truth @ T_wrong
+    quat = quat_wxyz_from_matrix(T[:3, :3])[None, None]
+    proposals = SimpleNamespace(candidates=Candidates(quat, T[None, None, :3, 3], np.ones((1, 1))))
+    refiner = EvidenceRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
+    return refiner(T[None], [item], proposals)[0], truth
+
+
+def errors(found: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
+    looks = truth @ HALF_TURN.transforms
+    turns = rotation_angle(looks[:, :3, :3], found[None, :3, :3])
+    return float(np.linalg.norm(found[:3, 3] - truth[:3, 3])), float(np.degrees(turns.min()))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.eye(4),
+        make_transform(rotation_z(np.pi / 2), np.zeros(3)),
+        make_transform(rotation_z(0.4), np.array([0.3, -0.2, 0.1])),
+    ],
+    ids=["right", "quarter turn", "far off"],
+)
+def test_the_image_finds_the_object_whatever_the_network_says(wrong: np.ndarray) -> None:
+    shift, turn = errors(*refined(wrong))
+    assert shift < 0.01
+    assert turn < 0.5
+
+
+def test_without_gravity_the_points_alone_level_it() -> None:
+    shift, turn = errors(*refined(make_transform(rotation_z(0.1), np.array([0.05, 0.0, 0.0])), gravity=False))
+    assert shift < 0.02
+    assert turn < 1.5
+
+
+def test_what_has_no_image_stays_as_it_is() -> None:
+    wrong = make_transform(rotation_z(0.4), np.zeros(3))
+    found, truth = refined(wrong, view=False)
+    np.testing.assert_array_equal(found, truth @ wrong)
