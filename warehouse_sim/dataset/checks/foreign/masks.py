@@ -11,8 +11,6 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 _FEW = 20
 _MOST_OUTSIDE = 0.1
 """Share of a mask that may lie where it must not: others draw masks by hand, or with pixel centres at halves."""
-_MOST_SHARED = 0.3
-"""Share that may belong to others, too: polygons of hidden things bridge their parts."""
 _LEAST_IOU = 0.7
 _SAME_COUNT = 0.1
 _OFF = 0.75
@@ -64,7 +62,8 @@ def _masks_of(subject: ForeignSubject, image: ImageRecord) -> tuple[Findings, li
         full = (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
         shaped = count < full
         real |= shaped
-        _lies_well(findings, visible, whole, taken, shaped, where)
+        exact = shaped and "exact masks" not in subject.lacks
+        _lies_well(findings, visible, whole, taken, exact, where)
         taken |= visible
         ends.append(_box_agrees(findings, target, box, where))
     return findings, ends, real
@@ -80,7 +79,7 @@ def _lies_well(
     visible: Bool[np.ndarray, "h w"],
     whole: Bool[np.ndarray, "h w"],
     taken: Bool[np.ndarray, "h w"],
-    shaped: bool,
+    exact: bool,
     where: str,
 ) -> None:
     count = np.count_nonzero(visible)
@@ -89,9 +88,9 @@ def _lies_well(
         bool(outside < _MOST_OUTSIDE), f"{where}: {100 * outside:.0f} % of it lie outside its whole silhouette"
     )
     shared = np.count_nonzero(visible & taken) / count
-    # Boxes that stand for masks overlap as they like.
+    # Boxes that stand for masks overlap as they like, and polygons bridge the parts of what is covered.
     findings.require(
-        not shaped or bool(shared < _MOST_SHARED), f"{where}: {100 * shared:.0f} % of it belong to other objects, too"
+        not exact or bool(shared < _MOST_OUTSIDE), f"{where}: {100 * shared:.0f} % of it belong to other objects, too"
     )
 
 

@@ -20,7 +20,7 @@ _FINE_PIXELS = 300
 _LEAST_INSIDE, _LEAST_IOU = 0.75, 0.7
 _WHOLLY_SEEN = 0.95
 _INNER = np.ones((5, 5), np.uint8)
-_FAR_OFF, _FAR_OFF_DIAMETERS = 0.05, 0.35
+_FAR_OFF, _FAR_OFF_DIAMETERS = 0.05, 0.25
 """By so much of the distance, or of the object's diameter, depth may differ from the model's."""
 _PROBES = 500
 

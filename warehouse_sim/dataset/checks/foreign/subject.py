@@ -53,7 +53,7 @@ class ForeignSubject:
 
     @cached_property
     def lacks(self) -> frozenset[str]:
-        """What the folder has none of, by its reader: "depth", "masks", "silhouettes", "meshes", "colour"."""
+        """What the folder has none of: "depth", "masks", "exact masks", "silhouettes", "meshes", "colour"."""
         has_meshes = any(info.has_cad and info.read_mesh is not None for info in self.reader.objects.values())
         found = {"meshes": has_meshes, "depth": has_depth(self.reader)}
         return frozenset(getattr(self.reader, "lacks", ())) | {name for name, there in found.items() if not there}

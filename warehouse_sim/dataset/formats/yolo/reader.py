@@ -34,6 +34,9 @@ class YoloReader(ImagesOnly):
         root: The folder.
     """
 
+    lacks = ("exact masks",)
+    """Polygons stand for them."""
+
     def __init__(self, root: Path) -> None:
         super().__init__(root)
         self._data: YoloData = read_data(root)
