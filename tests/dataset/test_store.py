@@ -22,6 +22,8 @@ from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError, UnknownNameError
 
+KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
+
 
 def contents(root: Path) -> dict[str, str]:
     files = (path for path in root.rglob("*") if path.is_file())
@@ -156,5 +158,8 @@ def test_scene_with_wrong_observations_stays_pending(tmp_path: Path, observation
 
 
 def test_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(UnknownNameError, match="unknown dataset format 'cacao'; known: bop, "):
+    with pytest.raises(
+        UnknownNameError,
+        match=f"unknown dataset format 'cacao'; {KNOWN}",
+    ):
         DatasetStore(tmp_path, make_manifest(formats=("bop", "cacao")))
