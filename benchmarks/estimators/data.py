@@ -61,8 +61,6 @@ CARTONS = (
 )
 """Scored for their cartons: the two above label pallets only."""
 TRAINED_ONLY = (
-    Data("industrial_more", 1),
-    Data("mixed_more", 1),
     Data("industrial_cartons", 2),
     Data("mixed_cartons", 2),
 )

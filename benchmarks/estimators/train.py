@@ -16,7 +16,7 @@ from benchmarks.estimators.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRA
 from warehouse_sim import train
 from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
-from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, Preset, TrainConfig, with_preset
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,10 @@ class Stage:
 FIRST = Stage(
     (*SCORED, *TRAINED_ONLY, *ROBUST),
     TrainConfig(
+        # At 48 px nothing tells a printed side from another.
+        loss=LossConfig(symmetry="shape"),
+        # A phase of its own, where it helps: see docs/estimators.md.
+        refiner_iterations=0,
         max_minutes=None,
         max_steps=20_000,
         batch=32,

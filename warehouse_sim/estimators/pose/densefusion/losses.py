@@ -39,13 +39,13 @@ def pose_distance(
         translation: Predicted object origins, normalised.
         truth: True poses.
         shapes: Shapes of the classes.
-        symmetry: "group" gives the RMS distance to the nearest equivalent of the true pose; "none" to the true pose
-            itself; "nearest" the mean distance of each surface point to the nearest one of the true pose for classes
-            that are symmetric (ADD-S, as the original), and the RMS distance for the others.
+        symmetry: "group" and "shape" give the RMS distance to the nearest equivalent of the true pose; "none" to the
+            true pose itself; "nearest" the mean distance of each surface point to the nearest one of the true pose for
+            classes that are symmetric (ADD-S, as the original), and the RMS distance for the others.
     """
     with _in_32_bits(rotation):
         placed = _place(rotation, translation, truth.class_index, shapes)
-        if symmetry == "group":
+        if symmetry in ("group", "shape"):
             return _rms(placed - _nearest_equivalent(placed, truth, shapes))
         true_pose = truth.rotation[:, None], truth.translation[:, None]
         plain = _rms(placed - _place(*true_pose, truth.class_index, shapes))

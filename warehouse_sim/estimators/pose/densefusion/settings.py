@@ -67,9 +67,13 @@ class AugmentConfig:
     gravity_error_deg: Annotated[float, Range(0, 45, "deg")] = 0.0
     """Standard deviation of the error of gravity about each horizontal axis, 0-45; such samples are not tilted by
     ``tilt``."""
+    lean_share: Share = 0.0
+    """Share of the samples whose gravity is told that lean against it all the same, as a pallet on debris does, 0-1."""
+    lean_deg: Annotated[float, Range(0, 45, "deg")] = 2.5
+    """Standard deviation of how far they lean about each horizontal axis, 0-45."""
 
 
-SymmetryLoss = Literal["group", "none", "nearest"]
+SymmetryLoss = Literal["group", "shape", "none", "nearest"]
 
 
 @dataclass(frozen=True)
@@ -79,8 +83,8 @@ class LossConfig:
 
     symmetry: SymmetryLoss = "group"
     """group: nearest equivalent of the true pose over the declared group, or over that of the shape where the network
-    sees no colour; none: symmetric looks are told apart; nearest: nearest surface point for symmetric classes, as the
-    original."""
+    sees no colour; shape: over that of the shape in any case, for crops too small to tell print; none: symmetric looks
+    are told apart; nearest: nearest surface point for symmetric classes, as the original."""
     confidence_weight: Annotated[float, Range(0.000001, 1000)] = 0.08
     """Error up to which full confidence pays, in half diameters, 0.000001-1,000."""
     coordinate_weight: Annotated[float, Range(0, 1000)] = 0.01
@@ -134,7 +138,9 @@ PRESETS: dict[Preset, TrainConfig] = {
     "robust": TrainConfig(
         surroundings=True,
         upright=True,
-        augment=AugmentConfig(masks=MaskNoiseConfig(share=0.75), gravity_drop=0.3, gravity_error_deg=0.3),
+        augment=AugmentConfig(
+            masks=MaskNoiseConfig(share=0.75), gravity_drop=0.3, gravity_error_deg=0.3, lean_share=0.15
+        ),
     ),
 }
 """Settings by name: plain trains on true masks; robust makes networks for masks with errors and tilted cameras."""

@@ -84,7 +84,7 @@ def test_a_tilted_camera_gives_the_input_of_a_level_one() -> None:
 
 def test_gravity_is_dropped_and_wrong_as_often_as_asked() -> None:
     down = np.array([0.0, 1.0, 0.0])
-    augment = replace(AUGMENT, yaw=0.0, tilt=0.2, gravity_drop=0.3, gravity_error_deg=0.5)
+    augment = replace(AUGMENT, yaw=0.0, tilt=0.2, gravity_drop=0.3, gravity_error_deg=0.5, lean_share=0.0)
     crops, index = crops_with_surroundings(1, down), torch.zeros(2000, dtype=torch.long)
     batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
     known = batch.inputs.level > 0
@@ -93,6 +93,19 @@ def test_gravity_is_dropped_and_wrong_as_often_as_asked() -> None:
     lean = torch.rad2deg(torch.asin((batch.turn @ torch.tensor([0.0, 1.0, 0.0]))[:, [0, 2]]))
     assert abs(float(lean[known].std()) - 0.5) < 0.03
     assert float(lean[~known].std()) > 8.0
+
+
+def test_some_of_the_upright_ones_lean_against_gravity() -> None:
+    augment = replace(
+        AUGMENT, yaw=0.0, tilt=0.0, gravity_drop=0.3, gravity_error_deg=0.0, lean_share=0.25, lean_deg=3.0
+    )
+    crops, index = crops_with_surroundings(1, np.array([0.0, 1.0, 0.0])), torch.zeros(4000, dtype=torch.long)
+    batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
+    lean = torch.rad2deg(torch.asin((batch.turn @ torch.tensor([0.0, 1.0, 0.0]))[:, [0, 2]]))
+    known, leans = batch.inputs.level > 0, lean.abs().amax(dim=1) > 1e-3
+    assert not (leans & ~known).any()
+    assert abs(float(leans[known].float().mean()) - 0.25) < 0.03
+    assert abs(float(lean[leans].std()) - 3.0) < 0.3
 
 
 def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:

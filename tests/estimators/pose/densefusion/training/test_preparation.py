@@ -7,7 +7,7 @@ import pytest
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators import ESTIMATORS, trained_names
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
 
 CONFIG = TrainConfig(workers=1)
@@ -47,6 +47,18 @@ def test_only_the_wanted_objects_are_trained_on(toy_root: Path, carton_root: Pat
         assert len(found.crops["train"]) == len(prepared(carton_root).crops["train"])
     with pytest.raises(TrainingError, match="called 'epal1'; objects: toy-carton, toy-pallet"):
         prepared(toy_root, carton_root, config=replace(CONFIG, objects=("epal1",)))
+
+
+@pytest.mark.parametrize(("symmetry", "looks"), [("group", 1), ("shape", 2)])
+def test_print_can_be_left_out_of_the_symmetry(
+    toy_root: Path, tmp_path: Path, symmetry: SymmetryLoss, looks: int
+) -> None:
+    printed = renamed(toy_root, tmp_path / "printed", 1, "toy-pallet")
+    objects = json.loads((printed / "objects.json").read_text())
+    objects["1"]["symmetries"] = objects["1"]["symmetries"][:1]
+    (printed / "objects.json").write_text(json.dumps(objects))
+    config = replace(CONFIG, loss=LossConfig(symmetry=symmetry))
+    assert len(prepared(printed, config=config, name="densefusion").config.objects[0].symmetries) == looks
 
 
 def test_no_data_is_said_so() -> None:

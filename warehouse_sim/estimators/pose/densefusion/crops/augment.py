@@ -59,7 +59,10 @@ def draw_noise(count: int, generator: torch.Generator, mask_width: int = 0, grav
 
 
 def random_turns(
-    noise: Float[Tensor, "b 3"], config: AugmentConfig, upright: Bool[Tensor, " b"] | None = None
+    noise: Float[Tensor, "b 3"],
+    config: AugmentConfig,
+    upright: Bool[Tensor, " b"] | None = None,
+    leaning: Bool[Tensor, " b"] | None = None,
 ) -> Float[Tensor, "b 3 3"]:
     """Return random rotations in the camera frame (x right, y down, z forward).
 
@@ -67,11 +70,15 @@ def random_turns(
         noise: Standard normal numbers.
         config: How strong they are.
         upright: Which samples stand upright by their gravity, and are tilted by its error alone; none by default.
+        leaning: Which of these lean against gravity; none by default.
     """
     turns = noise * torch.tensor([config.tilt, config.yaw, config.tilt], device=noise.device)
     if upright is not None:
-        error = math.radians(config.gravity_error_deg)
+        error, lean = math.radians(config.gravity_error_deg), math.radians(config.lean_deg)
         slight = noise * torch.tensor([error, config.yaw, error], device=noise.device)
+        if leaning is not None:
+            much = noise * torch.tensor([lean, config.yaw, lean], device=noise.device)
+            slight = torch.where(leaning[:, None], much, slight)
         turns = torch.where(upright[:, None], slight, turns)
     return matrix_from_vector(turns)
 

@@ -112,15 +112,18 @@ def _turns(
     rows: CropTable, noise: Noise | None, augment: AugmentConfig | None, upright: bool
 ) -> tuple[Float[Tensor, "b 3 3"] | None, Float[Tensor, " b"] | None]:
     """Return the rotations from the camera's axes to those of the input, and where they follow gravity."""
-    turn, known = None, None
+    turn, known, leaning = None, None, None
     if upright:
         assert rows.down is not None
         down = rows.down
         if augment and noise and noise.gravity is not None:
             down = down.masked_fill(noise.gravity < augment.gravity_drop, torch.nan)
+            # One number decides both: what is left above the first share is even again.
+            most = augment.gravity_drop + (1.0 - augment.gravity_drop) * augment.lean_share
+            leaning = noise.gravity[:, 0] < most
         turn, known = level_turns(down), is_known(down)
     if augment and noise:
-        random = random_turns(noise.turn, augment, known)
+        random = random_turns(noise.turn, augment, known, leaning)
         turn = random if turn is None else random @ turn
     return turn, None if known is None else known.float()
 

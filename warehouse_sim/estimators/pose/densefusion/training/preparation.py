@@ -73,7 +73,8 @@ def prepare(
     known = _known_objects(found, wanted, crop, data)
     rng = np.random.default_rng(config.seed)
     surface = config.loss.nearest_points if config.loss.symmetry == "nearest" else 0
-    shapes = tuple(measure_shape(objects[obj_id], rng, network.reads_rgb, surface) for obj_id in known)
+    sees_print = network.reads_rgb and config.loss.symmetry != "shape"
+    shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
     sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
     return Prepared(
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
