@@ -60,11 +60,9 @@ CARTONS = (
     Data("mixed_cartons", 3, "mixed_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
 )
 """Scored for their cartons: the two above label pallets only."""
-TRAINED_ONLY = (
-    Data("industrial_cartons", 2),
-    Data("mixed_cartons", 2),
-)
+TRAINED_ONLY = (Data("mixed_cartons", 2),)
 MORE_CARTONS = (
+    Data("industrial_cartons", 2),
     Data("industrial_cartons", 4, "industrial_cartons_more", scenes=60, views=3),
     Data("mixed_cartons", 4, "mixed_cartons_more", scenes=60, views=3),
 )

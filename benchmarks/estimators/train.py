@@ -105,8 +105,7 @@ def main(
         first = _trained(method, config, FIRST.data, folder, f"{place}first", cache)
         config = with_preset(limited(SECOND, minutes, 1.0 - _FIRST_SHARE), preset)
         run = _trained(method, config, SECOND.data, folder, f"{place}second", cache, init=first)
-        # The two sets of cartons that were there first have enough of them in val.
-        calibrate(run, [made(item, folder) for item in (*SCORED, TRAINED_ONLY[-1], *ROBUST)])
+        calibrate(run, [made(item, folder) for item in FIRST.data])
         if bundled:
             bundle(run, method, first, ONLY_TRAINED_ON)
 
