@@ -37,8 +37,11 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     if is_trainable(target):
         raise TrainingError(f"{name} has no bundled weights: train it first, and predict with the run folder")
     default = PredictConfig()
-    if (config.selection, config.refine) != (default.selection, default.refine):
-        raise InputError(f"{name} selects and refines in its own way; leave --selection and --refine out")
+    own = default.selection, default.refine, default.refiner_iterations
+    if (config.selection, config.refine, config.refiner_iterations) != own:
+        raise InputError(
+            f"{name} selects and refines in its own way; leave --selection, --refine and --refiner-iterations out"
+        )
     made: PoseEstimator = target()
     return _with_doubt(made, name, data_folder("models") / name, config)
 

@@ -22,6 +22,9 @@ class PredictConfig:
     else the name of a detector or a segmenter, or several joined by +, each working on what the one before found."""
     selection: Selection = "argmax"
     """How one pose is chosen from those that the points propose."""
+    refiner_iterations: Annotated[int, Range(0, 100)] | None = None
+    """Corrections by the network's own refiner, before what ``refine`` names, 0-100; by default as many as val said
+    help when the run was calibrated, else those of its training."""
     refine: Refinement = "none"
     """What follows the network: nothing; point-to-plane ICP against the CAD surface; or evidence: ICP from several
     poses, of the network, turned, and fitted to the points alone, of which the depth image chooses."""

@@ -49,6 +49,10 @@ class Task(nn.Module, ABC):
     def move_samples(self, device: torch.device) -> None:
         """Move what samples are drawn from to a device."""
 
+    def rate(self, fraction: float, step: int) -> float | None:
+        """Return the factor on the learning rate of a step; None for one cosine over the whole run."""
+        return None
+
 
 def fit(
     task: Task,
@@ -149,7 +153,10 @@ class _Loop:
         state, config, network = self.state, self._config, self._task.network
         synchronise_clock(state.clock, self._worker, self._device)
         fraction = state.fraction
-        state.learning_rate = config.learning_rate * learning_rate_factor(fraction, state.step, config.warmup_steps)
+        factor = self._task.rate(fraction, state.step)
+        if factor is None:
+            factor = learning_rate_factor(fraction, state.step, config.warmup_steps)
+        state.learning_rate = config.learning_rate * factor
         for group in self._optimiser.param_groups:
             group["lr"] = state.learning_rate
         # One stream a step, so that layers that drop at random do so in a resumed run as in an uninterrupted one.

@@ -6,7 +6,14 @@ import pytest
 from tests.estimators.pose.densefusion.made_crops import MESH, pallet_shape, pose
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.estimators.pose.densefusion import calibrate as module
-from warehouse_sim.estimators.pose.densefusion.calibrate import WAYS, Samples, calibrate, fit_curve, surface_distance
+from warehouse_sim.estimators.pose.densefusion.calibrate import (
+    WAYS,
+    Samples,
+    calibrate,
+    fit_curve,
+    helpful_iterations,
+    surface_distance,
+)
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.mesh import sample_surface
@@ -84,3 +91,33 @@ def test_a_run_is_calibrated_on_val_and_keeps_its_other_curves(
     assert curve is not None
     assert curve.samples >= 4
     assert 0.0 < curve.error_at(0.5) < 1.0
+
+
+def test_the_refiner_is_taken_where_val_says_that_it_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run, rng = made_run(tmp_path / "run"), np.random.default_rng(0)
+    plain = made_samples(200)
+    monkeypatch.setattr(module, "DatasetReader", lambda data: None)
+
+    def refined_by(factor: np.ndarray) -> int | None:
+        better = plain._replace(error=plain.error * factor)
+        monkeypatch.setattr(module, "measure", lambda *_: [plain, better])
+        return helpful_iterations(run, [tmp_path])
+
+    noise = np.exp(rng.normal(0.0, 0.3, len(plain.error)))
+    assert refined_by(0.8 * noise) == 2
+    assert refined_by(np.ones(len(noise))) == 0
+    assert refined_by(1.2 * noise) == 0
+    # Better in one scene only is no reason.
+    assert refined_by(np.where(plain.scene == 0, 0.5, 1.0)) == 0
+    plain = Samples(*(column[:30] for column in plain))
+    assert refined_by(np.full(30, 0.1)) is None
+
+
+def test_curves_of_other_poses_are_dropped(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = made_run(tmp_path / "run")
+    monkeypatch.setattr(module, "LEAST_SAMPLES", 4)
+    for helps, kinds in ((2, ["argmax"]), (2, ["argmax", "weighted"]), (0, ["consensus"])):
+        monkeypatch.setattr(module, "helpful_iterations", lambda *_, found=helps: found)
+        calibrate(run, [toy_root, toy_root], [PredictConfig(selection=kinds[-1])])
+        found = read_calibration(run)
+        assert (found.refiner_iterations, [curve.selection for curve in found.curves]) == (helps, kinds)

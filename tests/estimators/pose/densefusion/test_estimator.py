@@ -10,11 +10,14 @@ from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim import load_estimator
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
+from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.schema import Observation, PoseEstimate
 
 
@@ -149,3 +152,37 @@ def test_a_small_network_takes_one_thread_and_gives_the_others_back(run: Path, m
         load_estimator(run, PredictConfig(threads=threads)).estimate(seen())
     assert taken == [1, 2]
     assert torch.get_num_threads() == before
+
+
+@pytest.mark.parametrize("name", trained_names())
+def test_every_method_corrects_as_often_as_asked(tmp_path: Path, name: str) -> None:
+    run = made_run(tmp_path / "run", name)
+    config = read_config(run)
+    network = load_network(run, config)
+    with torch.no_grad():
+        # The refiner begins with zeros.
+        for value in network.refiner.outputs.parameters():
+            value.normal_(0.0, 0.05)
+    write_weights(run, network)
+
+    def poses(count: int | None) -> list[PoseEstimate]:
+        return load_estimator(run, PredictConfig(refiner_iterations=count)).estimate(seen())
+
+    never, once, twice, usual = (poses(count) for count in (0, 1, 2, None))
+    assert config.train.refiner_iterations == 2
+    assert_same_poses(usual, twice)
+    for a, b, c in zip(never, once, twice, strict=True):
+        # An untrained network shows no proposal twice: what differs is the correction, which goes on from the last.
+        assert np.abs(b.T_camera_object - a.T_camera_object).max() > 1e-3
+        assert np.abs(c.T_camera_object - b.T_camera_object).max() > 1e-3
+    write_calibration(run, Calibration(refiner_iterations=0))
+    assert_same_poses(poses(None), never)
+
+
+def test_errors_are_predicted_for_the_corrections_that_they_were_fitted_with(tmp_path: Path) -> None:
+    run = made_run(tmp_path / "run")
+    curve = ErrorCurve("argmax", "none", (0.0, 1.0), (0.2, 0.0), 2.5, 100, 0.5, 0.9)
+    for fitted, asked, known in ((None, 2, True), (None, 0, False), (0, 0, True), (0, 2, False), (0, None, True)):
+        write_calibration(run, Calibration((curve,), fitted))
+        estimator = load_estimator(run, PredictConfig(refiner_iterations=asked))
+        assert all((item.predicted_error is not None) == known for item in estimator.estimate(seen()))

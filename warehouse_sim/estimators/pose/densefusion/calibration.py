@@ -53,15 +53,23 @@ class ErrorCurve:
 
 
 @dataclass(frozen=True)
+@ranged
 class Calibration:
     """The curves of a run, one for each way of prediction that was calibrated."""
 
     curves: tuple[ErrorCurve, ...] = ()
     """At most one for each pair of selection and refinement."""
+    refiner_iterations: Annotated[int, Range(0, 100)] | None = None
+    """Corrections by the network's own refiner that help on val, with which the curves were fitted, 0-100; none where
+    that was not asked."""
 
     def get(self, selection: Selection, refine: Refinement) -> ErrorCurve | None:
         """Return the curve for a way of prediction; None when it was not calibrated."""
         return next((item for item in self.curves if (item.selection, item.refine) == (selection, refine)), None)
+
+    def refined(self, trained: int) -> int:
+        """Return the corrections of the poses that the curves were fitted to; ``trained`` are those of training."""
+        return trained if self.refiner_iterations is None else self.refiner_iterations
 
 
 def write_calibration(run: Path, calibration: Calibration) -> None:

@@ -39,11 +39,14 @@ class Estimator(Chain):
     """
 
     def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
-        self._runner, self.config = Runner(run, config.device, config.threads), config
+        fitted, asked = read_calibration(run), config.refiner_iterations
+        iterations = fitted.refiner_iterations if asked is None else asked
+        self._runner, self.config = Runner(run, config.device, config.threads, iterations), config
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
-        self.calibration: ErrorCurve | None = read_calibration(run).get(config.selection, config.refine)
+        as_fitted = self._runner.iterations == fitted.refined(self._runner.config.train.refiner_iterations)
+        self.calibration: ErrorCurve | None = fitted.get(config.selection, config.refine) if as_fitted else None
         """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = () if config.refine == "none" else (self._refiner(run),)
         refine = (self._runner.refine, *icp)

@@ -41,13 +41,21 @@ class Runner:
         run: Run folder.
         device: Where it runs; "auto" takes a GPU if there is one.
         threads: Processor threads; None takes one for small networks, and torch's own number for large ones.
+        iterations: Corrections by the refiner; None for as many as in training.
 
     Raises:
         TrainingError: The folder holds no complete run.
     """
 
-    def __init__(self, run: Path, device: Literal["auto", "cpu", "cuda"] = "auto", threads: int | None = None) -> None:
+    def __init__(
+        self,
+        run: Path,
+        device: Literal["auto", "cpu", "cuda"] = "auto",
+        threads: int | None = None,
+        iterations: int | None = None,
+    ) -> None:
         self.config: RunConfig = read_config(run)
+        self.iterations = self.config.train.refiner_iterations if iterations is None else iterations
         chosen = ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
         self._device = torch.device(chosen)
         self._network = load_network(run, self.config).to(self._device)
@@ -92,7 +100,7 @@ class Runner:
         rotation, translation = T[:, :3, :3], (T[:, :3, 3] - batch.centre) / batch.scale[:, None]
         if batch.turn is not None:
             rotation, translation = batch.turn @ rotation, (batch.turn @ translation[..., None])[..., 0]
-        for _ in range(self.config.train.refiner_iterations):
+        for _ in range(self.iterations):
             rotation, translation = self._network.refine(
                 rotation, translation, batch.inputs, proposals.embedding, proposals.proposal
             )

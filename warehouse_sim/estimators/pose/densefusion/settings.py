@@ -98,6 +98,7 @@ class LossConfig:
 
 
 Balance = Literal["crops", "objects", "classes"]
+Phase = Literal["joint", "apart", "refiner"]
 
 
 @dataclass(frozen=True)
@@ -121,14 +122,25 @@ class TrainConfig(LoopConfig):
     """What is drawn equally often: classes (and in a class, objects by the root of their number), objects, or crops."""
     loss: LossConfig = field(default_factory=LossConfig)
     """What is minimised."""
+    phase: Phase = "joint"
+    """joint: after ``refiner_start`` the refiner is trained with the rest; apart: from there on it is trained alone, as
+    the original's; refiner: nothing else is trained, on top of the weights that training begins with."""
     refiner_start: Share = 0.7
-    """Share of the run after which the refiner is trained too, 0-1."""
+    """Share of the run after which the refiner is trained too, or alone, 0-1."""
+    refiner_rate: Annotated[float, Range(0.000001, 1000)] = 0.3
+    """Learning rate of a refiner that is trained alone, as a multiple of ``learning_rate``, 0.000001-1,000; 0.3 in the
+    original. It falls along a cosine of its own."""
     refiner_iterations: Annotated[int, Range(0, 100)] = 2
-    """Corrections by the refiner, in training and prediction, 0-100."""
+    """Corrections by the refiner in training, and in prediction where nothing else is said, 0-100."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images, 1-1,024."""
     augment: AugmentConfig = field(default_factory=AugmentConfig)
     """How samples are disturbed."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.phase != "joint" and self.refiner_iterations == 0:
+            raise ValueError(f"phase {self.phase} trains the refiner: refiner_iterations must be 1 or more")
 
 
 Preset = Literal["plain", "robust"]

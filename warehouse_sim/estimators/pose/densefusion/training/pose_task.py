@@ -11,6 +11,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.densefusion import Dense
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.phases import rate_factor, refiner_alone, refiner_begins
 from warehouse_sim.learning.loop import Task
 
 THRESHOLDS = (0.02, 0.05, 0.10)
@@ -20,6 +21,8 @@ _VALIDATION_BATCH = 64
 
 class PoseTask(Task):
     """Train the heads on every point's pose, and in the later part of the run the refiner on the most confident one.
+
+    A refiner that is trained alone sees what the network says in prediction: of all points, nothing dropped.
 
     Args:
         network: What is trained.
@@ -51,13 +54,22 @@ class PoseTask(Task):
     def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the crops ``index``, disturbed afresh."""
         batch, network = self._draw("train", index, step + 1, share), self.network
-        embedding = network.embed(batch.inputs)
-        proposal = network.propose(batch.inputs, embedding)
-        loss = network.loss(proposal, batch.truth, self._shapes, self.config.loss)
-        if fraction >= self.config.refiner_start:
+        alone = refiner_alone(self.config, fraction)
+        if alone:
+            network.eval()
+        with torch.set_grad_enabled(not alone):
+            embedding = network.embed(batch.inputs)
+            proposal = network.propose(batch.inputs, embedding)
+        losses = [] if alone else [network.loss(proposal, batch.truth, self._shapes, self.config.loss)]
+        if fraction >= refiner_begins(self.config):
+            # Each correction by itself, as the original: the next begins where this one ends, without its gradient.
             for pose in self._corrections(network, proposal, batch, embedding):
-                loss = loss + self._distance(*pose, batch, self.config.loss.symmetry).mean()
-        return loss
+                losses.append(self._distance(*pose, batch, self.config.loss.symmetry).mean())
+        return torch.stack(losses).sum()
+
+    def rate(self, fraction: float, step: int) -> float:
+        """Return the factor on the learning rate of a step."""
+        return rate_factor(self.config, fraction, step)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return the median RMS surface distance of the most confident poses, and shares below each threshold."""

@@ -52,6 +52,8 @@ def train_method(
     if old:
         _require_same(old, method.name, config, run)
     job = _Job(method, tuple(data), run, old.train if old else config, _crops_folder(cache))
+    if job.config.phase == "refiner" and not (init or (old and old.started_from)):
+        raise TrainingError("phase refiner trains on top of a network: name it with --init, a bundled name or a run")
     log = RunLog(run / run_folder.LOG)
     names = ", ".join(map(str, data))
     log.note(f"{'resume' if old else 'train'} {method.name} {job.config.size} on {names}, torch {torch.__version__}")
@@ -141,7 +143,8 @@ def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -
     start_at_mean_rotation(network, prepared.crops["train"], config.objects)
     if old:
         init = old.started_from.name if old.started_from else None
-    started_from = start_from(init, network, config.objects) if init else None
+    only_refiner = config.train.phase == "refiner"
+    started_from = start_from(init, network, config.objects, all_known=only_refiner) if init else None
     return network, replace(prepared, config=replace(config, started_from=started_from))
 
 

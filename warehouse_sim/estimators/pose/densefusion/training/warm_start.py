@@ -14,7 +14,9 @@ from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
 from warehouse_sim.resources import model_dir
 
 
-def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[ObjectShape]) -> StartingWeights:
+def start_from(
+    name_or_run: str | Path, network: DenseFusion, shapes: Sequence[ObjectShape], all_known: bool = False
+) -> StartingWeights:
     """Copy the weights of a bundled estimator or a run into ``network``; objects are matched by name.
 
     What a network keeps for each object is copied where both know the object. Other objects keep what ``network``
@@ -24,10 +26,11 @@ def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[O
         name_or_run: Bundled name or run folder.
         network: Where to.
         shapes: The objects that it knows, in the order of its classes.
+        all_known: Whether the run must know them all, since nothing will train what it lacks.
 
     Raises:
         UnknownNameError: Neither a bundled name nor a folder.
-        TrainingError: The run is incomplete, or its network is another one.
+        TrainingError: The run is incomplete, its network is another one, or it does not know an object that it must.
     """
     folder = model_dir(name_or_run)
     old = read_config(folder)
@@ -35,6 +38,11 @@ def start_from(name_or_run: str | Path, network: DenseFusion, shapes: Sequence[O
         raise TrainingError(_misfit(name_or_run, old, network.config))
     source = load_network(folder, old).state_dict()
     known = {shape.name: number for number, shape in enumerate(old.objects)}
+    if all_known and (others := [shape.name for shape in shapes if shape.name not in known]):
+        raise TrainingError(
+            f"{name_or_run} does not know {', '.join(others)}, and a phase that trains the refiner alone cannot teach "
+            f"them; train without them: --objects {' '.join(known)}"
+        )
     pairs = [(number, known[shape.name]) for number, shape in enumerate(shapes) if shape.name in known]
     per_object = per_object_tensors(network.config)
     with torch.no_grad():
