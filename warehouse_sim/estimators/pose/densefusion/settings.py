@@ -110,7 +110,7 @@ class TrainConfig(LoopConfig):
     """Widths of the network: nano trains in minutes on a CPU, full has the original widths."""
     faithful: bool = False
     """Keep the original's quirks: image values of 0-255, log-softmax over the embedding, no batch normalisation,
-    average pooling, separate heads."""
+    corners aligned, average pooling, a refiner that pools both layers, separate heads."""
     surroundings: bool = False
     """Give the network what is around the mask, too, each point labelled in or out, and let it say which points are
     the object's."""

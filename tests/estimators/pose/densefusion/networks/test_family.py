@@ -16,6 +16,7 @@ from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.psp import Upsample
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 
 READS = {
@@ -164,12 +165,74 @@ def test_a_missing_crop_is_named() -> None:
         network(x._replace(depth=None))
 
 
-def test_full_size_has_about_the_original_number_of_parameters() -> None:
-    # 21.36 M and 1.92 M for one class in the original, less its dead classifier. Its refiner pools the first layer's
-    # features too, which makes 0.07 M.
-    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", faithful=True), 1)
-    millions = sum(value.numel() for value in network.parameters()) / 1e6
-    assert millions == pytest.approx(23.28, abs=0.1)
+def weights_of(part: torch.nn.Module) -> int:
+    return sum(value.numel() for value in part.parameters())
+
+
+@pytest.mark.parametrize("objects", [1, 13, 21])
+def test_faithful_has_the_originals_parameters_to_the_last(objects: int) -> None:
+    """Counted along the layers of ``lib/network.py``, ``pspnet.py`` and ``extractors.py``, less the dead classifier."""
+
+    def layer(before: int, after: int, size: int = 1, bias: bool = True) -> int:
+        return before * after * size**2 + after * bias
+
+    widths = [(64, 64), (64, 64), (64, 128), (128, 128), (128, 256), (256, 256), (256, 512), (512, 512)]
+    blocks = sum(layer(a, b, 3, False) + layer(b, b, 3, False) + (a != b) * a * b for a, b in widths)
+    pyramid = 4 * layer(512, 512, bias=False) + layer(2560, 1024)
+    decoder = layer(1024, 256, 3) + layer(256, 64, 3) + layer(64, 64, 3) + 3  # PReLU has one slope
+    extractor = layer(3, 64, 7, False) + blocks + pyramid + decoder + layer(64, 32)
+    points = layer(3, 64) + layer(64, 128) + layer(32, 64) + layer(64, 128)
+    feature = points + layer(256, 512) + layer(512, 1024)
+    head = 3 * (layer(1408, 640) + layer(640, 256) + layer(256, 128)) + layer(128, 8 * objects)
+    refiner = points + layer(384, 512) + layer(512, 1024) + 2 * (layer(1024, 512) + layer(512, 128))
+    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", faithful=True), objects)
+    assert weights_of(network.images) == extractor
+    assert weights_of(network.points) == feature
+    assert weights_of(network.heads) == head
+    assert weights_of(network.refiner) == refiner + layer(128, 7 * objects)
+    # As rounded figures of the original go: 21.36, 21.37 and 21.38 M, and 1.92 to 1.94 M for the refiner.
+    millions = round((extractor + feature + head) / 1e6, 2)
+    assert millions == {1: 21.36, 13: 21.37, 21: 21.38}[objects]
+    assert 1.915e6 < weights_of(network.refiner) < 1.945e6
+
+
+def test_the_faithful_refiner_pools_384_channels_and_192_without_an_image() -> None:
+    for name, channels in (("densefusion", 384), ("densefusion-pointcloud", 192)):
+        network, x = build(name, "full", faithful=True)
+        seen = []
+        network.refiner.branch.pooled.register_forward_hook(lambda _, given, out, seen=seen: seen.append(given[0]))
+        network.eval()
+        with torch.inference_mode():
+            first, second = network.refiner.branch.layers(x.points, embedding := network.embed(x))
+            network.refiner(x.points, embedding, x.class_index)
+        assert seen[0].shape == (BATCH, 500, channels)
+        torch.testing.assert_close(seen[0], torch.cat([*first, *second], dim=-1))
+
+
+def test_the_faithful_decoder_aligns_corners() -> None:
+    ours, theirs = (ESTIMATORS.get("densefusion").network("small", flag) for flag in (False, True))
+    ramp = torch.linspace(0.0, 7.0, 8).expand(1, 1, 8, 8)
+    for config in (ours, theirs):
+        network = DenseFusion(config, 1)
+        (up,) = [part for part in network.images[0].extractor.decoder if isinstance(part, Upsample)][:1]
+        seen: list[torch.Tensor] = []
+        up.conv = Recorder(seen)
+        up(ramp)
+        row = seen[0][0, 0, 0]
+        assert (float(row[0]), float(row[-1])) == (0.0, 7.0)
+        # Aligned, all steps are 7/15; else the first and the last pixels are half a pixel outside of the first centres.
+        steps = row.diff()
+        assert bool(torch.allclose(steps, torch.full((15,), 7 / 15), atol=1e-5)) == (config is theirs)
+
+
+class Recorder(torch.nn.Module):
+    def __init__(self, seen: list[torch.Tensor]) -> None:
+        super().__init__()
+        self.seen = seen
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        self.seen.append(x)
+        return x
 
 
 def test_the_two_middle_fusions_differ_in_their_attention_only() -> None:

@@ -55,7 +55,7 @@ def as_original(config: DenseFusionConfig) -> DenseFusionConfig:
         config,
         points=replace(config.points, pooling="average"),
         heads=replace(config.heads, shared=False, class_bias=False, training_points=None),
-        refiner=replace(config.refiner, pooling="average", shared=False, class_bias=False),
+        refiner=replace(config.refiner, pooling="average", shared=False, class_bias=False, both_layers=True),
         images=tuple(replace(image, faithful=True) for image in config.images),
     )
 

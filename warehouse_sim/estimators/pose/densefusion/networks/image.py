@@ -36,7 +36,8 @@ class ImageConfig:
     embedding: Annotated[int, Range(1, 8192)] = 32
     """Channels of the embedding at each pixel, 1-8,192."""
     faithful: bool = False
-    """As the original: ImageNet's statistics on values of 0-255, no batch normalisation, log-softmax over channels."""
+    """As the original: ImageNet's statistics on values of 0-255, no batch normalisation, corners aligned, log-softmax
+    over channels."""
 
     def __post_init__(self) -> None:
         if not self.reads or len(set(self.reads)) < len(self.reads):

@@ -45,9 +45,12 @@ class PointBranch(nn.Module):
         config: Widths.
         embedding_channels: Channels of the image embedding at each point, 0 for none.
         remarks: What else is known of each point, in channels.
+        both_layers: Whether the whole object is described by the features of both layers; else by those of the second.
     """
 
-    def __init__(self, config: PointConfig, embedding_channels: int, remarks: int = 0) -> None:
+    def __init__(
+        self, config: PointConfig, embedding_channels: int, remarks: int = 0, both_layers: bool = False
+    ) -> None:
         super().__init__()
         first, second = config.local
         self.geometry_1, self.geometry_2 = point_layers(3 + remarks, first), point_layers(first, second)
@@ -55,7 +58,8 @@ class PointBranch(nn.Module):
         if self.has_image:
             self.image_1, self.image_2 = point_layers(embedding_channels, first), point_layers(first, second)
         branches = 2 if self.has_image else 1
-        self.pooled = point_layers(second * branches, *config.pooled[:-1])
+        self.both_layers = both_layers
+        self.pooled = point_layers((first + second if both_layers else second) * branches, *config.pooled[:-1])
         self.deepest = nn.Linear(*config.pooled[-2:])
         self.pooling = config.pooling
         self.second_channels = second * branches
@@ -73,7 +77,7 @@ class PointBranch(nn.Module):
             wanted: Only so many points' features are returned, the first; None for all.
         """
         first, second = self.layers(points, embedding)
-        return local_features(first, second, wanted), self.pool(second)
+        return local_features(first, second, wanted), self.pool([*first, *second] if self.both_layers else second)
 
     def describe(
         self,
@@ -82,7 +86,8 @@ class PointBranch(nn.Module):
         trust: Float[Tensor, "b n"] | None = None,
     ) -> Float[Tensor, "b global"]:
         """Return the features of the whole object only, points weighted by ``trust``."""
-        return self.pool(self.layers(points, embedding)[1], trust)
+        first, second = self.layers(points, embedding)
+        return self.pool([*first, *second] if self.both_layers else second, trust)
 
     def layers(self, points: Tensor, embedding: Tensor | None) -> tuple[list[Tensor], list[Tensor]]:
         """Return the features after the first and the second layers, of geometry and, if there is one, of the image.
@@ -101,7 +106,7 @@ class PointBranch(nn.Module):
         return first, second
 
     def pool(self, second: list[Tensor], trust: Float[Tensor, "b n"] | None = None) -> Float[Tensor, "b global"]:
-        """Return the features of the whole object from those after the second layers.
+        """Return the features of the whole object from those after the second layers, or after both.
 
         Args:
             second: Features of each point.

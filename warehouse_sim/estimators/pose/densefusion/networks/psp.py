@@ -2,6 +2,7 @@
 
 Layers after He et al., CVPR 2016, and Zhao et al., "Pyramid Scene Parsing Network", CVPR 2017. With batch
 normalisation on request, without the original's unused classifier. The last layer is only computed where points are.
+Between pixels a decoder that aligns corners, as the original's, and one that does not disagree by up to half a pixel.
 """
 
 import torch
@@ -15,9 +16,11 @@ from warehouse_sim.estimators.pose.densefusion.networks.pixels import at_pixels
 def _conv(before: int, after: int, size: int, stride: int = 1, dilation: int = 1, norm: bool = True) -> nn.Module:
     padding = dilation * (size // 2)
     conv = nn.Conv2d(before, after, size, stride, padding=padding, dilation=dilation, bias=False)
-    if norm:
-        return nn.Sequential(conv, nn.BatchNorm2d(after))
-    # Without normalisation the depth of the network needs He's initial weights, as the original has.
+    return nn.Sequential(conv, nn.BatchNorm2d(after)) if norm else _begun(conv)
+
+
+def _begun(conv: nn.Conv2d) -> nn.Conv2d:
+    """Give a convolution He's initial weights, which the network's depth needs without normalisation, like the original."""
     nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
     return conv
 
@@ -33,7 +36,10 @@ class BasicBlock(nn.Module):
             _conv(after, after, 3, 1, dilation, norm),
         )
         changed = stride != 1 or before != after
-        self.shortcut = nn.Conv2d(before, after, 1, stride, bias=False) if changed else nn.Identity()
+        self.shortcut: nn.Module = nn.Identity()
+        if changed:
+            shortcut = nn.Conv2d(before, after, 1, stride, bias=False)
+            self.shortcut = shortcut if norm else _begun(shortcut)
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> Float[Tensor, "b o h2 w2"]:
         """Return features after the residual sum."""
@@ -63,13 +69,14 @@ class PyramidPooling(nn.Module):
 class Upsample(nn.Module):
     """Double the resolution: (b,i,h,w) -> (b,o,2h,2w)."""
 
-    def __init__(self, before: int, after: int) -> None:
+    def __init__(self, before: int, after: int, align_corners: bool = False) -> None:
         super().__init__()
+        self.align_corners = align_corners
         self.conv = nn.Sequential(nn.Conv2d(before, after, 3, padding=1), nn.PReLU())
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> Float[Tensor, "b o h2 w2"]:
         """Return features at twice the resolution."""
-        return self.conv(interpolate(x, scale_factor=2.0, mode="bilinear", align_corners=False))
+        return self.conv(interpolate(x, scale_factor=2.0, mode="bilinear", align_corners=self.align_corners))
 
 
 class PspResNet18(nn.Module):
@@ -82,7 +89,8 @@ class PspResNet18(nn.Module):
         channels: Channels of the image.
         width: Channels w of the stem, 64 in the original.
         embedding: Channels of the result.
-        norm: Whether convolutions of the residual network are followed by batch normalisation; not in the original.
+        norm: Whether convolutions of the residual network are followed by batch normalisation; not in the original,
+            whose decoder aligns the corners of what it enlarges.
     """
 
     def __init__(self, channels: int, width: int, embedding: int, norm: bool = True) -> None:
@@ -103,11 +111,11 @@ class PspResNet18(nn.Module):
         self.stages = nn.Sequential(*blocks)
         self.pyramid = nn.Sequential(PyramidPooling(8 * width), nn.Dropout2d(0.3))
         self.decoder = nn.Sequential(
-            Upsample(16 * width, 4 * width),
+            Upsample(16 * width, 4 * width, align_corners=not norm),
             nn.Dropout2d(0.15),
-            Upsample(4 * width, width),
+            Upsample(4 * width, width, align_corners=not norm),
             nn.Dropout2d(0.15),
-            Upsample(width, width),
+            Upsample(width, width, align_corners=not norm),
         )
         self.out = nn.Linear(width, embedding)
 

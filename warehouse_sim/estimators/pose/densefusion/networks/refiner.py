@@ -29,6 +29,9 @@ class RefinerConfig:
     """The same hidden layers for rotation and translation; the original has them apart."""
     class_bias: bool = True
     """Whether the hidden layers know the object's class, not only the last; not in the original."""
+    both_layers: bool = False
+    """Whether the features of both per-point layers are pooled, 384 channels at full width, as in the original; else
+    those of the second."""
 
 
 class _Trunk(nn.Module):
@@ -59,7 +62,7 @@ class Refiner(nn.Module):
     def __init__(self, config: RefinerConfig, embedding_channels: int, classes: int) -> None:
         super().__init__()
         points = PointConfig(local=config.local, pooled=config.pooled, pooling=config.pooling)
-        self.branch = PointBranch(points, embedding_channels)
+        self.branch = PointBranch(points, embedding_channels, both_layers=config.both_layers)
         known = classes if config.class_bias else 0
         sizes = (sum(self._OUTPUTS),) if config.shared else self._OUTPUTS
         self.trunks = nn.ModuleList(_Trunk(self.branch.global_channels, config.widths, known) for _ in sizes)
