@@ -131,7 +131,11 @@ def _shapes() -> ShapeTensors:
     half_turn = torch.diag(torch.tensor([-1.0, -1.0, 1.0]))
     anchors = torch.tensor([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * torch.tensor([0.5, 0.3, 0.06])
     return ShapeTensors(
-        anchors[None], torch.stack([torch.eye(3), half_turn])[None], torch.zeros(1, 2, 3), torch.zeros(1, 0, 3)
+        anchors[None],
+        torch.stack([torch.eye(3), half_turn])[None],
+        torch.zeros(1, 2, 3),
+        torch.zeros(1, 0, 3),
+        torch.ones(1),
     )
 
 

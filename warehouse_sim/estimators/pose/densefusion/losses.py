@@ -10,9 +10,10 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import logsigmoid
 
+from warehouse_sim.estimators.pose.densefusion.chamfer import chamfer_distance
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss
 
 # Keeps the square root differentiable at a perfect prediction; 1e-4 of half a diameter.
 _EPSILON = 1e-8
@@ -53,6 +54,33 @@ def pose_distance(
             return plain
         symmetric = shapes.is_symmetric()[truth.class_index]
         return torch.where(symmetric[:, None], _nearest_point_distance(rotation, translation, truth, shapes), plain)
+
+
+def loss_distance(
+    rotation: Float[Tensor, "b n 3 3"],
+    translation: Float[Tensor, "b n 3"],
+    truth: Truth,
+    shapes: ShapeTensors,
+    config: LossConfig,
+) -> Float[Tensor, "b n"]:
+    """Return the distance of each predicted pose to the true one that training minimises.
+
+    Args:
+        rotation: Predicted rotations.
+        translation: Predicted object origins, normalised.
+        truth: True poses.
+        shapes: Shapes of the classes.
+        config: Which distance, and its unit.
+    """
+    squared = config.distance == "chamfer-squared"
+    if config.distance == "surface":
+        found = pose_distance(rotation, translation, truth, shapes, config.symmetry)
+    else:
+        found = chamfer_distance(rotation, translation, truth, shapes, squared)
+    if config.unit == "half-diameters":
+        return found
+    scale = shapes.half_diameter[truth.class_index][:, None]
+    return found * (scale.square() if squared else scale)
 
 
 def confidence_loss(

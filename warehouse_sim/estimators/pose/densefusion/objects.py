@@ -13,6 +13,8 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.plain import is_rigid
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.geometry.mesh import sample_surface
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.ranges import Range, ranged
 
 _MOMENT_SAMPLES = 20_000
@@ -39,7 +41,8 @@ class ObjectShape:
     """Poses that look the same to the network, each a 4x4 matrix row by row (m), -1,000 to 1,000: the declared group,
     or that of the shape where the network sees no colour."""
     surface: Annotated[tuple[float, ...], Range(-1000, 1000, "m")] = ()
-    """Points evenly on the surface, 3 values each (m), -1,000 to 1,000; where the nearest-point loss needs them."""
+    """Points evenly on the surface, 3 values each (m), -1,000 to 1,000, beside their images under the symmetries; where
+    the loss compares them."""
     class_name: str = ""
     """Detection class of the geometry."""
 
@@ -78,9 +81,20 @@ def measure_shape(
         centroid=tuple(map(float, points.mean(axis=0))),
         covariance=tuple(map(float, np.cov(points.T, bias=True).ravel())),
         symmetries=tuple(tuple(map(float, T.ravel())) for T in symmetry.transforms),
-        surface=tuple(np.round(points[:surface_points], 4).ravel().tolist()),
+        surface=tuple(np.round(_closed(points, symmetry, surface_points), 4).ravel().tolist()),
         class_name=info.class_name,
     )
+
+
+def _closed(points: Float[np.ndarray, "n 3"], group: SymmetryGroup, count: int) -> Float[np.ndarray, "m 3"]:
+    """Return about ``count`` of the points, each beside its images under the group.
+
+    So a pose that looks like the true one has all its points where those of the true one are.
+    """
+    if count == 0:
+        return points[:0]
+    few = points[: max(1, count // len(group))]
+    return np.stack([transform_points(T, few) for T in group.transforms], axis=1).reshape(-1, 3)
 
 
 def _samples(info: ObjectInfo, rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
@@ -105,7 +119,9 @@ class ShapeTensors(NamedTuple):
     symmetry_rotation: Float[Tensor, "c g 3 3"]
     symmetry_translation: Float[Tensor, "c g 3"]
     surface: Float[Tensor, "c m 3"]
-    """Points of the surfaces; none unless the nearest-point loss is used."""
+    """Points of the surfaces; none unless the loss compares them."""
+    half_diameter: Float[Tensor, " c"]
+    """Length of the unit (m)."""
 
     def is_symmetric(self) -> Bool[Tensor, " c"]:
         """Return which classes have more than one look-alike pose."""
@@ -136,6 +152,7 @@ def shape_tensors(shapes: Sequence[ObjectShape]) -> ShapeTensors:
         groups[..., :3, :3],
         groups[..., :3, 3] / half[:, None, None],
         surface / half[:, None, None],
+        half,
     )
     return ShapeTensors(*(torch.tensor(array, dtype=torch.float32) for array in arrays))
 

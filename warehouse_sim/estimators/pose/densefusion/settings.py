@@ -73,28 +73,40 @@ class AugmentConfig:
     """Standard deviation of how far they lean about each horizontal axis, 0-45."""
 
 
+Distance = Literal["surface", "chamfer", "chamfer-squared"]
 SymmetryLoss = Literal["group", "shape", "none", "nearest"]
 
 
 @dataclass(frozen=True)
 @ranged
 class LossConfig:
-    """What training minimises; lengths are in half diameters of the object."""
+    """What training minimises; lengths are in half diameters of the object, unless ``unit`` says metres."""
 
+    distance: Distance = "surface"
+    """surface: of the same surface points under both poses, or as ``symmetry`` says; chamfer: mean distance from each
+    surface point to the nearest one of the other pose, both ways, which needs no symmetry; chamfer-squared: of its
+    squares, as the dissertation, which has ``unit`` metres and ``confidence_weight`` 0.015."""
+    unit: Literal["half-diameters", "metres"] = "half-diameters"
+    """Of distances (squared: its square) and ``confidence_weight``; the original and the dissertation have metres."""
     symmetry: SymmetryLoss = "group"
     """group: nearest equivalent of the true pose over the declared group, or over that of the shape where the network
     sees no colour; shape: over that of the shape in any case, for crops too small to tell print; none: symmetric looks
     are told apart; nearest: nearest surface point for symmetric classes, as the original."""
     confidence_weight: Annotated[float, Range(0.000001, 1000)] = 0.08
-    """Error up to which full confidence pays, in half diameters, 0.000001-1,000."""
+    """Error up to which full confidence pays, in ``unit``, 0.000001-1,000."""
     coordinate_weight: Annotated[float, Range(0, 1000)] = 0.01
     """Weight of the object coordinates against the pose that is fitted to them, 0-1,000."""
     nearest_hypotheses: Annotated[int, Range(1, 65_536)] = 16
-    """Hypotheses of an object that the nearest-point loss looks at, 1-65,536."""
+    """Hypotheses of an object that losses over surface points look at, nearest and chamfer, 1-65,536."""
     nearest_points: Annotated[int, Range(1, 65_536)] = 128
-    """Surface points of an object in the nearest-point loss, 1-65,536."""
+    """Surface points of an object in losses over them, 1-65,536."""
     inlier_weight: Annotated[float, Range(0, 1000)] = 0.1
     """Weight of telling the object's points from others, for networks that do, 0-1,000."""
+
+    @property
+    def reads_surface(self) -> bool:
+        """Whether points of the surface are compared, not its moments."""
+        return self.distance != "surface" or self.symmetry == "nearest"
 
 
 Balance = Literal["crops", "objects", "classes"]

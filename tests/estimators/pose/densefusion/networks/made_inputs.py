@@ -37,6 +37,7 @@ def made_shapes() -> ShapeTensors:
         torch.eye(3).repeat(CLASSES, 1, 1, 1),
         torch.zeros(CLASSES, 1, 3),
         torch.randn(CLASSES, 20, 3) * 0.5,
+        torch.full((CLASSES,), 0.7),
     )
 
 

@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, coordinate_loss, pose_distance
+from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, coordinate_loss, loss_distance
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, SplitTrunk
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
 from warehouse_sim.estimators.pose.densefusion.networks.kabsch import fit_pose
@@ -82,7 +82,7 @@ class CoordinateHeads(nn.Module):
         found, coordinates, _ = proposal
         assert coordinates is not None
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
-        distance = pose_distance(rotation, found.translation, truth, shapes, config.symmetry)
+        distance = loss_distance(rotation, found.translation, truth, shapes, config)
         belongs = None if truth.belongs is None else truth.belongs[:, : coordinates.points.shape[1]]
         likelihood = coordinate_loss(
             coordinates.object_points,

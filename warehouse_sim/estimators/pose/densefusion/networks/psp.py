@@ -20,7 +20,7 @@ def _conv(before: int, after: int, size: int, stride: int = 1, dilation: int = 1
 
 
 def _begun(conv: nn.Conv2d) -> nn.Conv2d:
-    """Give a convolution He's initial weights, which the network's depth needs without normalisation, like the original."""
+    """Give a convolution He's initial weights, as the original: without normalisation so many layers need them."""
     nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
     return conv
 

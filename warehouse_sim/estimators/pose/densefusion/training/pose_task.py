@@ -6,11 +6,11 @@ from torch import Tensor, nn
 
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
-from warehouse_sim.estimators.pose.densefusion.losses import pose_distance
+from warehouse_sim.estimators.pose.densefusion.losses import loss_distance, pose_distance
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.phases import rate_factor, refiner_alone, refiner_begins
 from warehouse_sim.learning.loop import Task
 
@@ -64,7 +64,8 @@ class PoseTask(Task):
         if fraction >= refiner_begins(self.config):
             # Each correction by itself, as the original: the next begins where this one ends, without its gradient.
             for pose in self._corrections(network, proposal, batch, embedding):
-                losses.append(self._distance(*pose, batch, self.config.loss.symmetry).mean())
+                rotation, translation = (value[:, None] for value in pose)
+                losses.append(loss_distance(rotation, translation, batch.truth, self._shapes, self.config.loss).mean())
         return torch.stack(losses).sum()
 
     def rate(self, fraction: float, step: int) -> float:
@@ -88,8 +89,8 @@ class PoseTask(Task):
         batch = self._draw("val", index, 0)
         embedding = network.embed(batch.inputs)
         proposal = network.propose(batch.inputs, embedding)
-        before = self._distance(*proposal.hypotheses.most_confident(), batch, "group")
-        after = [self._distance(*one, batch, "group") for one in self._corrections(network, proposal, batch, embedding)]
+        before = self._distance(*proposal.hypotheses.most_confident(), batch)
+        after = [self._distance(*one, batch) for one in self._corrections(network, proposal, batch, embedding)]
         return torch.stack([before, after[-1] if after else before], dim=1) * batch.scale[:, None]
 
     def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
@@ -110,10 +111,8 @@ class PoseTask(Task):
             poses.append(network.refine(*poses[-1], batch.inputs, embedding, proposal))
         return poses[1:]
 
-    def _distance(
-        self, rotation: Tensor, translation: Tensor, batch: Batch, symmetry: SymmetryLoss
-    ) -> Float[Tensor, " b"]:
-        return pose_distance(rotation[:, None], translation[:, None], batch.truth, self._shapes, symmetry)[:, 0]
+    def _distance(self, rotation: Tensor, translation: Tensor, batch: Batch) -> Float[Tensor, " b"]:
+        return pose_distance(rotation[:, None], translation[:, None], batch.truth, self._shapes)[:, 0]
 
 
 def _median_mm(distance: Float[Tensor, " k"]) -> float:

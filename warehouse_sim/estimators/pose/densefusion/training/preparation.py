@@ -72,7 +72,7 @@ def prepare(
         found[split] = [arrays for arrays in reads if arrays is not None]
     known = _known_objects(found, wanted, crop, data)
     rng = np.random.default_rng(config.seed)
-    surface = config.loss.nearest_points if config.loss.symmetry == "nearest" else 0
+    surface = config.loss.nearest_points if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
     sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
