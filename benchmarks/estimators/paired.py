@@ -17,8 +17,9 @@ import numpy as np
 import tyro
 
 from benchmarks.estimators.marked import replace_table
+from benchmarks.estimators.over_seeds import answer, applies, as_markdown, passed
 from benchmarks.estimators.score import SELECTIONS, score
-from benchmarks.estimators.study import DOCUMENT, answer, applies, as_markdown, passed
+from benchmarks.estimators.study import DOCUMENT
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim import generate, load_recipe, train
 from warehouse_sim.dataset.reader import DatasetReader

@@ -14,8 +14,8 @@ import numpy as np
 import tyro
 
 from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.over_seeds import applies, passed
 from benchmarks.estimators.score import DOCKING_RANGE, Setting, score
-from benchmarks.estimators.study import applies, passed
 from benchmarks.estimators.upon import settings_upon
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import train

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.estimators import paired, study
+from benchmarks.estimators import over_seeds, paired
 from warehouse_sim.generation.recipe import load_recipe
 
 SCENES = np.repeat(np.arange(6), 5)
@@ -22,7 +22,7 @@ def scores(passes: list[int]) -> Any:
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> paired.Found:
     """Two seeds: 10 and 14 of 30 for whoever is scored on what it was trained on, else 7 and 5; 20 of 30 for both."""
-    monkeypatch.setattr(study, "pass_values", lambda table, config: table.values)
+    monkeypatch.setattr(over_seeds, "pass_values", lambda table, config: table.values)
     own, other, both = ([10, 14], [7, 5], [20, 20])
     sets = ("raster", "pathtrace")
     counts = {(a, b): own if a == b else other for a in sets for b in sets} | {("both", b): both for b in sets}

@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import ttest_1samp
 
 from benchmarks.estimators.marked import replace_table
-from benchmarks.estimators.study import METRICS, as_markdown, seed_interval
+from benchmarks.estimators.over_seeds import as_markdown, seed_interval, seed_p, sentences, standing
+from benchmarks.estimators.study import METRICS
 
 
 def test_the_interval_over_seeds_is_that_of_the_t_test():
@@ -54,3 +55,43 @@ def test_a_table_is_replaced_between_its_marks_only(tmp_path):
     ]
     with pytest.raises(ValueError, match="three"):
         replace_table(path, "three", "new")
+
+
+def test_the_p_value_is_that_of_the_t_test():
+    for values in ([0.1, 0.2, 0.4], [0.0, 0.01, -0.02, 0.03], [0.5, 0.5001]):
+        assert seed_p(values) == pytest.approx(ttest_1samp(values, 0.0).pvalue, rel=1e-9)
+    assert seed_p([0.3]) == 1.0
+
+
+def made_answers(draws: np.ndarray, scenes: tuple[float, float] = (0.01, 0.09)) -> list[dict]:
+    return [
+        {
+            "question": f"does {number} help",
+            "metric": "add_5pct",
+            "difference": float(values.mean()),
+            "difference_interval": seed_interval(values),
+            "scenes_interval": scenes,
+            "seeds": values.tolist(),
+        }
+        for number, values in enumerate(draws)
+    ]
+
+
+def test_chance_alone_rarely_answers_any_of_many_questions():
+    rng = np.random.default_rng(1)
+    wrong = [any(standing(made_answers(rng.normal(0.0, 0.02, (25, 8))))) for _ in range(400)]
+    assert np.mean(wrong) < 0.08  # 72 % without the correction
+
+
+def test_what_stands_is_said_and_nothing_else():
+    rng = np.random.default_rng(2)
+    draws = rng.normal(0.0, 0.01, (20, 8)) + np.array([0.05, -0.05, *[0.0] * 18])[:, None]
+    answers = made_answers(draws)
+    answers[1]["scenes_interval"] = (-0.08, -0.02)
+    text = sentences(answers)
+    assert "2 of 20 questions answered by 8 seeds" in text
+    assert "does 0 help: yes, +" in text
+    assert "does 1 help: no, it costs, -" in text
+    assert text.count("does ") == 2
+    # Where test scenes leave it open, it is left open.
+    assert "no answer to any of the 20 questions" in sentences(made_answers(draws, (-0.01, 0.2)))
