@@ -5,13 +5,15 @@ import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import pallet_shape
+from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.warm_start import start_from
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig, with_preset
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import settings_from, start_from
+from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.run_folder import DatasetSource, write_weights
 
 NAMES = ("a", "b", "c")
@@ -66,3 +68,26 @@ def test_another_size_is_refused_with_what_would_fit(tmp_path: Path) -> None:
     target = DenseFusion(ESTIMATORS.get("densefusion-pointcloud").network("small"), 3)
     with pytest.raises(TrainingError, match=r"other points.*--size nano"):
         start_from(folder, target, shapes(*NAMES))
+
+
+def test_what_is_left_at_its_default_is_that_of_the_weights(tmp_path: Path) -> None:
+    robust = with_preset(TrainConfig(loss=LossConfig(symmetry="shape")), "robust")
+    run = made_run(tmp_path / "run", "densefusion-depth", preset="robust")
+    write_config(run, replace(read_config(run), train=robust))
+    found = settings_from(run, TrainConfig(batch=7))
+    assert (found.batch, found.surroundings, found.upright) == (7, True, True)
+    assert (found.augment, found.loss) == (robust.augment, robust.loss)
+    other = LossConfig(distance="chamfer")
+    assert settings_from(run, TrainConfig(loss=other)).loss == other
+    plain = DenseFusion(ESTIMATORS.get("densefusion-depth").network("nano"), 1)
+    with pytest.raises(TrainingError, match=r"other .*inliers, upright.*--surroundings --upright"):
+        start_from(run, plain, shapes("toy-pallet"))
+
+
+def test_robust_weights_are_gone_on_from_by_their_name_alone(toy_root: Path, tmp_path: Path) -> None:
+    below = made_run(tmp_path / "below", preset="robust")
+    short = TrainConfig(max_minutes=None, max_steps=2, batch=2, validations=1, workers=1)
+    for phase in ("joint", "refiner"):
+        run = train("densefusion-pointcloud", toy_root, tmp_path / phase, replace(short, phase=phase), init=below)
+        config = read_config(run)
+        assert (config.train.surroundings, config.network.upright, config.train.phase) == (True, True, phase)

@@ -20,7 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_
 from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
-from warehouse_sim.estimators.pose.densefusion.training.warm_start import start_from
+from warehouse_sim.estimators.pose.densefusion.training.warm_start import settings_from, start_from
 from warehouse_sim.learning import run_folder
 from warehouse_sim.learning.checkpoint import latest_checkpoint
 from warehouse_sim.learning.clock import Clock
@@ -49,10 +49,13 @@ def train_method(
 ) -> Path:
     """Train ``method``; arguments and errors are those of ``warehouse_sim.estimators.train.train``."""
     old = read_config(run) if run_folder.claim_folder(run, resume) else None
+    if start := init or (old.started_from.name if old and old.started_from else None):
+        # Left out, on resuming, are all settings.
+        config = config if old and config == TrainConfig() else settings_from(start, config)
     if old:
         _require_same(old, method.name, config, run)
     job = _Job(method, tuple(data), run, old.train if old else config, _crops_folder(cache))
-    if job.config.phase == "refiner" and not (init or (old and old.started_from)):
+    if job.config.phase == "refiner" and not start:
         raise TrainingError("phase refiner trains on top of a network: name it with --init, a bundled name or a run")
     log = RunLog(run / run_folder.LOG)
     names = ", ".join(map(str, data))

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -10,8 +11,12 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
 from warehouse_sim.resources import model_dir
+
+_TAKEN_OVER = ("size", "faithful", "surroundings", "upright", "augment", "loss")
+"""Settings of a run that weights were made for: inputs, and what was disturbed and minimised."""
 
 
 def start_from(
@@ -55,6 +60,22 @@ def start_from(
     return StartingWeights(str(name_or_run), hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest())
 
 
+def settings_from(name_or_run: str | Path, config: TrainConfig) -> TrainConfig:
+    """Return settings for going on with weights: those left at their defaults are theirs, where inputs hang on them.
+
+    Args:
+        name_or_run: Bundled name or run folder.
+        config: What was asked for.
+
+    Raises:
+        UnknownNameError: Neither a bundled name nor a folder.
+        TrainingError: The run is incomplete.
+    """
+    old, default = read_config(model_dir(name_or_run)).train, TrainConfig()
+    taken = {name: getattr(old, name) for name in _TAKEN_OVER if getattr(config, name) == getattr(default, name)}
+    return replace(config, **taken)
+
+
 def per_object_tensors(config: DenseFusionConfig) -> set[str]:
     """Return the names of the weights with one row an object: those that grow with the number of objects."""
     with torch.device("meta"):
@@ -63,10 +84,12 @@ def per_object_tensors(config: DenseFusionConfig) -> set[str]:
 
 
 def _misfit(name_or_run: str | Path, old: RunConfig, network: DenseFusionConfig) -> str:
-    parts = [name for name in ("points", "heads", "refiner", "images", "fusion")
+    parts = [name for name in ("points", "heads", "refiner", "images", "fusion", "inliers", "upright")
              if getattr(old.network, name) != getattr(network, name)]  # fmt: skip
-    faithful = " and faithful" if old.train.faithful else ""
+    kinds = ("faithful", "surroundings", "upright")
+    more = "".join(f" --{name}" for name in kinds if getattr(old.train, name))
+    told = "".join(f", {name}" for name in kinds if getattr(old.train, name))
     return (
-        f"{name_or_run} holds weights of {old.estimator}, size {old.train.size}{faithful}, which do not fit "
-        f"(other {', '.join(parts)}); train {old.estimator} with --size {old.train.size}, or without --init"
+        f"{name_or_run} holds weights of {old.estimator}, size {old.train.size}{told}, which do not fit "
+        f"(other {', '.join(parts)}); train {old.estimator} with --size {old.train.size}{more}, or without --init"
     )
