@@ -9,6 +9,7 @@ from warehouse_sim.errors import MissingPackageError
 EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
+    "lidar": ("sklearn",),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("matplotlib", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),

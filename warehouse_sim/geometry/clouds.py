@@ -82,7 +82,12 @@ def thin_by_voxels(
     if not len(points):
         return np.zeros((0, 3)), np.zeros(0, np.int64)
     cells = np.floor(points / edge).astype(np.int64)
-    _, group, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    cells -= cells.min(axis=0)
+    size = cells.max(axis=0) + 1
+    if np.prod(size.astype(float)) < 2.0**62:
+        # One number a cube in the order of the cubes: sorted many times faster than rows of three.
+        cells = (cells[:, :1] * size[1] + cells[:, 1:2]) * size[2] + cells[:, 2:]
+    _, group, count = np.unique(cells, axis=0 if cells.shape[1] > 1 else None, return_inverse=True, return_counts=True)
     group = group.reshape(-1)
     sums = np.stack([np.bincount(group, points[:, axis], len(count)) for axis in range(3)], axis=1)
     return sums / count[:, None], group

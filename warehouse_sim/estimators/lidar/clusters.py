@@ -1,0 +1,141 @@
+"""Clusters of a cloud: DBSCAN whose reach grows with the range, as the distance of neighbouring readings does."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from warehouse_sim.geometry.clouds import thin_by_voxels
+from warehouse_sim.optional import require
+from warehouse_sim.ranges import Range, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class ClusterConfig:
+    """What makes a cluster."""
+
+    spacings: Annotated[float, Range(0.1, 100)] = 3.0
+    """Neighbours are nearer than so many distances of neighbouring readings, 0.1-100."""
+    least_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.04
+    """But at least this near (m), 0.0001-100 ..."""
+    most_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.15
+    """... and at most this far (m), 0.0001-100."""
+    min_points: Annotated[int, Range(1, 10_000)] = 10
+    """A point with so many neighbours, itself included, is a core, 1-10,000."""
+    min_points_few: Annotated[int, Range(1, 10_000)] = 5
+    """The same in clouds of few points, 1-10,000."""
+    few: Annotated[int, Range(0, 1_000_000)] = 150
+    """Clouds with fewer points are few, 0-1,000,000."""
+    voxels: Annotated[float, Range(0, 10)] = 0.5
+    """Points in a cube with this edge (in eps) are taken together, each counted, 0-10; 0 takes every one alone."""
+    library: Literal["scipy", "scikit-learn"] = "scipy"
+    """Whose DBSCAN: scipy's trees and graphs, several times faster, or scikit-learn (extra lidar). Both are exact."""
+
+    def __post_init__(self) -> None:
+        if self.least_eps > self.most_eps:
+            raise ValueError(f"least_eps {self.least_eps} m must not exceed most_eps {self.most_eps} m")
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """What each of n points belongs to."""
+
+    label: Int[np.ndarray, " n"]
+    """Number of its cluster, -1 = noise."""
+    is_core: Bool[np.ndarray, " n"]
+
+    @property
+    def count(self) -> int:
+        """How many clusters there are."""
+        return int(self.label.max(initial=-1)) + 1
+
+
+def eps_at(z: Float[np.ndarray, " n"], spacing: float, config: ClusterConfig) -> Float[np.ndarray, " n"]:
+    """Return the reach (m) at depths (m).
+
+    Args:
+        z: Metres along the optical axis.
+        spacing: Angle between neighbouring readings (rad): 1 / f of a depth image, the step of a LiDAR's beams.
+        config: Settings.
+    """
+    return np.clip(config.spacings * z * spacing, config.least_eps, config.most_eps)
+
+
+def in_reaches(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterConfig) -> Float[np.ndarray, "n 3"]:
+    """Return the points in coordinates in which the reach is 1 everywhere.
+
+    (x, y) / eps(z) and the integral of dz / eps(z): where eps is proportional to z these are the ray's direction and
+    log z, where it is constant the point itself, and where the two meet they are continuous.
+    """
+    z, rate = points[:, 2], config.spacings * spacing
+    low, high = config.least_eps / rate, config.most_eps / rate
+    ahead = np.minimum(z, low) / config.least_eps
+    ahead += np.log(np.clip(z, low, high) / low) / rate
+    ahead += np.maximum(z - high, 0.0) / config.most_eps
+    eps = eps_at(z, spacing, config)[:, None]
+    return np.hstack([points[:, :2] / eps, ahead[:, None]])
+
+
+def cluster(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterConfig = ClusterConfig()) -> Clusters:
+    """Return the clusters of a cloud by DBSCAN (Ester et al., KDD 1996).
+
+    Args:
+        points: Camera frame (m).
+        spacing: Angle between neighbouring readings (rad).
+        config: Settings.
+
+    Raises:
+        MissingPackageError: scikit-learn is asked for but not installed.
+    """
+    if not len(points):
+        return Clusters(np.zeros(0, np.int64), np.zeros(0, bool))
+    scaled = in_reaches(np.asarray(points, dtype=float), spacing, config)
+    centres, group = (scaled, np.arange(len(scaled))) if config.voxels == 0 else thin_by_voxels(scaled, config.voxels)
+    weight = np.bincount(group, minlength=len(centres))
+    least = config.min_points_few if len(points) < config.few else config.min_points
+    found = (dbscan if config.library == "scipy" else _sklearn_dbscan)(centres, weight, least)
+    return Clusters(found.label[group], found.is_core[group])
+
+
+def dbscan(points: Float[np.ndarray, "n 3"], weight: Int[np.ndarray, " n"], least: int) -> Clusters:
+    """Return the clusters of points whose reach is 1: cores within reach of each other, and what is in their reach.
+
+    A point in reach of several clusters belongs to that of its nearest core.
+
+    Args:
+        points: In coordinates of any number.
+        weight: How many points each stands for.
+        least: Points in reach, itself included, that make a core.
+    """
+    pairs = cKDTree(points).query_pairs(1.0, output_type="ndarray")
+    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    is_core = weight + np.bincount(one, weight[other], len(points)) >= least
+    label = np.full(len(points), -1, dtype=np.int64)
+    cores = np.flatnonzero(is_core)
+    if not len(cores):
+        return Clusters(label, is_core)
+    joined = is_core[pairs].all(axis=1)
+    graph = coo_array((np.ones(joined.sum(), bool), tuple(pairs[joined].T)), shape=(len(points), len(points)))
+    component = np.asarray(connected_components(graph, directed=False)[1])
+    # Numbered as their first points come.
+    _, first, number = np.unique(component[cores], return_index=True, return_inverse=True)
+    label[cores] = np.argsort(np.argsort(first))[number]
+    rest = np.flatnonzero(~is_core)
+    found = cKDTree(points[cores]).query(points[rest], distance_upper_bound=np.nextafter(1.0, 2.0))
+    distance, nearest = np.asarray(found[0]), np.asarray(found[1])
+    reached = np.isfinite(distance)
+    label[rest[reached]] = label[cores[nearest[reached]]]
+    return Clusters(label, is_core)
+
+
+def _sklearn_dbscan(points: Float[np.ndarray, "n 3"], weight: Int[np.ndarray, " n"], least: int) -> Clusters:
+    theirs = require("sklearn.cluster", "lidar", "to find clusters with library scikit-learn")
+    core, label = theirs.dbscan(points, eps=1.0, min_samples=least, sample_weight=weight, algorithm="kd_tree")
+    is_core = np.zeros(len(points), bool)
+    is_core[core] = True
+    return Clusters(label.astype(np.int64), is_core)
