@@ -96,6 +96,14 @@ class Trainable(Protocol):
         """Fit on the val splits how scores predict errors, and return what people should know of it; mostly nothing."""
 
 
+@runtime_checkable
+class Configurable(Protocol):
+    """What a name of ``ESTIMATORS`` may stand for when its estimator takes the settings of prediction."""
+
+    def configured(self, config: "PredictConfig") -> PoseEstimator:
+        """Return the estimator with these settings."""
+
+
 class Family(Protocol):
     """What a name of ``FAMILIES`` stands for: opens the run folders of one kind."""
 
@@ -118,8 +126,10 @@ for _name in (
 ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
 ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
 ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.fronts.estimator:front_fit")
+ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
 DETECTORS = Registry("detector")
 SEGMENTERS = Registry("segmenter")
+SEGMENTERS.add("cluster", "warehouse_sim.estimators.lidar.segment:BoxClusters")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
-from warehouse_sim.estimators import ESTIMATORS, FAMILIES, PoseEstimator, is_trainable
+from warehouse_sim.estimators import ESTIMATORS, FAMILIES, Configurable, PoseEstimator, is_trainable
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
 from warehouse_sim.estimators.pose.doubt.estimator import Doubtful
 from warehouse_sim.estimators.pose.doubt.model import read_doubt
@@ -36,6 +36,8 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     target = ESTIMATORS.get(name)
     if is_trainable(target):
         raise TrainingError(f"{name} has no bundled weights: train it first, and predict with the run folder")
+    if isinstance(target, Configurable):
+        return target.configured(config)
     default = PredictConfig()
     own = default.selection, default.refine, default.refiner_iterations
     if (config.selection, config.refine, config.refiner_iterations) != own:

@@ -42,7 +42,7 @@ def predict(
         DatasetError: The folder is no dataset with BOP files, or states no calibration, but is asked for it.
     """
     reader = DatasetReader(data, config.calibration)
-    estimator, finder = load_estimator(run, config), Finder(config.detections, config.gravity)
+    estimator, finder = load_estimator(run, config), Finder(config.detections, config.gravity, config.depth)
     images = reader.images(split)
     if not images:
         raise TrainingError(f"{data}: the split {split!r} has no images; generate more scenes")

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from warehouse_sim.dataset.reader import Calibration
 from warehouse_sim.estimators.gravity import GravitySource
+from warehouse_sim.estimators.lidar.source import DepthSource
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, Seed, ranged
@@ -19,7 +20,11 @@ class PredictConfig:
 
     detections: str = "truth"
     """Where detections come from: truth takes a dataset's true visible masks, as BOP's localisation with given masks;
-    else the name of a detector or a segmenter, or several joined by +, each working on what the one before found."""
+    truth-boxes the boxes about these; else the name of a detector or a segmenter, or several joined by +, each working
+    on what the one before found (truth-boxes+cluster)."""
+    depth: DepthSource | None = None
+    """Whose depth estimators see: the camera's, the main LiDAR's filled up (lidar), or only where the LiDAR has points
+    (lidar-sparse). None takes what the estimator was made for, which is the camera's where it does not say."""
     selection: Selection = "argmax"
     """How one pose is chosen from those that the points propose."""
     refiner_iterations: Annotated[int, Range(0, 100)] | None = None

@@ -5,7 +5,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.lidar.clusters import Clusters
 
-_DENSE = 0.3
+_DENSE = 0.5
 """Clusters with at least this share of the cores of the largest are dense."""
 
 
@@ -14,8 +14,8 @@ def chosen_points(
 ) -> Bool[np.ndarray, " n"]:
     """Return which points are the object's.
 
-    Coimbra (2023) takes the cluster with the highest density that is closest, without a formula; here those with 30 %
-    of the cores of the largest are dense, and the one with the least median range is chosen, of equal ones the larger.
+    Coimbra (2023) takes the cluster with the highest density that is closest, without a formula; here those with half
+    the cores of the largest are dense, and the one with the least median range is chosen, of equal ones the larger.
     Where there is no cluster, points within half a diameter of the median depth are the object's.
 
     Args:

@@ -19,11 +19,11 @@ from warehouse_sim.ranges import Range, ranged
 class ClusterConfig:
     """What makes a cluster."""
 
-    spacings: Annotated[float, Range(0.1, 100)] = 3.0
+    spacings: Annotated[float, Range(0.1, 100)] = 8.0
     """Neighbours are nearer than so many distances of neighbouring readings, 0.1-100."""
-    least_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.04
+    least_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.1
     """But at least this near (m), 0.0001-100 ..."""
-    most_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.15
+    most_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.25
     """... and at most this far (m), 0.0001-100."""
     min_points: Annotated[int, Range(1, 10_000)] = 10
     """A point with so many neighbours, itself included, is a core, 1-10,000."""

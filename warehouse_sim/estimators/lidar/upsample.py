@@ -126,12 +126,14 @@ class _Window:
     def surrounded(self) -> Bool[np.ndarray, "h w"]:
         """Return which pixels have enough readings about them, on both sides and above and below, themselves included.
 
-        What stands before nothing that reflects would else grow by half a window.
+        What stands before nothing that reflects would else grow by half a window. On one side half the window must
+        hold a reading, on the other half as much again may be looked at: beams may be that far apart.
         """
         has, (height, width) = (self._depth > 0).astype(np.float32), self._kernel.shape
         enough = _count(has, height, width, None) >= self._config.least - 0.5
+        farther = 2 * (3 * height // 4) + 1
         for side in ("left", "right", "up", "down"):
-            enough &= _count(has, height, width, side) >= 0.5
+            enough &= _count(has, farther if side in ("up", "down") else height, width, side) >= 0.5
         return enough
 
 

@@ -63,6 +63,11 @@ class Estimator(Chain):
         return self._runner.config.crop
 
     @property
+    def point_count(self) -> int:
+        """How many points of each object the network reads."""
+        return self._runner.config.network.points.count
+
+    @property
     def least_visible(self) -> LeastVisible:
         """Which targets of a dataset are estimated."""
         return self.crop.least_visible
