@@ -6,6 +6,7 @@ it, or where the mask claims the object, something else is there), or missing, w
 that no sample explains count against the pose, too.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -13,12 +14,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.estimators.pose.icp.triangles import dot
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.ranges import Range, ranged
 
 _GRAZING = 0.1
 """Cosine to the ray below which a sample is not believed to be seen."""
+_POINTS = 400
+"""Points of the mask that are asked for an explanation, the first ones."""
 
 
 @dataclass(frozen=True)
@@ -88,72 +92,119 @@ def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, conf
         view: The image.
         config: How readings are weighed.
     """
-    share = min(config.samples / len(surface.points), 1.0)
-    kept = surface.rank < share
-    points = transform_points(T_camera_object, surface.points[kept])
-    normals = surface.normals[surface.faces[kept]] @ T_camera_object[:3, :3].T
-    length = np.linalg.norm(points, axis=1)
-    cosine = -(normals * points).sum(axis=1) / np.maximum(length, 1e-9)
-    facing = (cosine > _GRAZING) & (points[:, 2] > 0.05)
-    points, cosine = points[facing], cosine[facing]
-    if len(points) == 0:
-        return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, -1.0)
-    # A sample stands for as many pixels as its patch of surface covers.
-    weight = cosine / points[:, 2] ** 2
-    u, v = np.rint(view.camera.project(points)).astype(np.int64).T
-    open_ = _uncovered(points, u, v, weight)
-    points, cosine, weight, u, v = points[open_], cosine[open_], weight[open_], u[open_], v[open_]
+    return judge_all(T_camera_object[None], surface, view, config)[0]
+
+
+def judge_all(
+    T_camera_object: Transforms, surface: CadSurface, view: DepthView, config: EvidenceConfig
+) -> list[Evidence]:
+    """Return what an image says of each of some poses (h 4 4) of one object."""
+    seen = _samples_in_sight(T_camera_object, surface, view.camera, config.samples)
     height, width = view.depth.shape
-    inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-    beyond = 1.0 - float(weight[inside].sum() / weight.sum())
-    if not inside.any():
-        return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, beyond, 0.0, -1.0)
-    z, w = points[inside, 2], weight[inside] / weight[inside].sum()
-    read, claimed = view.depth[v[inside], u[inside]].astype(float), view.mask[v[inside], u[inside]]
-    tolerance = (config.tolerance + config.tolerance_share * z) / np.maximum(cosine[inside], 0.35)
+    inside = (seen.u >= 0) & (seen.u < width) & (seen.v >= 0) & (seen.v < height)
+    count = len(T_camera_object)
+    whole = np.bincount(seen.pose, seen.weight, count)
+    within = np.bincount(seen.pose[inside], seen.weight[inside], count)
+    pose, z, cosine = seen.pose[inside], seen.z[inside], seen.cosine[inside]
+    place = seen.v[inside] * width + seen.u[inside]
+    read, claimed = view.depth.ravel()[place].astype(float), view.mask.ravel()[place]
+    tolerance = (config.tolerance + config.tolerance_share * z) / np.maximum(cosine, 0.35)
     off = read - z
     has = read > 0
     near = np.clip(1.0 - (off / tolerance) ** 2, 0.0, 1.0) * has
     behind, nearer = has & (off > tolerance), has & (off < -tolerance)
-    supported, beside, through, before, covered, unknown = (
-        float((w * values).sum())
-        for values in (near * claimed, near * ~claimed, behind, nearer & claimed, nearer & ~claimed, ~has)
+    w = seen.weight[inside] / within[pose]
+    shares = np.stack(
+        [
+            np.bincount(pose, w * values, count)
+            for values in (near * claimed, near * ~claimed, behind, nearer & claimed, nearer & ~claimed, ~has)
+        ],
+        axis=1,
     )
-    explained = _explained(T_camera_object, surface, kept, view, config)
+    explained = _explained(T_camera_object, surface, view, config)
+    beyond = 1.0 - within / np.where(whole > 0.0, whole, 1.0)
+    return [
+        _weighed([float(value) for value in row], float(out), float(share), config) if some > 0.0 else _UNSEEN
+        for row, out, share, some in zip(shares, beyond, explained, within, strict=True)
+    ]
+
+
+_UNSEEN = Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, -1.0)
+"""Of a pose that shows no side within the image."""
+
+
+def _weighed(shares: Sequence[float], beyond: float, explained: float, config: EvidenceConfig) -> Evidence:
+    """Return the evidence with its score; shares are in the order of its fields."""
+    supported, beside, through, before, covered, unknown = shares
     price = config.through * through + config.before * before + config.beside * beside
     price += config.unexplained * (1.0 - explained)
     return Evidence(supported, beside, through, before, covered, unknown, beyond, explained, supported - price)
 
 
-def _uncovered(
-    points: Float[np.ndarray, "n 3"],
-    u: Int[np.ndarray, " n"],
-    v: Int[np.ndarray, " n"],
-    weight: Float[np.ndarray, " n"],
-) -> Bool[np.ndarray, " n"]:
-    """Return which samples no nearer one covers, by a coarse depth buffer of the samples themselves."""
-    spread = max(np.ptp(u), np.ptp(v), 1)
+@dataclass(frozen=True, eq=False)
+class _InSight:
+    """Samples of several poses that face the camera and that no nearer sample of the pose covers."""
+
+    pose: Int[np.ndarray, " n"]
+    """Number of the pose of each, in rising order."""
+    z: Float[np.ndarray, " n"]
+    cosine: Float[np.ndarray, " n"]
+    """Of the angle between normal and ray."""
+    weight: Float[np.ndarray, " n"]
+    """A sample stands for as many pixels as its patch of surface covers."""
+    u: Int[np.ndarray, " n"]
+    v: Int[np.ndarray, " n"]
+
+
+def _samples_in_sight(
+    T_camera_object: Transforms, surface: CadSurface, camera: PinholeCamera, samples: int
+) -> _InSight:
+    points, normals = surface.thinned(samples)
+    R = T_camera_object[:, :3, :3]
+    placed = points @ np.swapaxes(R, 1, 2) + T_camera_object[:, None, :3, 3]
+    turned = normals @ np.swapaxes(R, 1, 2)
+    cosine = -dot(turned, placed) / np.maximum(np.sqrt(dot(placed, placed)), 1e-9)
+    facing = (cosine > _GRAZING) & (placed[..., 2] > 0.05)
+    pose, number = np.nonzero(facing)
+    placed, cosine = placed[pose, number], cosine[pose, number]
+    u, v = np.rint(camera.project(placed)).astype(np.int64).T
+    found = _InSight(pose, placed[:, 2], cosine, cosine / placed[:, 2] ** 2, u, v)
+    if len(pose) == 0:
+        return found
+    open_ = _uncovered(found)
+    fields = (found.pose, found.z, found.cosine, found.weight, found.u, found.v)
+    return _InSight(*(values[open_] for values in fields))
+
+
+def _uncovered(seen: _InSight) -> Bool[np.ndarray, " n"]:
+    """Return which samples no nearer one of their pose covers, by a coarse depth buffer of the samples themselves."""
+    first = np.flatnonzero(np.diff(seen.pose, prepend=-1))
+    counts = np.diff(np.append(first, len(seen.pose)))
+    low = [np.minimum.reduceat(values, first) for values in (seen.u, seen.v)]
+    high = [np.maximum.reduceat(values, first) for values in (seen.u, seen.v)]
+    spread = np.maximum(np.maximum(high[0] - low[0], high[1] - low[1]), 1)
     # Cells of about two samples: fine enough for pockets, without gaps that one could look through.
-    cell = max(1.0, spread / np.sqrt(max(len(points) / 2.0, 1.0)) * 0.7)
-    column, row = ((u - u.min()) / cell).astype(np.int64), ((v - v.min()) / cell).astype(np.int64)
-    key = row * (int(column.max()) + 1) + column
-    nearest = np.full(int(key.max()) + 1, np.inf)
-    np.minimum.at(nearest, key, points[:, 2])
-    slack = 0.03 + 0.02 * points[:, 2]
-    return points[:, 2] <= nearest[key] + slack
+    cell = np.maximum(1.0, spread / np.sqrt(np.maximum(counts / 2.0, 1.0)) * 0.7)
+    number = np.repeat(np.arange(len(first)), counts)
+    column, row = (
+        ((values - least[number]) / cell[number]).astype(np.int64)
+        for values, least in zip((seen.u, seen.v), low, strict=True)
+    )
+    columns, rows = int(column.max()) + 1, int(row.max()) + 1
+    key = (number * rows + row) * columns + column
+    nearest = np.full(len(first) * rows * columns, np.inf)
+    np.minimum.at(nearest, key, seen.z)
+    slack = 0.03 + 0.02 * seen.z
+    return seen.z <= nearest[key] + slack
 
 
 def _explained(
-    T_camera_object: Transform,
-    surface: CadSurface,
-    kept: Bool[np.ndarray, " k"],
-    view: DepthView,
-    config: EvidenceConfig,
-) -> float:
-    """Return the share of the mask's points that are inside the object's box, widened by the tolerance."""
+    T_camera_object: Transforms, surface: CadSurface, view: DepthView, config: EvidenceConfig
+) -> Float[np.ndarray, " h"]:
+    """Return the share of the mask's points that are inside each pose's box, widened by the tolerance."""
     if len(view.points) == 0:
-        return 0.0
-    low, high = surface.points.min(axis=0), surface.points.max(axis=0)
-    points = transform_points(invert(T_camera_object), view.points)
-    tolerance = config.tolerance + config.tolerance_share * view.points[:, 2:]
-    return float(((points >= low - tolerance) & (points <= high + tolerance)).all(axis=1).mean())
+        return np.zeros(len(T_camera_object))
+    seen = view.points[:_POINTS]
+    points = transform_points(invert(T_camera_object), np.broadcast_to(seen, (len(T_camera_object), *seen.shape)))
+    tolerance = config.tolerance + config.tolerance_share * seen[:, 2:]
+    return ((points >= surface.low - tolerance) & (points <= surface.high + tolerance)).all(axis=2).mean(axis=1)

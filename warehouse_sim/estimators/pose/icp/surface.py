@@ -1,6 +1,7 @@
 """The outer surface of a CAD mesh as samples, without the faces that nothing outside can see."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -26,6 +27,26 @@ class CadSurface:
     """Corners of all triangles (m)."""
     normals: Float[np.ndarray, "m 3"]
     """Unit outward normals of all triangles."""
+
+    @cached_property
+    def low(self) -> Float[np.ndarray, " 3"]:
+        """Least coordinates of the samples (m)."""
+        return self.points.min(axis=0)
+
+    @cached_property
+    def high(self) -> Float[np.ndarray, " 3"]:
+        """Greatest coordinates of the samples (m)."""
+        return self.points.max(axis=0)
+
+    @cached_property
+    def size(self) -> Float[np.ndarray, " 3"]:
+        """Edge lengths of the box about the samples (m)."""
+        return self.high - self.low
+
+    def thinned(self, count: int) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+        """Return about ``count`` of the samples, always the same ones, with their normals."""
+        kept = self.rank < min(count / len(self.points), 1.0)
+        return self.points[kept], self.normals[self.faces[kept]]
 
 
 def build_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> CadSurface:
