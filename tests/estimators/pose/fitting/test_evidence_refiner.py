@@ -9,7 +9,8 @@ from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, box, seen
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
-from warehouse_sim.estimators.pose.fitting.fit import FitConfig, masked_points
+from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
+from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
 
 

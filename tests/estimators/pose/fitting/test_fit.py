@@ -6,7 +6,8 @@ import pytest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, EvidenceConfig, judge
-from warehouse_sim.estimators.pose.fitting.fit import distinct, icp_multistart, rectangle_fit
+from warehouse_sim.estimators.pose.fitting.fit import icp_multistart, rectangle_fit
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage

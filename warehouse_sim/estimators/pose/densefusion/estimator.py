@@ -17,7 +17,8 @@ from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.doubt.agreement import agreement
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
-from warehouse_sim.estimators.pose.fitting.fit import FitConfig, masked_points
+from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
+from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig

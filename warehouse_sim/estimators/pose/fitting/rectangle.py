@@ -54,21 +54,20 @@ def upright_boxes(points: Float[np.ndarray, "n 3"], size: Float[np.ndarray, " 3"
 
 
 def _fit_rectangle(points: Float[np.ndarray, "n 2"]) -> _Rectangle:
-    yaws = np.arange(_DIRECTIONS) * (np.pi / 2.0 / _DIRECTIONS)
-    best = max(yaws, key=lambda yaw: _closeness(points, yaw))
     step = np.pi / 2.0 / _DIRECTIONS
-    finer = best + np.linspace(-step, step, 9)
-    yaw = float(max(finer, key=lambda angle: _closeness(points, angle)))
-    along = points @ _axes(yaw)
-    low, high = np.quantile(along, _OUTER, axis=0)
+    coarse = np.arange(_DIRECTIONS) * step
+    finer = coarse[_closeness(points, coarse).argmax()] + np.linspace(-step, step, 9)
+    yaw = float(finer[_closeness(points, finer).argmax()])
+    low, high = np.quantile(points @ _axes(yaw), _OUTER, axis=0)
     return _Rectangle(yaw, low, high)
 
 
-def _closeness(points: Float[np.ndarray, "n 2"], yaw: float) -> float:
-    along = points @ _axes(yaw)
-    low, high = np.quantile(along, _OUTER, axis=0)
-    inside = np.minimum(np.abs(along - low), np.abs(high - along))
-    return float((1.0 / np.maximum(inside.min(axis=1), _LEAST_DISTANCE)).sum())
+def _closeness(points: Float[np.ndarray, "n 2"], yaws: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
+    """Return how near to the sides of their rectangle the points lie, for each of some directions."""
+    along = np.stack([(points @ _axes(float(yaw))).T for yaw in yaws])
+    low, high = np.quantile(along, _OUTER, axis=2)[..., None]
+    inside = np.minimum(np.abs(along - low), np.abs(high - along)).min(axis=1)
+    return (1.0 / np.maximum(inside, _LEAST_DISTANCE)).sum(axis=1)
 
 
 def _placed(found: _Rectangle, size: Float[np.ndarray, " 3"], centre_z: float, quarter: int) -> Transform:

@@ -11,7 +11,7 @@ from scipy.special import erf
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.fitting.fit import masked_points
+from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
 from warehouse_sim.estimators.pose.fronts.answer import describe
 from warehouse_sim.estimators.pose.fronts.leveling import Leveling, find_down
 from warehouse_sim.estimators.pose.fronts.plane_view import PlaneView, view_plane

@@ -7,7 +7,7 @@ the network's pose for the directions that the visible points do not fix. All ob
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -95,6 +95,15 @@ class Cloud:
         return ordered[np.arange(len(values)), (self.present.sum(axis=1) - 1) // 2]
 
 
+class Surfaces(Protocol):
+    """The surfaces of b objects that points are drawn to."""
+
+    def nearest(
+        self, points: Float[np.ndarray, "b n 3"], /
+    ) -> tuple[Float[np.ndarray, "b n"], Float[np.ndarray, "b n 3"]]:
+        """Return the signed distance (m) of points in the object frames, and its gradient there."""
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """How well points lie on the surfaces, as mean scaled distances (m) of each object."""
@@ -139,23 +148,33 @@ def refine_poses(
         if seen is not None:
             anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy, config)
         seen = VisibleSurfaces(surfaces, invert(T)[:, :3, 3], anisotropy, 1.0 if last else _COARSE)
-        T, delta = _fit_to_visible(T, delta, cloud, seen, round_index, config, up)
+        T, delta = fit_to_surfaces(T, delta, cloud, seen, round_index, config, up)
     better = _is_near(T, T_camera_object, config)
     fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
     better &= fits[0].improves_on(fits[1])
     return np.where(better[:, None, None], T, T_camera_object)
 
 
-def _fit_to_visible(
+def fit_to_surfaces(
     T_camera_object: Transforms,
     delta: Float[np.ndarray, "b 6"],
     cloud: Cloud,
-    seen: VisibleSurfaces,
+    seen: Surfaces,
     round_index: int,
     config: IcpConfig,
     up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None,
 ) -> tuple[Transforms, Float[np.ndarray, "b 6"]]:
-    """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay."""
+    """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay.
+
+    Args:
+        T_camera_object: Poses to start from, (b 4 4).
+        delta: Sum of the motions before (rotation vector, shift), from the pose that the prior is about.
+        cloud: What the camera sees of each object.
+        seen: What the points are drawn to.
+        round_index: Number of the round, which says how narrow the gate is.
+        config: Settings.
+        up: Against gravity (camera frame); None where nobody knows.
+    """
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
     for iteration in range(config.iterations):
         gate = _gate(config, round_index * config.iterations + iteration)
@@ -215,7 +234,7 @@ def _gate(config: IcpConfig, step: int) -> float:
 def _gauss_newton(
     cloud: Cloud,
     T_camera_object: Transforms,
-    seen: VisibleSurfaces,
+    seen: Surfaces,
     delta: Float[np.ndarray, "b 6"],
     gate: float,
     config: IcpConfig,

@@ -1,0 +1,80 @@
+"""Poses that an object may have, from its points alone, and which of many are the same."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.estimators.gravity import upright_frame
+from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
+from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.geometry.pose import Transforms, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+_POINTS = 1500
+_RECTANGLE_POINTS = 400
+"""Points that a rectangle is put around; more do not place it better."""
+LEAST_POINTS = 32
+"""Of fewer points nothing is estimated."""
+
+
+def masked_points(
+    image: RgbdImage, mask: Bool[np.ndarray, "h w"], rng: np.random.Generator
+) -> Float[np.ndarray, "p 3"]:
+    """Return points of a mask (camera frame, m), 1,500 at most, in random order."""
+    v, u = np.nonzero(mask & (image.depth > 0))
+    chosen = rng.permutation(len(u))[:_POINTS]
+    u, v = u[chosen], v[chosen]
+    return image.camera.rays_at(u, v) * image.depth[v, u][:, None].astype(float)
+
+
+def within_reach(points: Float[np.ndarray, "p 3"], diameter: float) -> Float[np.ndarray, "p 3"]:
+    """Leave out points that cannot be of one object with the middle ones."""
+    middle = np.median(points, axis=0)
+    near = np.linalg.norm(points - middle, axis=1) <= diameter
+    return points[near] if near.sum() >= LEAST_POINTS else points
+
+
+def hypotheses(
+    points: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], down: Float[np.ndarray, " 3"], yaw_starts: int
+) -> Transforms:
+    """Return upright poses ``T_camera_object`` that a box about these points may have, (h 4 4).
+
+    Args:
+        points: Of the object's surface (camera frame, m), in random order.
+        size: Edge lengths of its box (m).
+        down: Unit vector of gravity (camera frame).
+        yaw_starts: Directions to try beside those of the rectangle.
+    """
+    R_camera_upright = upright_frame(down)
+    T_camera_upright = make_transform(R_camera_upright, np.zeros(3))
+    upright = points[:_RECTANGLE_POINTS] @ R_camera_upright
+    found = [upright_boxes(upright, size)]
+    if yaw_starts:
+        middle = np.median(upright, axis=0)
+        # The points are those of the near sides: the centre is about a quarter of the width behind them.
+        middle[:2] += middle[:2] / np.linalg.norm(middle[:2]) * min(size[:2]) / 4.0
+        yaws = np.arange(yaw_starts) * (2.0 * np.pi / yaw_starts)
+        found.append(np.stack([make_transform(rotation_z(yaw), middle) for yaw in yaws]))
+    return T_camera_upright @ np.concatenate(found)
+
+
+def distinct(
+    T_camera_object: Transforms, symmetry: SymmetryGroup, turn: float = 0.1, shift: float = 0.05
+) -> Transforms:
+    """Return the poses without those that look like an earlier one within ``turn`` (rad) and ``shift`` (m)."""
+    alike = look_alike(T_camera_object, T_camera_object, symmetry, turn, shift)
+    kept = list[int]()
+    for number, row in enumerate(alike):
+        if not row[kept].any():
+            kept.append(number)
+    return T_camera_object[kept]
+
+
+def look_alike(
+    T_camera_object: Transforms, others: Transforms, symmetry: SymmetryGroup, turn: float, shift: float
+) -> Bool[np.ndarray, "a b"]:
+    """Return which of a poses look like which of b others within ``turn`` (rad) and ``shift`` (m)."""
+    looks = T_camera_object[:, None] @ symmetry.transforms
+    away = np.linalg.norm(looks[:, :, None, :3, 3] - others[:, :3, 3], axis=-1)
+    trace = np.einsum("agij,bij->agb", looks[..., :3, :3], others[:, :3, :3])
+    same: Bool[np.ndarray, "a b"] = ((away <= shift) & ((trace - 1.0) / 2.0 >= np.cos(turn))).any(axis=1)
+    return same

@@ -1,0 +1,160 @@
+"""Hypotheses, each fitted coarsely, the best ones finely, in order of what the depth image says for them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge_all
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypotheses, look_alike, within_reach
+from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
+from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_to_surfaces, refine_poses
+from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+_QUARTERS = np.stack([make_transform(rotation_z(quarter * np.pi / 2.0), np.zeros(3)) for quarter in (1, 2, 3)])
+"""Turns of poses that look alike from afar."""
+_SAME_TURN, _SAME_SHIFT = 0.03, 0.02
+"""Poses after a coarse fit that are nearer to each other (rad, m) end in one."""
+
+
+class FitModel:
+    """What fitting knows of one object.
+
+    Args:
+        surface: Its CAD surface.
+        symmetry: Its symmetry.
+    """
+
+    def __init__(self, surface: CadSurface, symmetry: SymmetryGroup) -> None:
+        self.surface, self.symmetry = surface, symmetry
+        self.cells = SurfaceCells(surface)
+        self.extent = float(np.linalg.norm(surface.size))
+        """Diagonal of its box (m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """An object whose pose is sought in a depth image."""
+
+    model: FitModel
+    view: DepthView
+    points: Float[np.ndarray, "p 3"]
+    """Those of the view within the object's reach."""
+    proposed: Transforms
+    """Poses of a network, the one that it gives first; none where nobody proposes any."""
+    detection: int
+    """Number of the detection; several with one number are the objects that it may be."""
+
+    @classmethod
+    def of(cls, model: FitModel, view: DepthView, proposed: Transforms, detection: int) -> "Sought":
+        """Make one with those points of the view that one object can have."""
+        return cls(model, view, within_reach(view.points, model.extent), proposed, detection)
+
+    def starts(self, config: FitConfig) -> Transforms:
+        """Return the poses to start from, (h 4 4)."""
+        down = np.array([0.0, 1.0, 0.0]) if self.view.down is None else self.view.down
+        upright = hypotheses(self.points, self.model.surface.size, down, config.yaw_starts if config.refine else 0)
+        turned = self.proposed[:1] @ _QUARTERS if len(self.proposed) else self.proposed
+        return distinct(np.concatenate([self.proposed, turned, upright]), self.model.symmetry)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Poses of one object in order of the evidence for them."""
+
+    T_camera_object: Transforms
+    """(h 4 4), the best first."""
+    evidence: tuple[Evidence, ...]
+    """Of each."""
+
+
+def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
+    """Return what is found of each object.
+
+    Where the image does not decide, a network's own pose is first. Of the objects that one detection may be, only the
+    best ``config.models_kept`` are fitted finely.
+    """
+    starts = [item.starts(config) for item in sought]
+    if not config.refine:
+        return [_ranked(item, poses, config.coarse_evidence, 0.0) for item, poses in zip(sought, starts, strict=True)]
+    coarse = [
+        _ranked(item, distinct(poses, item.model.symmetry, _SAME_TURN, _SAME_SHIFT), config.coarse_evidence, 0.0)
+        for item, poses in zip(sought, fit_coarsely(sought, starts, config.coarse), strict=True)
+    ]
+    chosen = [i for i in range(len(sought)) if i in _most_likely(sought, coarse, config.models_kept)]
+    tried = [_tried(sought[i], coarse[i], config) for i in chosen]
+    fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
+    found = dict(enumerate(coarse))
+    for i, poses in zip(chosen, fine, strict=True):
+        found[i] = _ranked(sought[i], poses, config.evidence, config.doubt if len(sought[i].proposed) else 0.0)
+    return list(found.values())
+
+
+def fit_coarsely(sought: Sequence[Sought], starts: Sequence[Transforms], config: IcpConfig) -> list[Transforms]:
+    """Return the poses of each object after steps towards the nearest samples of its surface."""
+    rows = [i for i, poses in enumerate(starts) for _ in poses]
+    cells = [sought[i].model.cells for i in rows]
+    cloud, up = _clouds(sought, rows, config.points), _up(sought, rows)
+    T = T_start = np.concatenate(list(starts))
+    delta = np.zeros((len(T), 6))
+    for number in range(config.rounds):
+        seen = NearestByCell(cells, invert(T)[:, :3, 3])
+        T, delta = fit_to_surfaces(T, delta, cloud, seen, number, config, up)
+    shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
+    T = np.where((shift <= config.most_shift)[:, None, None], T, T_start)
+    return _split(T, starts)
+
+
+def fit_finely(sought: Sequence[Sought], starts: Sequence[Transforms], config: IcpConfig) -> list[Transforms]:
+    """Return the poses of each object after ICP."""
+    rows = [i for i, poses in enumerate(starts) for _ in poses]
+    clouds, surfaces = [sought[i].points for i in rows], [sought[i].model.surface for i in rows]
+    return _split(refine_poses(np.concatenate(list(starts)), clouds, surfaces, config, _up(sought, rows)), starts)
+
+
+def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) -> set[int]:
+    """Return the positions of those that are among the best of their detection."""
+    by_detection: dict[int, list[int]] = {}
+    for i, item in enumerate(sought):
+        by_detection.setdefault(item.detection, []).append(i)
+    return {
+        i
+        for rivals in by_detection.values()
+        for i in sorted(rivals, key=lambda i: -found[i].evidence[0].score)[:models]
+    }
+
+
+def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
+    """Return the poses to fit finely, a network's own first."""
+    scores = np.array([evidence.score for evidence in coarse.evidence])
+    kept = coarse.T_camera_object[scores >= scores[0] - config.close]
+    own = item.proposed[:1]
+    if len(own):
+        kept = kept[~look_alike(kept, own, item.model.symmetry, _SAME_TURN, _SAME_SHIFT)[:, 0]]
+    return np.concatenate([own, kept[: config.kept]])
+
+
+def _ranked(item: Sought, poses: Transforms, config: EvidenceConfig, lead: float) -> Found:
+    """Return poses in order of the evidence, where the first one leads by some; ties go to the first."""
+    evidence = judge_all(poses, item.model.surface, item.view, config)
+    scores = np.array([one.score for one in evidence])
+    scores[0] += lead
+    order = np.argsort(-scores, kind="stable")
+    return Found(poses[order], tuple(evidence[i] for i in order))
+
+
+def _clouds(sought: Sequence[Sought], rows: Sequence[int], count: int) -> Cloud:
+    return Cloud.of([sought[i].points for i in rows], count)
+
+
+def _up(sought: Sequence[Sought], rows: Sequence[int]) -> Float[np.ndarray, "b 3"]:
+    downs = [sought[i].view.down for i in rows]
+    return np.stack([np.full(3, np.nan) if down is None else -down for down in downs])
+
+
+def _split(T_camera_object: Transforms, like: Sequence[Transforms]) -> list[Transforms]:
+    return np.split(T_camera_object, np.cumsum([len(item) for item in like])[:-1])
