@@ -23,7 +23,7 @@ from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
 from warehouse_sim.cli.renamed import refuse_renamed
 from warehouse_sim.cli.report import report
-from warehouse_sim.cli.train import train
+from warehouse_sim.cli.train import train, train_verb
 from warehouse_sim.cli.validate import validate
 from warehouse_sim.cli.view import view
 from warehouse_sim.errors import InputError, WarehouseSimError
@@ -64,9 +64,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if any("\0" in argument for argument in arguments or ()):  # a shell cannot pass one, a program can
             raise InputError("an argument holds a zero byte; names and paths cannot")
-        refuse_renamed(sys.argv[1:] if arguments is None else arguments)
+        given = sys.argv[1:] if arguments is None else arguments
+        refuse_renamed(given)
         result: int | None = tyro.extras.subcommand_cli_from_dict(
-            VERBS,
+            VERBS | {"train": train_verb(given)},
             prog="warehouse-sim",
             description="Generate synthetic warehouse datasets; train and score 6D-pose estimators on them.",
             args=arguments,

@@ -78,7 +78,10 @@ class Onboarding(Protocol):
 
 @runtime_checkable
 class Trainable(Protocol):
-    """What a name of ``ESTIMATORS`` stands for when it must be trained first."""
+    """What a name of ``ESTIMATORS``, ``DETECTORS`` or ``SEGMENTERS`` stands for when it must be trained first.
+
+    An attribute ``settings`` may hold the settings that it is trained with by default, of the type that it takes.
+    """
 
     def train(
         self,
@@ -128,14 +131,19 @@ ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_
 ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.fronts.estimator:front_fit")
 ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
 DETECTORS = Registry("detector")
+for _name in ("detector-rgb", "detector-depth", "detector-rgbd", "detector-lidar"):
+    _constant = _name.upper().replace("-", "_")
+    DETECTORS.add(_name, f"warehouse_sim.estimators.detection.trainable:{_constant}")
 SEGMENTERS = Registry("segmenter")
 SEGMENTERS.add("cluster", "warehouse_sim.estimators.lidar.segment:BoxClusters")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
+FRONT_ENDS = Registry("kind of run folder that finds objects", group="warehouse_sim.front_end_families")
+FRONT_ENDS.add("detector", "warehouse_sim.estimators.detection.estimator:TrainedDetector")
 
 
 def is_trainable(registered: Any) -> bool:
-    """Return whether what a name of ``ESTIMATORS`` stands for must be trained first."""
+    """Return whether what a name stands for must be trained first."""
     return isinstance(registered, Trainable) and not isinstance(registered, type)
 
 

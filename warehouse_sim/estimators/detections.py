@@ -1,15 +1,15 @@
 """Where the detections of a dataset's images come from: its true masks, or detectors and segmenters by name."""
 
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import DatasetError, UnknownNameError
-from warehouse_sim.estimators import DETECTORS, SEGMENTERS, PoseEstimator
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.front_ends import open_front_end
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.lidar.image import with_lidar_depth
 from warehouse_sim.estimators.lidar.source import DepthSource
@@ -24,8 +24,8 @@ class Finder:
     """Reads images of a dataset with what is detected in them that an estimator can take.
 
     Args:
-        names: Names of detectors and segmenters joined by +, each working on what the one before found; the first may
-            be "truth" or "truth-boxes", what the dataset says.
+        names: Names or run folders of detectors and segmenters joined by +, each working on what the one before found;
+            the first may be "truth" or "truth-boxes", what the dataset says.
         gravity: Who says where down is.
         depth: Whose depth is seen; None asks the estimator for its ``depth_source``, the camera's if it has none.
 
@@ -37,7 +37,7 @@ class Finder:
         self._gravity, self._depth = gravity, depth
         first, *more = names.split("+")
         self._truth = first if first in (TRUTH, TRUTH_BOXES) else None
-        self._stages = [_open(name) for name in (more if self._truth else [first, *more])]
+        self._stages = [open_front_end(name) for name in (more if self._truth else [first, *more])]
         self.seconds = 0.0
         """How long the last image's detection and the filling of its depth took."""
 
@@ -93,14 +93,6 @@ class Finder:
         return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
 
 
-def _open(name: str) -> Callable[[RgbdImage], Sequence[Detection]]:
-    if name in DETECTORS.names():
-        return DETECTORS.get(name)().detect
-    if name in SEGMENTERS.names():
-        return SEGMENTERS.get(name)().segment
-    raise UnknownNameError("detector or segmenter", name, [TRUTH, TRUTH_BOXES, *DETECTORS.names(), *SEGMENTERS.names()])
-
-
 def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:
     """Read an image with the masks, or boxes, of those targets that the estimator knows and that are seen, if any."""
     least: LeastVisible = getattr(estimator, "least_visible", LeastVisible())
@@ -121,8 +113,11 @@ def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRec
 
 
 def _is_known(estimator: PoseEstimator, detection: Detection) -> bool:
-    if detection.model is None or estimator.objects is None:
+    if estimator.objects is None:
         return True
+    if detection.model is None:
+        classes = {getattr(shape, "class_name", "") for shape in estimator.objects}
+        return detection.class_name in ("", *classes) or classes == {""}
     return any(detection.model in (shape.obj_id, shape.name) for shape in estimator.objects)
 
 

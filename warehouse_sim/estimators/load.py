@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
-from warehouse_sim.estimators import ESTIMATORS, FAMILIES, Configurable, PoseEstimator, is_trainable
+from warehouse_sim.estimators import ESTIMATORS, FAMILIES, FRONT_ENDS, Configurable, PoseEstimator, is_trainable
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
 from warehouse_sim.estimators.pose.doubt.estimator import Doubtful
 from warehouse_sim.estimators.pose.doubt.model import read_doubt
@@ -27,6 +27,8 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     name = str(name_or_run)
     if Path(name_or_run).is_dir() or name in model_names():
         folder = model_dir(name_or_run)
+        if (kind := read_kind(folder)) in FRONT_ENDS.names():
+            raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
         estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
         return _with_doubt(estimator, name, folder, config)
     registered = ESTIMATORS.names()

@@ -32,6 +32,10 @@ class Detection:
     """How estimates refer to it; its position among the image's detections by default."""
     box_xyxy: tuple[float, float, float, float] | None = None
     """Left, top, right and bottom (px); pixels whose centres lie within belong to it. Not needed beside a mask."""
+    class_name: str = ""
+    """Its class ("pallet"), where the detector tells no more; empty where nobody knows."""
+    mask_probability: Float32[np.ndarray, "h w"] | None = None
+    """How likely each pixel is its own, 0-1; None where nobody says."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.box_xyxy is None:

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from warehouse_sim.errors import InputError
-from warehouse_sim.estimators import ESTIMATORS, Trainable, is_trainable
+from warehouse_sim.errors import InputError, UnknownNameError
+from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS, Trainable, is_trainable
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.settings import LoopConfig
 
@@ -45,13 +45,17 @@ def train(
 
 
 def trainable(name: str) -> Trainable:
-    """Return what trains an estimator.
+    """Return what trains an estimator, a detector or a segmenter.
 
     Raises:
-        UnknownNameError: No such estimator.
+        UnknownNameError: No such name.
         InputError: It needs no training.
     """
-    found = ESTIMATORS.get(name)
+    registries = (ESTIMATORS, DETECTORS, SEGMENTERS)
+    found = next((registry.get(name) for registry in registries if name in registry.names()), None)
+    if found is None:
+        known = [other for registry in registries for other in registry.names()]
+        raise UnknownNameError("estimator", name, known)
     if not is_trainable(found):
         raise InputError(f"{name} needs no training; use it at once: warehouse-sim predict {name} --data ... --out ...")
     trained: Trainable = found

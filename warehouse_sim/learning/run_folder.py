@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,14 @@ class StartingWeights:
     """Bundled name or path of the run folder, as it was given."""
     sha256: str
     """Digest of its weights."""
+
+
+def package_version() -> str:
+    """Return the version of warehouse-sim that trains."""
+    try:
+        return version("warehouse-sim")
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def read_kind(run: Path) -> str:

@@ -133,7 +133,8 @@ class Estimator(Chain):
     def _may_be(self, detection: Detection) -> list[int]:
         """Return the numbers of the objects that a detection may show."""
         if detection.model is None:
-            return [shape.obj_id for shape in self.objects]
+            alike = [shape.obj_id for shape in self.objects if detection.class_name in ("", shape.class_name)]
+            return alike or [shape.obj_id for shape in self.objects]
         for shape in self.objects:
             if detection.model in (shape.obj_id, shape.name):
                 return [shape.obj_id]

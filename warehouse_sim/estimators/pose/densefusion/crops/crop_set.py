@@ -8,11 +8,11 @@ import torch
 from jaxtyping import Bool, Float, Float16, Int, Int8, Int16, UInt8
 from torch import Tensor
 
-from warehouse_sim.estimators.pose.densefusion.crops.array_file import shared_tensor
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.learning.array_file import shared_tensor
 
 
 class CropTable(NamedTuple):

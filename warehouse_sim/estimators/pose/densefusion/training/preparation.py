@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +13,16 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import table_of
-from warehouse_sim.estimators.pose.densefusion.crops.store import Arrays, load_crops
+from warehouse_sim.estimators.pose.densefusion.crops.store import load_crops
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.learning.array_store import Arrays
 from warehouse_sim.learning.progress import Progress
-from warehouse_sim.learning.run_folder import DatasetSource
+from warehouse_sim.learning.run_folder import DatasetSource, package_version
 
 _RIM_PX, _RIM_SHARE = 6, 0.08
 """About twice what an outline is off, and as much as boxes are off of large objects."""
@@ -79,7 +79,7 @@ def prepare(
     return Prepared(
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
         classes=tuple(objects[obj_id].class_name for obj_id in known),
-        config=RunConfig(method.name, _version(), sources, shapes, network, crop, config),
+        config=RunConfig(method.name, package_version(), sources, shapes, network, crop, config),
     )
 
 
@@ -164,10 +164,3 @@ def _crop_set(parts: Sequence[Arrays], shapes: Sequence[ObjectShape]) -> CropSet
 
 def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
     return (lambda share: progress(0.0, f"reading {what} {share:.0%}")) if progress else None
-
-
-def _version() -> str:
-    try:
-        return version("warehouse-sim")
-    except PackageNotFoundError:
-        return "not installed"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from warehouse_sim.estimators.pose.densefusion.crops.array_file import GrowingArray, map_array, shared_tensor
+from warehouse_sim.learning.array_file import GrowingArray, map_array, shared_tensor
 
 
 def test_grown_array_is_an_ordinary_npy_file(tmp_path: Path) -> None:

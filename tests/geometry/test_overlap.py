@@ -1,0 +1,28 @@
+import numpy as np
+
+from warehouse_sim.geometry.overlap import box_coverage, box_ious, mask_ious
+
+
+def counted(box: np.ndarray, side: int = 40) -> np.ndarray:
+    """Return the pixels of a box of whole edges."""
+    mask = np.zeros((side, side), dtype=bool)
+    left, top, right, bottom = box.astype(int)
+    mask[top:bottom, left:right] = True
+    return mask
+
+
+def test_overlaps_of_boxes_are_those_of_their_pixels() -> None:
+    rng = np.random.default_rng(0)
+    low = rng.integers(0, 20, (12, 2))
+    boxes = np.concatenate([low, low + rng.integers(1, 20, (12, 2))], axis=1).astype(float)
+    masks = np.stack([counted(box) for box in boxes])
+    shared = (masks[:, None] & masks).sum(axis=(2, 3))
+    union = (masks[:, None] | masks).sum(axis=(2, 3))
+    np.testing.assert_allclose(box_ious(boxes, boxes), shared / union)
+    np.testing.assert_allclose(mask_ious(masks, masks), shared / union)
+    np.testing.assert_allclose(box_coverage(boxes, boxes), shared / masks.sum(axis=(1, 2))[:, None])
+
+
+def test_nothing_overlaps_nothing() -> None:
+    assert box_ious(np.zeros((0, 4)), np.ones((3, 4))).shape == (0, 3)
+    assert box_ious(np.zeros((1, 4)), np.zeros((1, 4))).item() == 0.0

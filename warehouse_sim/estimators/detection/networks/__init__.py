@@ -1,0 +1,1 @@
+"""The detector's network: blocks, backbone and neck, head."""

@@ -1,0 +1,72 @@
+"""Settings of training a detector; free of torch, so that a command line can show them at once."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig
+from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.ranges import Range, Share, ranged
+
+DetectorSize = Literal["pico", "nano", "small"]
+Labels = Literal["class", "object"]
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectorLossConfig:
+    """Weights of what a detector minimises."""
+
+    box: Annotated[float, Range(0, 1000)] = 0.05
+    """Of 1 - CIoU, 0-1,000."""
+    objectness: Annotated[float, Range(0, 1000)] = 1.0
+    """Of telling cells with an object from others, 0-1,000."""
+    classes: Annotated[float, Range(0, 1000)] = 0.5
+    """Of telling classes apart, where there are several, 0-1,000."""
+
+
+@dataclass(frozen=True)
+@ranged
+class WantedConfig:
+    """Which targets a detector is to find; it is neither taught nor scored on others."""
+
+    visible: Share = 0.1
+    """Least visible share, 0-1."""
+    height_px: Annotated[float, Range(0, 10_000, "px")] = 8.0
+    """Least height of the visible part in the image itself, 0-10,000."""
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectorConfig(LoopConfig):
+    """How a detector is trained."""
+
+    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
+    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
+    batch: Annotated[int, Range(1, 65_536)] = 8
+    """Images a step, 1-65,536."""
+    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
+    """Largest norm of the gradient, 0.000001-1,000,000."""
+    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
+    """Decoupled weight decay of AdamW, 0-10."""
+    precision: Literal["auto", "32", "bf16"] = "32"
+    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
+    size: DetectorSize = "nano"
+    """Widths of the network: nano and small are those of the original, pico is half of nano."""
+    input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
+    """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
+    depth_source: DepthSource = "camera"
+    """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
+    labels: Labels = "class"
+    """What is told apart: classes (pallet, carton), or objects (epal1, epal2)."""
+    classes: tuple[str, ...] = ()
+    """Only these classes, or objects; all targets by default."""
+    wanted: WantedConfig = field(default_factory=WantedConfig)
+    """Which targets are to be found."""
+    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
+    """What is minimised."""
+    augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)
+    """How images are disturbed."""
+    calm_share: Share = 0.15
+    """Last share of the run without mosaics, so that it ends on images as they are, 0-1."""
+    workers: Annotated[int, Range(1, 1024)] = 2
+    """Threads that decode images, 1-1,024."""

@@ -1,0 +1,130 @@
+"""One training step and one validation of a detector."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+
+from warehouse_sim.estimators.detection.assignment import Targets
+from warehouse_sim.estimators.detection.losses import detection_loss
+from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
+from warehouse_sim.estimators.detection.nms import Kept, suppress
+from warehouse_sim.estimators.detection.scores import box_precision
+from warehouse_sim.estimators.detection.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
+from warehouse_sim.estimators.images.order import GroupedOrder
+from warehouse_sim.learning.array_store import Arrays
+from warehouse_sim.learning.loop import Task
+
+_VALIDATION_BATCH = 8
+_MOST_VALIDATED = 300
+"""Images of a validation, evenly spread."""
+_LEAST_SCORE, _MOST_OVERLAP = 0.01, 0.6
+
+
+class DetectionTask(Task):
+    """Train a detector on images composed anew at each step.
+
+    Args:
+        network: What is trained.
+        config: Settings.
+        images: Arrays of images by split, those of one canvas together.
+        class_of: Class of each object number.
+        order: Order of the training samples, which says which group they are of.
+    """
+
+    network: DetectorNetwork
+
+    def __init__(
+        self,
+        network: DetectorNetwork,
+        config: DetectorConfig,
+        images: dict[str, list[Arrays]],
+        class_of: dict[int, int],
+        order: GroupedOrder,
+    ) -> None:
+        super().__init__(network)
+        self.config, self._images, self._class_of, self._order = config, images, class_of, order
+        self._device = torch.device("cpu")
+
+    def move_samples(self, device: torch.device) -> None:
+        """Remember where batches go; images stay on the disk."""
+        self._device = device
+
+    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+        """Return the loss on the images ``index``, composed afresh."""
+        group, rows = self._order.group_of(index)
+        arrays, augment = self._images["train"][group], self.config.augment
+        mosaics = fraction < 1.0 - self.config.calm_share
+        samples = list[Sample]()
+        for place, row in list(enumerate(rows.tolist()))[share]:
+            rng = np.random.default_rng([self.config.seed, step, place])
+            samples.append(composed_sample(arrays, row, augment, rng, mosaics))
+        raw = self.network(*self._tensors(samples))
+        with torch.autocast(self._device.type, enabled=False):
+            return detection_loss(self.network, raw, self._targets(samples), self.config.loss)
+
+    def validate(self, network: nn.Module) -> dict[str, float]:
+        """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
+        assert isinstance(network, DetectorNetwork)
+        images = [(arrays, row) for arrays in self._images["val"] for row in range(len(arrays["labels"]))]
+        images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
+        found, truth = list[Kept](), list[np.ndarray]()
+        for start in range(0, len(images), _VALIDATION_BATCH):
+            group = [plain_sample(arrays, row) for arrays, row in images[start : start + _VALIDATION_BATCH]]
+            found += self._detect(network, group)
+            truth += [sample.labels for sample in group]
+        rows = [self._known(labels) for labels in truth]
+        boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
+        asked = [is_wanted(labels, self.config.wanted) for labels, _ in rows]
+        count = network.config.classes
+        return {
+            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, asked, count, overlap)
+            for overlap in (0.5, 0.75)
+        }
+
+    def _detect(self, network: DetectorNetwork, samples: Sequence[Sample]) -> list[Kept]:
+        found = list[Kept]()
+        sizes = {_size(sample) for sample in samples}
+        # Images of several canvases pass one after the other.
+        parts = [samples] if len(sizes) == 1 else [[sample] for sample in samples]
+        for part in parts:
+            boxes, scores = network.decode(network(*self._tensors(part)))
+            for box, score in zip(boxes.cpu().numpy(), scores.cpu().numpy(), strict=True):
+                found.append(suppress(box.astype(float), score, _LEAST_SCORE, _MOST_OVERLAP))
+        return found
+
+    def _tensors(self, samples: Sequence[Sample]) -> tuple[Tensor | None, Tensor | None]:
+        rgb = [sample.rgb for sample in samples if sample.rgb is not None]
+        depth = [sample.depth for sample in samples if sample.depth is not None]
+        colours = torch.from_numpy(np.stack(rgb)).to(self._device) if rgb else None
+        return colours, torch.from_numpy(np.stack(depth)).to(self._device) if depth else None
+
+    def _targets(self, samples: Sequence[Sample]) -> Targets:
+        parts = [self._known(sample.labels) for sample in samples]
+        labels = np.concatenate([rows for rows, _ in parts])
+        classes = np.concatenate([numbers for _, numbers in parts])
+        image = np.repeat(np.arange(len(parts)), [len(rows) for rows, _ in parts])
+        wanted = is_wanted(labels, self.config.wanted)
+        arrays = image, labels[:, :4].astype(np.float32), classes, wanted
+        image_t, boxes_t, classes_t, wanted_t = (torch.from_numpy(array).to(self._device) for array in arrays)
+        return Targets(image_t, boxes_t, classes_t, wanted_t)
+
+    def _known(self, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the labels of classes that are detected, and their classes."""
+        numbers = np.array([self._class_of.get(int(obj_id), -1) for obj_id in labels[:, 4]], dtype=np.int64)
+        return labels[numbers >= 0], numbers[numbers >= 0]
+
+
+def is_wanted(labels: Float[np.ndarray, "k 8"], config: WantedConfig) -> np.ndarray:
+    """Return which labels a detector is to find."""
+    wanted: np.ndarray = (labels[:, 5] >= config.visible) & (labels[:, 6] >= config.height_px)
+    return wanted
+
+
+def _size(sample: Sample) -> tuple[int, ...]:
+    image = sample.rgb if sample.rgb is not None else sample.depth
+    assert image is not None
+    return image.shape[:2]

@@ -1,0 +1,161 @@
+"""Compose a training sample: one image zoomed, shifted and mirrored, or a mosaic of four, and what boxes remain."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, UInt8
+
+from warehouse_sim.estimators.images.settings import ImageAugmentConfig
+from warehouse_sim.learning.array_store import Arrays
+
+_GREY = 114
+_LEAST_SHARE = 0.15
+"""Of a box must remain, or what remains is only to be ignored."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One composed image with its labels."""
+
+    rgb: UInt8[np.ndarray, "h w 3"] | None
+    depth: Float32[np.ndarray, "h w"] | None
+    """Canonical metres, 0 = no reading."""
+    labels: Float32[np.ndarray, "k 8"]
+    """Rows as ``rows.LABEL`` names them; the height in px is that on the canvas over the canvas' own scale."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where an image goes: a rectangle of the canvas, and the map from its pixels there."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+    zoom: float
+    mirrored: bool
+    shift: tuple[float, float]
+    """Of the image's upper left corner on the canvas (px)."""
+
+
+def plain_sample(arrays: Arrays, index: int) -> Sample:
+    """Return an image as it is stored."""
+    labels = arrays["labels"][index]
+    depth = arrays["depth"][index].astype(np.float32) / 1000.0 if "depth" in arrays else None
+    rgb = np.asarray(arrays["rgb"][index]) if "rgb" in arrays else None
+    return Sample(rgb, depth, np.array(labels[np.isfinite(labels[:, 0])]))
+
+
+def composed_sample(
+    arrays: Arrays, index: int, config: ImageAugmentConfig, rng: np.random.Generator, mosaics: bool = True
+) -> Sample:
+    """Return an image, disturbed afresh.
+
+    Args:
+        arrays: Images of one canvas.
+        index: Which of them; those of a mosaic beside it are drawn.
+        config: How strongly.
+        rng: Decides.
+        mosaics: Whether there are any.
+    """
+    height, width = _canvas(arrays)
+    if rng.random() < config.mosaic and mosaics:
+        u, v = round(width * rng.uniform(0.3, 0.7)), round(height * rng.uniform(0.3, 0.7))
+        corners = [(0, 0, u, v), (u, 0, width, v), (0, v, u, height), (u, v, width, height)]
+        indices = [index, *rng.integers(len(arrays["labels"]), size=3).tolist()]
+    else:
+        corners, indices = [(0, 0, width, height)], [index]
+    parts = [
+        (plain_sample(arrays, number), _place(corner, (width, height), config, rng))
+        for number, corner in zip(indices, corners, strict=True)
+    ]
+    labels = np.concatenate([_moved(part.labels, place, width) for part, place in parts])
+    rgb = _painted([(part.rgb, place) for part, place in parts], (height, width, 3), np.uint8, _GREY)
+    depth = _painted([(part.depth, place) for part, place in parts], (height, width), np.float32, 0)
+    return disturbed(Sample(rgb, depth, labels), config, rng)
+
+
+def disturbed(sample: Sample, config: ImageAugmentConfig, rng: np.random.Generator) -> Sample:
+    """Return a sample with errors of colour and depth."""
+    rgb, depth = sample.rgb, sample.depth
+    if rgb is not None and config.colour:
+        gain = rng.uniform(1 - config.colour, 1 + config.colour) * rng.uniform(
+            1 - config.colour / 4, 1 + config.colour / 4, 3
+        )
+        power = np.exp(rng.uniform(-config.colour, config.colour))
+        table = 255.0 * np.clip((np.arange(256)[:, None] / 255.0) ** power * gain, 0, 1)
+        rgb = np.asarray(cv2.LUT(rgb, table.astype(np.uint8)[None]))
+    if depth is not None:
+        factor = 1.0 + rng.uniform(-config.depth_scale, config.depth_scale)
+        noise = rng.standard_normal(depth.shape, dtype=np.float32) * np.float32(config.depth_noise)
+        depth = np.where(depth > 0, np.maximum(depth * np.float32(factor) + noise * depth**2, 0.01), 0.0)
+        height, width = depth.shape
+        for _ in range(int(rng.integers(config.depth_holes + 1))):
+            u, v = int(rng.integers(width)), int(rng.integers(height))
+            depth[v : v + int(rng.integers(1, height // 8 + 2)), u : u + int(rng.integers(1, width // 12 + 2))] = 0.0
+        depth = depth.astype(np.float32)
+    return replace(sample, rgb=rgb, depth=depth)
+
+
+def _canvas(arrays: Arrays) -> tuple[int, int]:
+    height, width = arrays["rgb" if "rgb" in arrays else "depth"].shape[1:3]
+    return height, width
+
+
+def _place(
+    corner: tuple[int, int, int, int], size_wh: tuple[int, int], config: ImageAugmentConfig, rng: np.random.Generator
+) -> _Place:
+    """Draw how an image is seen through a rectangle of the canvas."""
+    left, top, right, bottom = corner
+    zoom = float(np.exp(rng.uniform(-1, 1) * np.log(config.zoom)))
+    # A quarter of the canvas shows a quarter of its image or more.
+    shift = []
+    for low, high, size in ((left, right, size_wh[0]), (top, bottom, size_wh[1])):
+        free = (high - low) - zoom * size
+        middle = low + free * (0.5 if high - low == size else rng.uniform())
+        shift.append(float(middle + rng.uniform(-1, 1) * config.shift * size))
+    mirrored = bool(rng.random() < config.flip)
+    return _Place(left, top, right, bottom, zoom, mirrored, (shift[0], shift[1]))
+
+
+def _moved(labels: Float32[np.ndarray, "k 8"], place: _Place, width: int) -> Float32[np.ndarray, "n 8"]:
+    """Return the labels that are seen through a place, with what is left of their boxes."""
+    labels = labels.copy()
+    boxes = labels[:, :4].astype(float)
+    if place.mirrored:
+        boxes[:, [0, 2]] = width - boxes[:, [2, 0]]
+    boxes = boxes * place.zoom + np.tile(place.shift, 2)
+    cut = np.clip(boxes, [place.left, place.top] * 2, [place.right, place.bottom] * 2)
+    share = _area(cut) / np.maximum(_area(boxes), 1e-9)
+    labels[:, :4] = cut
+    labels[:, 5] *= np.where(share < _LEAST_SHARE, 0.0, share)
+    labels[:, 6] *= place.zoom * (cut[:, 3] - cut[:, 1]) / np.maximum(boxes[:, 3] - boxes[:, 1], 1e-9)
+    kept: Float32[np.ndarray, "n 8"] = labels[_area(cut) > 1.0]
+    return kept
+
+
+def _area(boxes: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
+    area: Float[np.ndarray, " k"] = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    return area
+
+
+def _painted(
+    parts: list[tuple[np.ndarray | None, _Place]], shape: tuple[int, ...], dtype: type, fill: int
+) -> np.ndarray | None:
+    """Return the images seen through their places; depths get nearer as images are enlarged."""
+    if parts[0][0] is None:
+        return None
+    canvas: np.ndarray = np.full(shape, fill, dtype=dtype)
+    for image, place in parts:
+        assert image is not None
+        is_depth, width = image.ndim == 2, shape[1]
+        zoom, (right, down) = place.zoom, place.shift
+        # Pixel centres are integers: edges are half a pixel off.
+        sign, start = (-zoom, right + zoom * (width - 0.5)) if place.mirrored else (zoom, right + 0.5 * zoom)
+        M = np.array([[sign, 0.0, start - 0.5 - place.left], [0.0, zoom, down + 0.5 * zoom - 0.5 - place.top]])
+        size = place.right - place.left, place.bottom - place.top
+        how = cv2.INTER_NEAREST if is_depth else cv2.INTER_LINEAR
+        seen = cv2.warpAffine(image, M, size, flags=how, borderValue=(fill,) * 3)
+        canvas[place.top : place.bottom, place.left : place.right] = seen / np.float32(zoom) if is_depth else seen
+    return canvas

@@ -1,0 +1,46 @@
+"""How images become inputs of a network; free of torch."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from warehouse_sim.ranges import Range, Share, ranged
+
+DepthSource = Literal["camera", "lidar"]
+Reading = Literal["rgb", "depth"]
+Reads = tuple[Reading, ...]
+
+
+@dataclass(frozen=True)
+@ranged
+class ImageConfig:
+    """What is read of images, and how large."""
+
+    reads: Reads = ("rgb",)
+    """Inputs, in the order of their channels."""
+    input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
+    """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
+    depth_source: DepthSource = "camera"
+    """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
+
+
+@dataclass(frozen=True)
+@ranged
+class ImageAugmentConfig:
+    """How strongly whole images are disturbed in training."""
+
+    mosaic: Share = 0.3
+    """Share of samples composed of four images, 0-1."""
+    zoom: Annotated[float, Range(1, 10)] = 1.5
+    """Largest factor by which images are enlarged or shrunk, 1-10."""
+    shift: Share = 0.15
+    """How far images are shifted at most, as a share of their size, 0-1."""
+    flip: Share = 0.5
+    """Share of images that are mirrored, 0-1."""
+    colour: Share = 0.4
+    """Largest relative change of brightness, contrast and each channel, 0-1."""
+    depth_noise: Annotated[float, Range(0, 1)] = 0.002
+    """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
+    depth_holes: Annotated[int, Range(0, 1000)] = 4
+    """Most rectangles without depth, 0-1,000."""
+    depth_scale: Share = 0.05
+    """Largest relative error of all depths of an image, 0-1."""
