@@ -9,6 +9,7 @@ from benchmarks.estimators import bounds
 from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
 from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.summary import Summary
@@ -124,6 +125,7 @@ def _description(model: Path) -> list[str]:
         ),
         "took": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
         + " of wall time on {device}, {threads} thread(s), {precision}".format(**results[-1]),
+        "refiner": _refiner(model, train.refiner_iterations),
         "seed": " and ".join(str(item.train.seed) for item in configs),
         "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": " and ".join(f"[{place / 'config.yaml'}]({place / 'config.yaml'})" for place in places)
@@ -133,6 +135,12 @@ def _description(model: Path) -> list[str]:
     }
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
     return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
+
+
+def _refiner(model: Path, trained: int) -> str:
+    used = read_calibration(model).refined(trained)
+    count = f"{used} corrections in prediction" if used else "not used in prediction"
+    return f"{count}; `--refiner-iterations` sets others ({trained} in training)"
 
 
 def _header(first: str) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import FOLDER, SCORED, made
+from benchmarks.estimators.data import FOLDER, ROBUST, SCORED, made
 from benchmarks.estimators.over_seeds import applies, passed
 from benchmarks.estimators.score import DOCKING_RANGE, Setting, score
 from benchmarks.estimators.upon import settings_upon
@@ -37,6 +37,7 @@ def main(
     iterations: tuple[int, ...] = (1, 2, 4),
     steps: int = 3000,
     learning_rate: float = 2e-3,
+    robust: bool = False,
     cache: Path | None = None,
     write: bool = False,
 ) -> None:
@@ -48,21 +49,24 @@ def main(
         iterations: Numbers of corrections, each compared with none.
         steps: Optimiser steps of the phase.
         learning_rate: Peak of the main training, of which the phase takes 0.3, as the original.
+        robust: Whether to train on the sets of every sensor and mounting, too, as robust weights were.
         cache: Where crops are kept; the user's cache folder by default.
         write: Store the result.
     """
     data, found = made(SCORED[0], folder), list[dict[str, Any]]()
+    trained_on = [made(item, folder) for item in (SCORED[0], *(ROBUST if robust else ()))]
     for method in methods:
-        run = trained(method, data, folder, steps, learning_rate, cache)
+        run = trained(method, trained_on, folder, steps, learning_rate, cache)
         scores = score(run, data, "test", settings((0, *iterations)), folder / "scores" / "refiner" / run.name)
         for row in rows(Path(method).name, scores, iterations):
             found.append(row)
             low, high = row["difference_interval"]
             print(f"{row['name']:70} {row['value']:.3f} {row['difference']:+.3f} [{low:+.3f}, {high:+.3f}]", flush=True)
     if write:
+        options = f"{' '.join(methods)} --steps {steps}{' --robust' * robust}"
         write_result(
             RESULTS / "refiner.json",
-            f"python -m benchmarks.estimators.refiner {' '.join(methods)} --steps {steps} --write",
+            f"python -m benchmarks.estimators.refiner {options} --write",
             found,
             data=f"{SCORED[0].recipe} test, seed {SCORED[0].seed}; the refiner trained alone for {steps} steps",
             intervals="of the difference from no correction, 95 %: bootstrap over scenes",
@@ -70,14 +74,14 @@ def main(
 
 
 def trained(
-    method: str, data: Path, folder: Path, steps: int, learning_rate: float = 2e-3, cache: Path | None = None
+    method: str, data: Sequence[Path], folder: Path, steps: int, learning_rate: float, cache: Path | None
 ) -> Path:
     """Return the run of a refiner on top of a model; one that is complete is kept, one that was interrupted goes on."""
-    run = folder / "runs" / "refiner" / Path(method).name
+    run = folder / "runs" / "refiner" / f"{Path(method).name}_{len(data)}_{steps}"
     if not (run / "result.json").is_file():
         config = settings_upon(
             method,
-            [data],
+            data,
             phase="refiner",
             refiner_iterations=2,
             max_steps=steps,
