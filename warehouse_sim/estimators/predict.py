@@ -12,6 +12,7 @@ from warehouse_sim.estimators.detections import TRUTH, Finder
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.tracking.drives import tracked
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.schema import PoseEstimate
 
@@ -40,6 +41,7 @@ def predict(
         UnknownNameError: No estimator, detector or segmenter has that name.
         TrainingError: The run is incomplete or knows none of the split's objects.
         DatasetError: The folder is no dataset with BOP files, or states no calibration, but is asked for it.
+        InputError: Tracks are asked for, but nothing has a covariance, or images do not say where the camera is.
     """
     reader = DatasetReader(data, config.calibration)
     estimator, finder = load_estimator(run, config), Finder(config.detections, config.gravity, config.depth)
@@ -55,7 +57,7 @@ def predict(
         estimates += _estimate(estimator, reader, group, finder)
         if progress:
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
-    return estimates
+    return tracked(reader, split, estimates, config.tracking) if config.track else estimates
 
 
 def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord]) -> None:

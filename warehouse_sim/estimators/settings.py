@@ -8,6 +8,7 @@ from warehouse_sim.estimators.gravity import GravitySource
 from warehouse_sim.estimators.lidar.source import DepthSource
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
+from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
 Refinement = Literal["none", "icp", "evidence"]
@@ -52,5 +53,10 @@ class PredictConfig:
     threads: Annotated[int, Range(1, 1024)] | None = None
     """Processor threads of the network, 1-1,024; by default one for small networks, which gain little from more and
     wait long for them on a busy machine, and torch's own number for large ones."""
+    track: bool = False
+    """Whether the images of a drive are seen one after the other: poses are filtered in the world with the covariance
+    of each, and objects that are lost for some images are given where they were."""
+    tracking: TrackConfig = field(default_factory=TrackConfig)
+    """Settings of that."""
     icp: IcpConfig = field(default_factory=IcpConfig)
     """Settings of the ICP."""

@@ -1,0 +1,196 @@
+"""Tracks over made drives: gates, symmetries, outliers, lost frames, neighbours; and over a stored drive."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.dataset.toy import make_dataset
+from warehouse_sim.dataset import predictions
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.tracking import drives as module
+from warehouse_sim.estimators.tracking.belief import difference
+from warehouse_sim.estimators.tracking.drives import drives, tracked
+from warehouse_sim.estimators.tracking.settings import TrackConfig
+from warehouse_sim.estimators.tracking.tracker import Tracker, View
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert, level_camera, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import PoseEstimate
+
+CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)
+HALF = SymmetryGroup.turns("z", 2)
+PALLET = make_transform(rotation_z(0.3), np.array([8.0, 0.4, 0.07]))
+COVARIANCE = np.diag([0.01, 0.01, 0.02, 0.01, 0.02, 0.01]) ** 2
+
+
+def view(step: int, steps: int = 12) -> View:
+    return View(0, step, CAMERA, level_camera(np.array([0.5 * step, 0.05 * step, 0.9]), 0.01 * step), 0.5 * step)
+
+
+def estimate(at: View, T_world_object: Transform, rng=None, detection: int = 0, score: float = 0.9, **more):
+    """An estimate with an error of the covariance that it states, along the camera's axes."""
+    T = invert(at.T_world_camera) @ T_world_object
+    if rng is not None:
+        error = rng.multivariate_normal(np.zeros(6), COVARIANCE)
+        turned = Rotation.from_rotvec(error[3:]).as_matrix() @ T[:3, :3]
+        T = make_transform(turned, T[:3, 3] + error[:3])
+    more = {"covariance": COVARIANCE, "detection": detection, **more}
+    return PoseEstimate(at.scene_id, at.image_id, 1, score, T, 0.1, **more)
+
+
+def off(item: PoseEstimate, at: View, T_world_object: Transform = PALLET) -> float:
+    """Distance of the origin (m), and far more for another turn than of the symmetries."""
+    steps = [difference(at.T_world_camera @ item.T_camera_object, T) for T in HALF.equivalents(T_world_object)]
+    return min(float(np.linalg.norm(step[:3]) + np.linalg.norm(step[3:])) for step in steps)
+
+
+def test_a_drive_ends_better_than_its_single_shots() -> None:
+    rng, last, single = np.random.default_rng(0), [], []
+    for _ in range(40):
+        tracker = Tracker({1: HALF})
+        for step in range(12):
+            at = view(step)
+            shot = estimate(at, PALLET, rng)
+            (found,) = tracker.step(at, [shot])
+        last.append(off(found, at))
+        single.append(off(shot, at))
+        assert len(tracker.tracks) == 1
+    assert np.mean(last) < 0.5 * np.mean(single)
+
+
+def test_the_bound_keeps_what_all_images_share() -> None:
+    tracker = Tracker({1: HALF}, TrackConfig(common_share=0.3))
+    for step in range(50):
+        at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)
+        (found,) = tracker.step(at, [estimate(at, PALLET)])
+    ratio = np.linalg.eigvals(found.covariance @ np.linalg.inv(COVARIANCE)).real
+    assert ratio.min() > 0.3
+    free = Tracker({1: HALF}, TrackConfig(0.0, 0.0, 0.0, 0.0, 0.0))
+    for step in range(50):
+        at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)
+        (found,) = free.step(at, [estimate(at, PALLET)])
+    np.testing.assert_allclose(found.covariance, COVARIANCE / 50, rtol=1e-3, atol=1e-12)
+
+
+def test_symmetric_poses_are_one_and_others_are_not() -> None:
+    tracker, turned = Tracker({1: HALF}), PALLET @ HALF.transforms[1]
+    for step in range(6):
+        at = view(step)
+        (found,) = tracker.step(at, [estimate(at, turned if step % 2 else PALLET)])
+    assert len(tracker.tracks) == 1
+    assert off(found, at) < 1e-3
+    plain = Tracker({})
+    for step in range(2):
+        plain.step(view(step), [estimate(view(step), turned if step % 2 else PALLET)])
+    assert len(plain.tracks) == 2
+
+
+@pytest.mark.parametrize("bad", [{0}, {5}, {0, 4, 5, 9}, {11}])
+def test_outliers_neither_move_a_track_nor_are_given(bad: set[int]) -> None:
+    """Quarter turns and slides along the pallet, each sure of itself."""
+    rng, tracker = np.random.default_rng(1), Tracker({1: HALF})
+    wrong = [PALLET @ make_transform(rotation_z(np.pi / 2)), PALLET @ make_transform(None, np.array([0.3, 0.0, 0.0]))]
+    for step in range(12):
+        at = view(step)
+        truth = wrong[step % 2] if step in bad else PALLET
+        (found,) = tracker.step(at, [estimate(at, truth, rng, score=0.9)])
+        if step > 2 or (step and 0 not in bad):
+            assert off(found, at) < 0.08
+    assert off(found, at) < 0.05
+
+
+def test_a_lost_frame_costs_nothing() -> None:
+    rng, tracker = np.random.default_rng(2), Tracker({1: HALF})
+    for step in range(12):
+        at = view(step)
+        found = tracker.step(at, [] if step in (6, 7) else [estimate(at, PALLET, rng)])
+        assert len(found) == 1
+        assert (found[0].scene_id, found[0].image_id) == (0, step)
+        assert found[0].detection == (-1 if step in (6, 7) else 0)
+        if step > 3:
+            assert off(found[0], at) < 0.05
+    assert tracker.step(View(0, 99, CAMERA, at.T_world_camera, 60.0), []) == []
+    away = level_camera(np.array([0.0, 0.0, 0.9]), np.pi)
+    assert tracker.step(View(0, 100, CAMERA, away, 60.5), []) == []
+
+
+def test_stacked_neighbours_stay_two() -> None:
+    """Two empty pallets, one on the other: nearer than a rival may be, but seen in one image."""
+    rng, tracker = np.random.default_rng(3), Tracker({1: HALF})
+    upper = PALLET.copy()
+    upper[2, 3] += 0.144
+    for step in range(8):
+        at = view(step)
+        order = [PALLET, upper] if step % 2 else [upper, PALLET]
+        found = tracker.step(at, [estimate(at, T, rng, i) for i, T in enumerate(order)])
+        assert [item.detection for item in found] == [0, 1]
+        for item, T in zip(found, order, strict=True):
+            assert off(item, at, T) < (0.15 if step < 2 else 0.08)
+    # One of them is lost once: it is given where it was.
+    at = view(8)
+    found = tracker.step(at, [estimate(at, PALLET, rng)])
+    assert [off(item, at, T) < 0.06 for item, T in zip(found, (PALLET, upper), strict=True)] == [True, True]
+
+
+def test_what_has_no_covariance_or_is_refused_goes_through() -> None:
+    tracker, at = Tracker({1: HALF}), view(0)
+    given = [estimate(at, PALLET, covariance=None), estimate(at, PALLET, refused=True)]
+    assert tracker.step(at, given) == given
+    assert not tracker.tracks
+
+
+@pytest.fixture
+def drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DatasetReader:
+    """The toy dataset with its two images a scene taken for a drive, as its record would say."""
+    reader = DatasetReader(make_dataset(tmp_path / "data"))
+    stored = module.read_scene_record
+
+    def moving(root: Path, number: int):
+        record = stored(root, number)
+        moved = [replace(item, sequence=0, time=float(i)) for i, item in enumerate(record.observations)]
+        return replace(record, observations=tuple(moved))
+
+    monkeypatch.setattr(module, "read_scene_record", moving)
+    return reader
+
+
+def truth(reader: DatasetReader, covariance: np.ndarray | None) -> list[PoseEstimate]:
+    return [
+        PoseEstimate(image.scene_id, image.image_id, 1, 0.9, target.T_camera_object, 0.1, covariance=covariance)
+        for image in reader.images("train")
+        for target in image.targets
+    ]
+
+
+def test_a_stored_drive_is_filtered_and_written(drive: DatasetReader, tmp_path: Path) -> None:
+    found = tracked(drive, "train", truth(drive, COVARIANCE))
+    assert len(drives(drive, "train")) == len(drive.splits["train"])
+    given = truth(drive, COVARIANCE)
+    assert [(item.scene_id, item.image_id) for item in found] == [(item.scene_id, item.image_id) for item in given]
+    for item, expected in zip(found, given, strict=True):
+        np.testing.assert_allclose(item.T_camera_object, expected.T_camera_object, atol=1e-9)
+        assert item.predicted_error is not None
+        assert 0 < item.predicted_error < item.error_bound
+    predictions.write(tmp_path / "out.csv", found)
+    assert len(predictions.read(tmp_path / "out.csv")) == len(found)
+
+
+def test_images_of_no_drive_keep_their_estimates(toy_root: Path) -> None:
+    reader = DatasetReader(toy_root)
+    assert drives(reader, "train") == []
+    found = tracked(reader, "train", truth(reader, COVARIANCE))
+    for item, expected in zip(found, truth(reader, COVARIANCE), strict=True):
+        np.testing.assert_array_equal(item.T_camera_object, expected.T_camera_object)
+
+
+def test_one_line_says_what_is_missing(drive: DatasetReader, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="no estimate has a covariance"):
+        tracked(drive, "train", truth(drive, None))
+    images = [replace(image, T_world_camera=np.eye(4)) for image in drive.images("train")]
+    monkeypatch.setattr(drive, "images", lambda split: images)
+    with pytest.raises(InputError, match="does not say where the camera is"):
+        drives(drive, "train")

@@ -1,0 +1,180 @@
+"""Tracks of one drive: which estimate belongs to which, what each says so far, and what is given for an image."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import linear_sum_assignment
+
+from warehouse_sim.estimators.tracking.belief import Belief, Measurement
+from warehouse_sim.estimators.tracking.measure import in_world, nearest_equivalent
+from warehouse_sim.estimators.tracking.settings import TrackConfig
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import PoseEstimate
+
+_FAR = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where and when an image was taken."""
+
+    scene_id: int
+    image_id: int
+    camera: PinholeCamera
+    T_world_camera: Transform
+    time: float
+    """Seconds since the drive began."""
+
+
+@dataclass(eq=False)
+class Track:
+    """One object, or one of the poses that it may have."""
+
+    belief: Belief
+    last: PoseEstimate
+    """The estimate that came last."""
+    time: float
+    support: float = 0.0
+    """Sum of the scores of its estimates."""
+    score: float = 0.0
+    """Largest of them."""
+    images: set[int] = field(default_factory=set)
+    """In which images of the drive it was estimated."""
+
+
+@dataclass(eq=False)
+class Tracker:
+    """Filters the estimates of one drive, image by image.
+
+    Args:
+        symmetries: Of the objects by obj_id; those of others are taken for asymmetric.
+        config: Settings.
+    """
+
+    symmetries: Mapping[int, SymmetryGroup]
+    config: TrackConfig = field(default_factory=TrackConfig)
+    tracks: list[Track] = field(default_factory=list)
+    now: float | None = None
+    """Time of the last image (s)."""
+    count: int = 0
+    """Images so far."""
+
+    def step(self, view: View, estimates: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+        """Return what is known after one more image, in the order of its estimates, then what was not detected.
+
+        Each estimate is given with the pose, covariance and score of its object's best supported track; one without a
+        covariance, or that was refused, is given as it is and changes nothing.
+
+        Args:
+            view: The image.
+            estimates: What was estimated in it.
+        """
+        passed = max(view.time - self.now, 0.0) if self.now is not None else 0.0
+        self.now, self.count = view.time, self.count + 1
+        for track in self.tracks:
+            track.belief = track.belief.after(self.config.drift**2 * passed)
+        taken = [item for item in estimates if item.covariance is not None and not item.refused]
+        seen = [in_world(item, view.T_world_camera, self.config) for item in taken]
+        own = {id(item): track for item, track in zip(taken, self._associate(taken, seen), strict=True)}
+        given, used = list[PoseEstimate](), list[Track]()
+        for item in estimates:
+            if id(item) not in own:
+                given.append(item)
+                continue
+            best = self._best_rival(own[id(item)])
+            # Of two estimates of one object the second is given as its own track has it.
+            best = own[id(item)] if best in used else best
+            used += [best, own[id(item)]]
+            given.append(_as_estimate(best, item, view))
+        return given + self._coasting(view, used, given)
+
+    def _associate(self, taken: Sequence[PoseEstimate], seen: Sequence[Measurement]) -> list[Track]:
+        """Return each estimate's own track, updated by it; a new one where none is near enough."""
+        before = list(self.tracks)
+        cost = np.full((len(taken), len(before)), _FAR)
+        for row, (item, measured) in enumerate(zip(taken, seen, strict=True)):
+            for column, track in enumerate(before):
+                if track.last.obj_id == item.obj_id:
+                    distance = self._nearest(track, item, measured)[1]
+                    cost[row, column] = distance if distance <= self.config.gate else _FAR
+        pairs = dict(zip(*(part.tolist() for part in linear_sum_assignment(cost)), strict=True))
+        found = []
+        for row, (item, measured) in enumerate(zip(taken, seen, strict=True)):
+            nearest = pairs.get(row)
+            if nearest is None or cost[row, nearest] >= _FAR:
+                found.append(Track(Belief.of(measured), item, self.now or 0.0))
+                self.tracks.append(found[-1])
+            else:
+                found.append(self._update(before[nearest], item, measured))
+            track = found[-1]
+            track.last, track.time = item, self.now or 0.0
+            track.images.add(self.count)
+            track.support, track.score = track.support + item.score, max(track.score, item.score)
+        return found
+
+    def _update(self, track: Track, item: PoseEstimate, measured: Measurement) -> Track:
+        T, distance = self._nearest(track, item, measured)
+        freedom = self.config.freedom
+        # What six numbers give on average, or less, counts in full; what is far out less (Lange et al. 1989).
+        weight = min(1.0, (freedom + 6.0) / (freedom + distance))
+        track.belief = track.belief.updated(replace(measured, T_world_object=T), weight)
+        return track
+
+    def _nearest(self, track: Track, item: PoseEstimate, measured: Measurement) -> tuple[Transform, float]:
+        symmetry = self.symmetries.get(item.obj_id, SymmetryGroup.trivial())
+        covariance = track.belief.covariance + measured.covariance
+        T, _, distance = nearest_equivalent(measured.T_world_object, track.belief.T_world_object, covariance, symmetry)
+        return T, distance
+
+    def _are_rivals(self, one: Track, other: Track) -> bool:
+        """Return whether two tracks are of one place, one model, and were never estimated in one image."""
+        if one.last.obj_id != other.last.obj_id or one.images & other.images:
+            return False
+        apart = one.belief.T_world_object[:3, 3] - other.belief.T_world_object[:3, 3]
+        return bool(np.linalg.norm(apart) < self.config.same_place)
+
+    def _best_rival(self, own: Track) -> Track:
+        """Return the best supported of a track and its rivals."""
+        rivals = [track for track in self.tracks if self._are_rivals(own, track)]
+        return max([own, *rivals], key=lambda track: track.support)
+
+    def _coasting(self, view: View, used: list[Track], given: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+        """Return supported tracks of objects that should be in the image, but of which nothing was estimated there."""
+        found = []
+        for track in self.tracks:
+            recent = view.time - track.time <= self.config.coast and track.support >= self.config.least_support
+            if not recent or any(track is other or self._are_rivals(track, other) for other in used):
+                continue
+            if in_sight(view, track.belief.T_world_object[:3, 3]) and self._best_rival(track) is track:
+                time = given[0].time if given else -1.0
+                blank = replace(track.last, detection=-1, time=time, front=None, agreement=None)
+                found.append(_as_estimate(track, blank, view))
+        return found
+
+
+def _as_estimate(track: Track, item: PoseEstimate, view: View) -> PoseEstimate:
+    """Return an estimate of this image with the pose and the doubt of a track."""
+    axes = np.zeros((6, 6))
+    axes[:3, :3] = axes[3:, 3:] = view.T_world_camera[:3, :3].T
+    covariance = axes @ track.belief.covariance @ axes.T
+    return replace(
+        item,
+        scene_id=view.scene_id,
+        image_id=view.image_id,
+        T_camera_object=invert(view.T_world_camera) @ track.belief.T_world_object,
+        covariance=0.5 * (covariance + covariance.T),
+        score=track.score,
+    )
+
+
+def in_sight(view: View, place: Float[np.ndarray, " 3"]) -> bool:
+    """Return whether a place (m, world) lies before the camera and in its image."""
+    x, y, z = (invert(view.T_world_camera) @ np.append(place, 1.0))[:3]
+    if z < 0.3:
+        return False
+    low_x, high_x, low_y, high_y = view.camera.tangent_bounds()
+    return bool(low_x <= x / z <= high_x and low_y <= y / z <= high_y)
