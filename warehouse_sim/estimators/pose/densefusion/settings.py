@@ -144,6 +144,9 @@ class TrainConfig(LoopConfig):
     original. It falls along a cosine of its own."""
     refiner_iterations: Annotated[int, Range(0, 100)] = 2
     """Corrections by the refiner in training, and in prediction where nothing else is said, 0-100."""
+    points: Annotated[int, Range(8, 65_536)] | None = None
+    """Points of a sample that a step of training sees, 8-65,536; by default as many as in prediction. Fewer make steps
+    cheaper: the points of one object say much the same."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images, 1-1,024."""
     augment: AugmentConfig = field(default_factory=AugmentConfig)

@@ -13,8 +13,11 @@ from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
+from warehouse_sim.estimators.pose.densefusion.crops import CropSet
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training import pose_task
 from warehouse_sim.estimators.train import train
 
 POINTS = "densefusion-pointcloud"
@@ -38,6 +41,23 @@ def test_run_folder_is_complete_and_readable(finished: Path) -> None:
     assert result["samples"] == 24
     assert result["precision"] == "32-true"
     assert result["val_median_mm"] == float(rows[-1]["val_median_mm"])
+
+
+def test_steps_may_see_fewer_points_than_prediction(
+    toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: dict[bool, set[int]] = {True: set(), False: set()}
+
+    def spied(
+        crops: CropSet, index: torch.Tensor, count: int, generator: object, augment: object, *more: object
+    ) -> Batch:
+        batch = draw_batch(crops, index, count, generator, augment, *more)  # type: ignore[arg-type]
+        seen[augment is not None].add(batch.inputs.points.shape[1])
+        return batch
+
+    monkeypatch.setattr(pose_task, "draw_batch", spied)
+    run = train(POINTS, toy_root, tmp_path / "run", replace(SHORT, points=24))
+    assert seen == {True: {24}, False: {read_config(run).network.points.count}}
 
 
 def read_events(folder: Path) -> dict[str, list[tuple[int, float]]]:

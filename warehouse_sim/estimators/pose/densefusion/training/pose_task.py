@@ -96,8 +96,10 @@ class PoseTask(Task):
     def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
         # One stream a step, so that a resumed run disturbs its samples as an uninterrupted one would.
         generator = torch.Generator(self._device).manual_seed(self.config.seed * 1_000_003 + stream)
-        augment = self.config.augment if split == "train" else None
         count, upright = self.network.config.points.count, self.network.config.upright
+        augment = None
+        if split == "train":
+            augment, count = self.config.augment, self.config.points or count
         crops, index = self._crops[split], index.to(self._device)
         # Mixed precision is for the layers: in 16 bits points and true poses would be off by millimetres.
         with torch.autocast(self._device.type, enabled=False):
