@@ -13,6 +13,7 @@ from warehouse_sim.cli.catalog import catalog
 from warehouse_sim.cli.check_scene import check_scene
 from warehouse_sim.cli.convert import convert
 from warehouse_sim.cli.demo import demo
+from warehouse_sim.cli.detect import detect
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.cli.export import export
 from warehouse_sim.cli.export_scene import export_scene
@@ -39,6 +40,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "view": view,
     "inspect": inspect,
     "train": train,
+    "detect": detect,
     "predict": predict,
     "export": export,
     "export-scene": export_scene,

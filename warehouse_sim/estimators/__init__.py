@@ -129,17 +129,37 @@ for _name in (
 ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
 ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
 ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.fronts.estimator:front_fit")
+for _name in (
+    "detect-densefusion",
+    "detect-depth",
+    "detect-keypoints",
+    "segment-densefusion",
+    "segment-densefusion-early",
+    "segment-densefusion-middle-1",
+    "segment-densefusion-middle-2",
+    "segment-densefusion-depth",
+    "segment-densefusion-pointcloud",
+    "segment-object-coordinates",
+    "segment-rectangle-fit",
+    "segment-icp-multistart",
+    "segment-front-fit",
+):
+    ESTIMATORS.add(_name, f"warehouse_sim.estimators.composed:{_name.upper().replace('-', '_')}")
 ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
 DETECTORS = Registry("detector")
 for _name in ("detector-rgb", "detector-depth", "detector-rgbd", "detector-lidar"):
     _constant = _name.upper().replace("-", "_")
     DETECTORS.add(_name, f"warehouse_sim.estimators.detection.trainable:{_constant}")
 SEGMENTERS = Registry("segmenter")
+for _name in ("segmenter-rgb", "segmenter-depth", "segmenter-rgbd", "keypoints-rgb", "keypoints-rgbd"):
+    _constant = _name.upper().replace("-", "_")
+    SEGMENTERS.add(_name, f"warehouse_sim.estimators.segmentation.trainable:{_constant}")
 SEGMENTERS.add("cluster", "warehouse_sim.estimators.lidar.segment:BoxClusters")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS = Registry("kind of run folder that finds objects", group="warehouse_sim.front_end_families")
 FRONT_ENDS.add("detector", "warehouse_sim.estimators.detection.estimator:TrainedDetector")
+FRONT_ENDS.add("segmenter", "warehouse_sim.estimators.segmentation.estimator:TrainedSegmenter")
 
 
 def is_trainable(registered: Any) -> bool:

@@ -1,15 +1,17 @@
 """Where the detections of a dataset's images come from: its true masks, or detectors and segmenters by name."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.estimators import PoseEstimator
-from warehouse_sim.estimators.front_ends import open_front_end
+from warehouse_sim.estimators.found_objects import StoredDetections, is_detections
+from warehouse_sim.estimators.front_ends import FindObjects, open_front_end
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.lidar.image import with_lidar_depth
 from warehouse_sim.estimators.lidar.source import DepthSource
@@ -17,72 +19,65 @@ from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.geometry.pose import transform_points
 
-TRUTH, TRUTH_BOXES = "truth", "truth-boxes"
+AUTO, TRUTH, TRUTH_BOXES = "auto", "truth", "truth-boxes"
 
 
 class Finder:
     """Reads images of a dataset with what is detected in them that an estimator can take.
 
     Args:
-        names: Names or run folders of detectors and segmenters joined by +, each working on what the one before found;
-            the first may be "truth" or "truth-boxes", what the dataset says.
+        names: Detectors, segmenters, run folders of them or files of detections, joined by +, each working on what the
+            one before found; the first may be "truth" or "truth-boxes", what the dataset says. "auto" leaves it to
+            estimators that find objects themselves, and is "truth" for others.
         gravity: Who says where down is.
-        depth: Whose depth is seen; None asks the estimator for its ``depth_source``, the camera's if it has none.
+        depth: Whose depth is seen; None asks the estimator and the detector for their ``depth_source``, the camera's if
+            they have none.
 
     Raises:
-        UnknownNameError: A name is neither of a detector nor of a segmenter.
+        UnknownNameError: A name is none of these.
     """
 
     def __init__(self, names: str = TRUTH, gravity: GravitySource = "rig", depth: DepthSource | None = None) -> None:
-        self._gravity, self._depth = gravity, depth
-        first, *more = names.split("+")
+        self._gravity, self._depth, self._is_auto = gravity, depth, names == AUTO
+        first, *more = (TRUTH if names == AUTO else names).split("+")
         self._truth = first if first in (TRUTH, TRUTH_BOXES) else None
-        self._stages = [open_front_end(name) for name in (more if self._truth else [first, *more])]
+        self._names = more if self._truth else [first, *more]
+        # Files are read once the dataset is known; a name that is none is refused at once.
+        self._stages = None if any(map(is_detections, self._names)) else self._opened()
         self.seconds = 0.0
         """How long the last image's detection and the filling of its depth took."""
 
     def find(self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
-        """Return an image with its detections; None where there are none.
+        """Return an image with its detections; None where there are none, and the estimator finds none itself.
 
         Raises:
             DatasetError: The LiDAR's depth is asked for, and the dataset holds no sweep of the image.
         """
-        if self._truth is None:
-            given: RgbdImage | None = RgbdImage.from_dataset(reader, image, ())
+        finds = self._is_auto and getattr(estimator, "finds_objects", False)
+        if self._truth is None or finds:
+            given: RgbdImage | None = read_image(reader, image)
         else:
             given = _with_truth(estimator, reader, image, self._truth == TRUTH_BOXES)
         if given is None:
             return None
+        if self._stages is None:
+            self._stages = self._opened(reader)
         found = self._with_gravity(given)
-        sweep = self._sweep(estimator, reader, image)
+        source = self._depth or getattr(estimator, "depth_source", None) or stage_depth(self._stages)
         started = time.perf_counter()
-        if sweep is not None:
-            found = with_lidar_depth(found, sweep, self._source(estimator))
+        found = with_depth_of(source, found, reader, image)
         for stage in self._stages:
             found = replace(found, detections=tuple(stage(found)))
-        self.seconds = time.perf_counter() - started if self._stages or sweep is not None else 0.0
+        self.seconds = time.perf_counter() - started if self._stages or source != "camera" else 0.0
+        if finds:
+            return found
         # Estimates refer to what the detector found, whatever of it is estimated.
         numbered = tuple(_numbered(item, position) for position, item in enumerate(found.detections))
-        taken = tuple(item for item in numbered if _is_known(estimator, item))
+        taken = tuple(item for item in numbered if is_known(estimator, item))
         return replace(found, detections=taken) if taken else None
 
-    def _source(self, estimator: PoseEstimator) -> DepthSource:
-        made_for: DepthSource = getattr(estimator, "depth_source", "camera")
-        return self._depth or made_for
-
-    def _sweep(
-        self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord
-    ) -> Float[np.ndarray, "n 3"] | None:
-        """Return the main LiDAR's points in the camera's frame (m); None where they are not asked for."""
-        if self._source(estimator) == "camera":
-            return None
-        mounted = reader.sweep(image)
-        if mounted is None:
-            raise DatasetError(
-                f"{reader.root}: holds no sweep of image {image.scene_id}/{image.image_id} for --depth "
-                f"{self._source(estimator)}; generate it with a LiDAR and the format kitti, or take --depth camera"
-            )
-        return transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
+    def _opened(self, reader: DatasetReader | None = None) -> list[FindObjects]:
+        return open_stages("+".join(self._names), reader, self._truth is not None) if self._names else []
 
     def _with_gravity(self, image: RgbdImage) -> RgbdImage:
         if self._gravity == "rig":
@@ -91,6 +86,62 @@ class Finder:
             return replace(image, gravity=None)
         rng = np.random.default_rng([image.scene_id, image.image_id])
         return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
+
+
+def open_stages(names: str, reader: DatasetReader | None = None, after_truth: bool = False) -> list[FindObjects]:
+    """Return what finds objects, one stage after the other.
+
+    Args:
+        names: Detectors, segmenters, their run folders or files of detections, joined by +.
+        reader: The dataset that files are about.
+        after_truth: Whether they work on what a dataset says.
+
+    Raises:
+        UnknownNameError: A name is none of these.
+        DatasetError: A file is malformed, or was made for another dataset.
+        InputError: The first stage needs what another finds.
+    """
+    stages = [
+        StoredDetections(Path(name), reader).detect if reader and is_detections(name) else open_front_end(name)
+        for name in names.split("+")
+    ]
+    first = names.split("+")[0]
+    if not after_truth and getattr(getattr(stages[0], "__self__", None), "needs_detections", False):
+        raise InputError(f"{first} outlines what boxes are about; name a detector before it, as detector-depth+{first}")
+    return stages
+
+
+def stage_depth(stages: Sequence[FindObjects]) -> DepthSource:
+    """Return whose depth the first stage was made for."""
+    owner = getattr(stages[0], "__self__", None) if stages else None
+    made_for: DepthSource = getattr(owner, "depth_source", "camera")
+    return made_for
+
+
+def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:
+    """Read an image without detections; where the dataset has no depth, nothing has a reading."""
+    if reader.has_depth:
+        return RgbdImage.from_dataset(reader, image, ())
+    nothing = np.zeros((image.camera.height, image.camera.width), dtype=np.float32)
+    return RgbdImage(image.camera, nothing, (), reader.rgb(image), image.scene_id, image.image_id)
+
+
+def with_depth_of(source: DepthSource, image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> RgbdImage:
+    """Return an image with the depth of the camera, as it is, or with that of the main LiDAR.
+
+    Raises:
+        DatasetError: The LiDAR's depth is asked for, and the dataset holds no sweep of the image.
+    """
+    if source == "camera":
+        return image
+    mounted = reader.sweep(record)
+    if mounted is None:
+        raise DatasetError(
+            f"{reader.root}: holds no sweep of image {record.scene_id}/{record.image_id} for --depth {source}; "
+            "generate it with a LiDAR and the format kitti, or take --depth camera"
+        )
+    points = transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
+    return with_lidar_depth(image, points, source)
 
 
 def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:
@@ -112,7 +163,8 @@ def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRec
     return replace(RgbdImage.from_dataset(reader, image, (), rgb=reads_rgb), detections=tuple(found))
 
 
-def _is_known(estimator: PoseEstimator, detection: Detection) -> bool:
+def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
+    """Return whether an estimator may know what was detected."""
     if estimator.objects is None:
         return True
     if detection.model is None:

@@ -90,7 +90,7 @@ class RgbdImage:
         cls,
         depth: Float[np.ndarray, "h w"],
         K: Float[np.ndarray, "3 3"],
-        detections: Sequence[Detection],
+        detections: Sequence[Detection] = (),
         rgb: UInt8[np.ndarray, "h w 3"] | None = None,
         distortion: Lens | None = None,
         gravity: Direction | None = None,
@@ -100,7 +100,7 @@ class RgbdImage:
         Args:
             depth: Metres along the optical axis; 0, NaN or infinity where there is no reading.
             K: Intrinsic matrix; pixel (0, 0) has its centre at u = 0, v = 0.
-            detections: What was found.
+            detections: What was found; nothing for estimators that find objects themselves.
             rgb: Colours, aligned with ``depth``.
             distortion: What the lens does to the image; nothing by default.
             gravity: Unit vector that points down (camera frame), as an inertial unit at rest gives it.

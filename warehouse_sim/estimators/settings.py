@@ -19,10 +19,12 @@ Refinement = Literal["none", "icp", "evidence"]
 class PredictConfig:
     """How poses are estimated."""
 
-    detections: str = "truth"
-    """Where detections come from: truth takes a dataset's true visible masks, as BOP's localisation with given masks;
-    truth-boxes the boxes about these; else the name of a detector or a segmenter, or several joined by +, each working
-    on what the one before found (truth-boxes+cluster)."""
+    detections: str = "auto"
+    """Where detections come from: auto leaves it to estimators that find objects themselves, and is truth for others.
+    truth takes a dataset's true visible masks, as BOP's localisation with given masks; truth-boxes the boxes about
+    these; else a detector or a segmenter by name or run folder, or a file of detections (COCO's or BOP's results, a
+    folder of YOLO's labels), or several joined by +, each working on what the one before found
+    (truth-boxes+cluster)."""
     depth: DepthSource | None = None
     """Whose depth estimators see: the camera's, the main LiDAR's filled up (lidar), or only where the LiDAR has points
     (lidar-sparse). None takes what the estimator was made for, which is the camera's where it does not say."""

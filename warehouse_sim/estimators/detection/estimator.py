@@ -11,6 +11,7 @@ from warehouse_sim.estimators.detection.nms import suppress
 from warehouse_sim.estimators.detection.run_config import RunConfig, load_network, read_config
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
+from warehouse_sim.estimators.images.settings import DepthSource
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.learning.threads import SMALL, cpu_threads
 from warehouse_sim.ranges import Range, Share, ranged
@@ -57,6 +58,11 @@ class TrainedDetector:
     def classes(self) -> tuple[str, ...]:
         """What it tells apart."""
         return self.run_config.classes
+
+    @property
+    def depth_source(self) -> DepthSource:
+        """Whose depth it was trained with."""
+        return self.run_config.images.depth_source
 
     @property
     def reads_rgb(self) -> bool:

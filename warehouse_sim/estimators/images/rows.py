@@ -6,10 +6,13 @@ import numpy as np
 from jaxtyping import Float32, UInt16
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.errors import DatasetError, TrainingError
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.settings import DepthSource, ImageConfig
+from warehouse_sim.estimators.lidar.projection import sparse_depth
+from warehouse_sim.estimators.lidar.upsample import upsample
+from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.learning.array_store import Arrays
 
 MOST_LABELS = 128
@@ -71,4 +74,8 @@ def _camera_depth(reader: DatasetReader, image: ImageRecord) -> Float32[np.ndarr
 
 
 def _lidar_depth(reader: DatasetReader, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-    raise TrainingError(f"{reader.root}: depth of a LiDAR is not read yet")
+    mounted = reader.sweep(image)
+    if mounted is None:
+        raise DatasetError(f"{reader.root}: holds no sweeps; generate it with a LiDAR and the format kitti")
+    points = transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
+    return upsample(sparse_depth(image.camera, points).depth)

@@ -1,0 +1,119 @@
+"""From pixels to poses in one call, with a front end that was trained on the toy warehouse."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.detection_file import read_results
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators import composed as module
+from warehouse_sim.estimators.composed import Composed, WithFrontEnd
+from warehouse_sim.estimators.detections import Finder
+from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.settings import PredictConfig
+
+
+class TrueBoxes:
+    """A detector that knows the truth, and counts how often it is asked."""
+
+    def __init__(self, reader: DatasetReader) -> None:
+        self._reader, self.asked = reader, 0
+
+    def detect(self, image: RgbdImage) -> list[Detection]:
+        self.asked += 1
+        records = [record for split in self._reader.splits for record in self._reader.images(split)]
+        (record,) = [item for item in records if (item.scene_id, item.image_id) == (image.scene_id, image.image_id)]
+        return [
+            Detection(self._reader.mask_visible(record, item.gt_index), score=0.8, class_name="pallet")
+            for item in record.targets
+            if item.pixels_visible > 60 and self._reader.objects[item.obj_id].class_name == "pallet"
+        ]
+
+
+def test_images_without_detections_get_those_of_the_front_end(toy_root: Path) -> None:
+    reader = DatasetReader(toy_root)
+    detector = TrueBoxes(reader)
+    estimator = WithFrontEnd(load_estimator("rectangle-fit"), [detector.detect])
+    record = reader.images("train")[0]
+    bare = RgbdImage.from_arrays(reader.depth(record), record.camera.K, rgb=reader.rgb(record))
+    bare = replace(bare, camera=record.camera, scene_id=record.scene_id, image_id=record.image_id)
+    poses = estimator.estimate(bare)
+    inner = load_estimator("rectangle-fit").estimate(replace(bare, detections=tuple(detector.detect(bare))))
+    assert len(poses) == len(inner) > 0
+    for a, b in zip(poses, inner, strict=True):
+        np.testing.assert_allclose(a.T_camera_object, b.T_camera_object)
+    asked = detector.asked
+    estimator.estimate(replace(bare, detections=tuple(detector.detect(bare)[:1])))
+    assert detector.asked == asked + 1
+
+
+def test_prediction_leaves_finding_to_the_chain_unless_it_is_told(
+    toy_root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    detector = TrueBoxes(DatasetReader(toy_root))
+    monkeypatch.setattr(module, "open_stages", lambda names: [detector.detect])
+    monkeypatch.setattr(module, "CHAIN", Composed("detector-depth", "rectangle-fit"), raising=False)
+    monkeypatch.setitem(ESTIMATORS._targets, "toy-chain", f"{module.__name__}:CHAIN")
+    own = predict("toy-chain", toy_root, "train", PredictConfig())
+    assert detector.asked == len(DatasetReader(toy_root).images("train"))
+    assert own
+    assert {pose.score for pose in own} != {1.0}
+    told = predict("toy-chain", toy_root, "train", PredictConfig(detections="truth"))
+    assert detector.asked == len(DatasetReader(toy_root).images("train"))
+    plain = predict("rectangle-fit", toy_root, "train", PredictConfig())
+    assert [pose.detection for pose in told] == [pose.detection for pose in plain]
+
+
+@pytest.mark.parametrize(
+    "name", ["detect-densefusion", "detect-depth", "detect-keypoints", "segment-densefusion-depth"]
+)
+def test_chains_say_what_they_are_made_of(name: str) -> None:
+    assert "then" in ESTIMATORS.get(name).inputs
+
+
+def test_a_chain_without_weights_says_which(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warehouse_sim.estimators.detection.trainable.model_names", lambda: [])
+    with pytest.raises(TrainingError, match="detector-depth has no bundled weights"):
+        load_estimator("segment-icp-multistart")
+
+
+def test_a_segmenter_needs_boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Outliner:
+        needs_detections = True
+
+        def segment(self, image: RgbdImage) -> list[Detection]:
+            return []
+
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: Outliner().segment)
+    with pytest.raises(InputError, match="name a detector before it"):
+        Finder("segmenter-depth")
+    Finder("truth-boxes+segmenter-depth")
+
+
+def test_a_file_of_detections_takes_the_place_of_a_detector(
+    toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = DatasetReader(toy_root)
+    detector = TrueBoxes(reader)
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector.detect)
+    out = tmp_path / "found.json"
+    words = ["detect", "any", "--data", str(toy_root), "--out", str(out), "--split", "train"]
+    assert main([*words, "--labels", str(tmp_path / "labels"), "--height-px", "2"]) == 0
+    assert "pallet" in capsys.readouterr().out
+    assert len(read_results(out, reader, "train")) > 0
+    monkeypatch.undo()
+    by_file = predict("rectangle-fit", toy_root, "train", PredictConfig(detections=str(out)))
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector.detect)
+    direct = predict("rectangle-fit", toy_root, "train", PredictConfig(detections="any"))
+    assert len(by_file) == len(direct) > 0
+    for a, b in zip(by_file, direct, strict=True):
+        np.testing.assert_allclose(a.T_camera_object, b.T_camera_object, atol=1e-9)
+    boxes = predict("rectangle-fit", toy_root, "train", PredictConfig(detections=str(tmp_path / "labels")))
+    assert boxes == [] or boxes[0].detection is not None

@@ -1,0 +1,142 @@
+"""Files of detections: COCO's results (one JSON list) as any tool writes them, BOP's variant with scenes among them.
+
+A row of COCO's has ``image_id``, ``category_id``, ``bbox`` (x, y, w, h) or ``segmentation``, and ``score``. One of
+BOP's has ``scene_id`` beside; ``image_id`` then counts within the scene, and ``category_id`` is an object's number.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.formats.coco.categories import category_numbers
+from warehouse_sim.dataset.found_object import FoundObject
+from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.plain import SHARES, WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.run_lengths import compressed, mask_of_runs, run_lengths
+from warehouse_sim.errors import DatasetError
+
+_PIXELS = Span(-1e6, 1e6)
+
+
+class ImageNumbers:
+    """The numbers by which files name a dataset's images.
+
+    Args:
+        reader: The dataset.
+        images: Those that are named.
+    """
+
+    def __init__(self, reader: DatasetReader, images: Iterable[ImageRecord]) -> None:
+        self._views = None if reader.manifest is None else reader.manifest.observations_per_scene
+        self.by_key: dict[tuple[int, int], ImageRecord] = {(item.scene_id, item.image_id): item for item in images}
+        self.by_number = {self.number(*key): item for key, item in self.by_key.items()}
+
+    def number(self, scene_id: int, image_id: int) -> int:
+        """Return the number of an image through all scenes, that of its KITTI frame and COCO image."""
+        return image_id if self._views is None else scene_id * self._views + image_id
+
+
+def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReader) -> None:
+    """Write detections as COCO's results, which its tools match with ``coco/annotations/instances_SPLIT.json``.
+
+    Raises:
+        DatasetError: A detection has neither a box nor a mask.
+        OutputError: The file cannot be written.
+    """
+    numbers = category_numbers({info.class_name for info in reader.objects.values()})
+    names = {info.name: info.class_name for info in reader.objects.values()}
+    names |= {str(number): info.class_name for number, info in reader.objects.items()}
+    images, rows = ImageNumbers(reader, ()), list[dict[str, Any]]()
+    for item in found:
+        class_name = item.class_name or names.get(str(item.model), "")
+        row: dict[str, Any] = {
+            "image_id": images.number(item.scene_id, item.image_id),
+            "category_id": numbers.get(class_name, 0),
+            "bbox": _bbox(item),
+            "score": item.score,
+            "scene": item.scene_id,
+            "observation": item.image_id,
+        }
+        if item.model is not None:
+            row["object"] = item.model
+        if item.mask is not None:
+            row["segmentation"] = compressed(run_lengths(item.mask))
+        rows.append(row)
+    write_json(path, rows)
+
+
+def read_results(path: Path, reader: DatasetReader, split: str) -> list[FoundObject]:
+    """Read COCO's or BOP's results on a split of a dataset, in their order; images of other splits are passed over.
+
+    Raises:
+        DatasetError: The file is malformed, or names an image or a category that the dataset does not have.
+    """
+    rows = read_json(path)
+    if not isinstance(rows, list):
+        raise DatasetError(f"{path}: must be a list of detections, as COCO's results are")
+    images = ImageNumbers(reader, reader.images(split))
+    elsewhere = {
+        (item.scene_id, item.image_id) for other in reader.splits if other != split for item in reader.images(other)
+    }
+    classes = {number: name for name, number in category_numbers(_class_names(reader)).items()}
+    found = list[FoundObject]()
+    for index, row in enumerate(rows):
+        item = _read_row(row, f"{path}: row {index}", reader, images, classes, elsewhere)
+        if item is not None:
+            found.append(item)
+    return found
+
+
+def _read_row(
+    row: Any,
+    where: str,
+    reader: DatasetReader,
+    images: ImageNumbers,
+    classes: Mapping[int, str],
+    elsewhere: set[tuple[int, int]],
+) -> FoundObject | None:
+    number, scene = take(row, "image_id", int, where, WHOLE), take_if_given(row, "scene_id", int, where, WHOLE)
+    image = images.by_number.get(number) if scene is None else images.by_key.get((scene, number))
+    if image is None:
+        if any(images.number(*key) == number if scene is None else key == (scene, number) for key in elsewhere):
+            return None
+        named = f"image {number}" if scene is None else f"image {number} of scene {scene}"
+        raise DatasetError(f"{where}: {reader.root} has no {named}; was the file made for another dataset?")
+    category = take(row, "category_id", int, where, WHOLE)
+    model: Any = row.get("object") if scene is None else category
+    if model is not None and type(model) not in (int, str):
+        raise DatasetError(f"{where}: object must be a name or a number of the dataset")
+    class_name = classes.get(category, "") if scene is None else ""
+    if model is None and not class_name:
+        known = ", ".join(f"{number} {name}" for number, name in classes.items())
+        raise DatasetError(f"{where}: category_id {category} is no class of {reader.root}; it has: {known}")
+    if isinstance(model, int) and model not in reader.objects:
+        raise DatasetError(f"{where}: {reader.root} has no object {model}")
+    runs = row.get("segmentation")
+    mask = mask_of_runs(runs, (image.camera.height, image.camera.width), where) if isinstance(runs, dict) else None
+    edges = None
+    if "bbox" in row:
+        left, top, width, height = take_numbers(row, "bbox", 4, where, _PIXELS).tolist()
+        edges = (left, top, left + width, top + height)
+    if edges is None and mask is None:
+        raise DatasetError(f"{where}: has neither a bbox nor a segmentation of run lengths")
+    score = take(row, "score", float, where, SHARES)
+    return FoundObject(image.scene_id, image.image_id, score, class_name, model, edges, mask)
+
+
+def _class_names(reader: DatasetReader) -> set[str]:
+    return {info.class_name for info in reader.objects.values()}
+
+
+def _bbox(item: FoundObject) -> list[float]:
+    if item.edges is not None:
+        left, top, right, bottom = item.edges
+        return [left, top, right - left, bottom - top]
+    if item.mask is None or not item.mask.any():
+        raise DatasetError(f"a detection of scene {item.scene_id}, image {item.image_id} has neither a box nor a mask")
+    rows, columns = np.flatnonzero(item.mask.any(axis=1)), np.flatnonzero(item.mask.any(axis=0))
+    left, top = float(columns[0]), float(rows[0])
+    return [left, top, float(columns[-1]) + 1.0 - left, float(rows[-1]) + 1.0 - top]

@@ -1,0 +1,83 @@
+"""Settings of training a segmenter; free of torch, so that a command line can show them at once."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from warehouse_sim.estimators.images.settings import Reads
+from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.ranges import Range, Share, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class BoxCropConfig:
+    """How boxes are cut out."""
+
+    reads: Reads = ("depth",)
+    """Inputs, in the order of their channels."""
+    crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (96, 48)
+    """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it, whatever their shape."""
+    margin: Share = 0.15
+    """What is seen on each side of a box, as a share of its size, 0-1."""
+    spare: Annotated[float, Range(1, 4)] = 1.5
+    """Stored crops are larger by this factor, so that training can move boxes, 1-4."""
+
+    def __post_init__(self) -> None:
+        if any(edge % 16 for edge in self.crop_wh):
+            raise ValueError(f"crop_wh must be multiples of 16, found {self.crop_wh}")
+
+    @property
+    def stored_wh(self) -> tuple[int, int]:
+        """Size of stored crops (px)."""
+        return round(self.crop_wh[0] * self.spare), round(self.crop_wh[1] * self.spare)
+
+    @property
+    def stored_margin(self) -> float:
+        """What stored crops show on each side of a box, as a share of its size."""
+        return ((1.0 + 2.0 * self.margin) * self.spare - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+@ranged
+class BoxAugmentConfig:
+    """How strongly crops of boxes are disturbed in training."""
+
+    box: Share = 0.1
+    """How far each side of a box is off at most, as a share of its size, 0-1."""
+    flip: Share = 0.5
+    """Share of crops that are mirrored, 0-1."""
+    colour: Share = 0.4
+    """Largest relative change of brightness, contrast and each channel, 0-1."""
+    depth_noise: Annotated[float, Range(0, 1)] = 0.001
+    """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
+    depth_holes: Annotated[int, Range(0, 1000)] = 3
+    """Most rectangles without depth, 0-1,000."""
+
+
+@dataclass(frozen=True)
+@ranged
+class SegmenterConfig(LoopConfig):
+    """How a segmenter is trained."""
+
+    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
+    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
+    batch: Annotated[int, Range(1, 65_536)] = 32
+    """Boxes a step, 1-65,536."""
+    precision: Literal["auto", "32", "bf16"] = "32"
+    """Arithmetic of the network; depths of centimetres at metres need 32 bits."""
+    width: Annotated[int, Range(4, 512)] = 16
+    """Filters of the first stage, 4-512; later ones have up to four times as many."""
+    crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (96, 48)
+    """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it."""
+    classes: tuple[str, ...] = ()
+    """Only objects of these classes, or of these names; all targets by default."""
+    visible: Share = 0.1
+    """Least visible share of an object, 0-1."""
+    height_px: Annotated[float, Range(0, 10_000, "px")] = 6.0
+    """Least height of its visible part in the image, 0-10,000."""
+    keypoint_weight: Annotated[float, Range(0, 1000)] = 0.05
+    """Weight of key points against the mask, for networks that find them, 0-1,000."""
+    augment: BoxAugmentConfig = field(default_factory=BoxAugmentConfig)
+    """How crops are disturbed."""
+    workers: Annotated[int, Range(1, 1024)] = 2
+    """Threads that decode images, 1-1,024."""
