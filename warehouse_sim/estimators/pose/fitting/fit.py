@@ -1,4 +1,4 @@
-"""Poses without a network: rectangles and yaw starts as hypotheses, ICP for each, and the depth image decides."""
+"""Poses without a network: rectangles and swept poses as hypotheses, ICP for the best, and the depth image decides."""
 
 from collections.abc import Mapping
 
@@ -120,5 +120,5 @@ def rectangle_fit() -> PoseFit:
 
 
 def icp_multistart() -> PoseFit:
-    """Return rectangles and yaw starts, each refined by ICP, the best by the depth image."""
+    """Return rectangles and swept poses, the best refined by ICP, the best by the depth image."""
     return PoseFit()

@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
 from warehouse_sim.estimators.rgbd_image import RgbdImage
-from warehouse_sim.geometry.pose import Transforms, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _POINTS = 1500
@@ -34,27 +34,17 @@ def within_reach(points: Float[np.ndarray, "p 3"], diameter: float) -> Float[np.
 
 
 def hypotheses(
-    points: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], down: Float[np.ndarray, " 3"], yaw_starts: int
+    points: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], down: Float[np.ndarray, " 3"]
 ) -> Transforms:
-    """Return upright poses ``T_camera_object`` that a box about these points may have, (h 4 4).
+    """Return upright poses ``T_camera_object`` that the rectangle about these points may have, (h 4 4).
 
     Args:
         points: Of the object's surface (camera frame, m), in random order.
         size: Edge lengths of its box (m).
         down: Unit vector of gravity (camera frame).
-        yaw_starts: Directions to try beside those of the rectangle.
     """
-    R_camera_upright = upright_frame(down)
-    T_camera_upright = make_transform(R_camera_upright, np.zeros(3))
-    upright = points[:_RECTANGLE_POINTS] @ R_camera_upright
-    found = [upright_boxes(upright, size)]
-    if yaw_starts:
-        middle = np.median(upright, axis=0)
-        # The points are those of the near sides: the centre is about a quarter of the width behind them.
-        middle[:2] += middle[:2] / np.linalg.norm(middle[:2]) * min(size[:2]) / 4.0
-        yaws = np.arange(yaw_starts) * (2.0 * np.pi / yaw_starts)
-        found.append(np.stack([make_transform(rotation_z(yaw), middle) for yaw in yaws]))
-    return T_camera_upright @ np.concatenate(found)
+    T_camera_upright = make_transform(upright_frame(down), np.zeros(3))
+    return T_camera_upright @ upright_boxes(points[:_RECTANGLE_POINTS] @ T_camera_upright[:3, :3], size)
 
 
 def distinct(

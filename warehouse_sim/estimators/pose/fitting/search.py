@@ -9,6 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge_all
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypotheses, look_alike, within_reach
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.sweep import swept
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_to_surfaces, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
@@ -57,9 +58,12 @@ class Sought:
     def starts(self, config: FitConfig) -> Transforms:
         """Return the poses to start from, (h 4 4)."""
         down = np.array([0.0, 1.0, 0.0]) if self.view.down is None else self.view.down
-        upright = hypotheses(self.points, self.model.surface.size, down, config.yaw_starts if config.refine else 0)
+        surface, symmetry = self.model.surface, self.model.symmetry
         turned = self.proposed[:1] @ _QUARTERS if len(self.proposed) else self.proposed
-        return distinct(np.concatenate([self.proposed, turned, upright]), self.model.symmetry)
+        others = np.concatenate([turned, hypotheses(self.points, surface.size, down)])
+        if config.refine:
+            others = swept(self.points, surface, symmetry, self.view, down, config.sweep, others)
+        return distinct(np.concatenate([self.proposed, others]), symmetry)
 
 
 @dataclass(frozen=True, eq=False)

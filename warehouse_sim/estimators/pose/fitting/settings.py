@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from warehouse_sim.estimators.pose.fitting.evidence import EvidenceConfig
+from warehouse_sim.estimators.pose.fitting.sweep import SweepConfig
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.ranges import Range, ranged
 
@@ -13,8 +14,8 @@ from warehouse_sim.ranges import Range, ranged
 class FitConfig:
     """How poses are fitted without a network."""
 
-    yaw_starts: Annotated[int, Range(0, 360)] = 8
-    """Directions that are tried beside those of the rectangle, 0-360."""
+    sweep: SweepConfig = field(default_factory=SweepConfig)
+    """Which upright poses are tried beside the rectangle."""
     kept: Annotated[int, Range(1, 100)] = 3
     """Hypotheses that are refined to the end, 1-100, a network's own not counted."""
     close: Annotated[float, Range(0, 2)] = 0.15

@@ -1,0 +1,219 @@
+"""Where an object may stand upright: all directions, either end of what is seen, sifted by the depth image.
+
+A rectangle about the points (see ``rectangle``) goes astray where a tenth of them lies between two surfaces, or where
+something covers one of its corners. So directions all round are tried, at each of which the object begins, or ends,
+where the points do. The depth image says at a few samples of the object's outer sides which of these many go on: those
+sides hide nothing of each other, so that one look at all poses together is enough.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.estimators.gravity import upright_frame
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.geometry.pose import (
+    Transform,
+    Transforms,
+    invert,
+    make_transform,
+    rotation_angle,
+    rotation_z,
+    transform_points,
+)
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.ranges import Range, ranged
+
+_GRAZING = 0.1
+"""Cosine to the ray below which a sample is not believed to be seen."""
+_OUTER = 0.01
+"""Samples within so much (m) of the object's box, and facing out of it, are of its outer sides."""
+_LEAST_SAMPLES = 50
+"""With fewer of these on its box an object is no box, and all samples are looked at."""
+_EXPLAINED = 100
+"""Points of the mask that are asked whether the object's box holds them."""
+
+_MOVED_BY = 0.07
+"""Standard deviation (m) of how the best poses are moved; a third of it upwards."""
+_TURNED_BY = 0.08
+"""And turned (rad)."""
+
+
+@dataclass(frozen=True)
+@ranged
+class SweepConfig:
+    """How many poses are looked at, and how."""
+
+    directions: Annotated[int, Range(4, 360)] = 24
+    """Directions within what the object's symmetry lets differ, 4-360."""
+    samples: Annotated[int, Range(20, 10_000)] = 200
+    """Samples of the outer sides, 20-10,000."""
+    quantile: Annotated[float, Range(0, 0.4)] = 0.04
+    """Share of the points beyond either end of what is seen, 0-0.4."""
+    tolerance: Annotated[float, Range(0.001, 1, "m")] = 0.06
+    """Within so much (m) of the surface a reading is on it, 0.001-1, plus ``tolerance_share`` of the distance."""
+    tolerance_share: Annotated[float, Range(0, 1)] = 0.01
+    """What the tolerance grows by with the distance, 0-1."""
+    near: Annotated[int, Range(0, 1000)] = 10
+    """The best so many are tried again at ``moved`` places around, 0-1,000."""
+    moved: Annotated[int, Range(1, 1000)] = 12
+    """How often each of these is moved, 1-1,000."""
+    kept: Annotated[int, Range(1, 100)] = 6
+    """Poses that go on, 1-100."""
+
+
+def swept(
+    points: Float[np.ndarray, "p 3"],
+    surface: CadSurface,
+    symmetry: SymmetryGroup,
+    view: DepthView,
+    down: Float[np.ndarray, " 3"],
+    config: SweepConfig,
+    beside: Transforms | None = None,
+) -> Transforms:
+    """Return the upright poses ``T_camera_object`` that the depth image speaks for most, the best first, (h 4 4).
+
+    Args:
+        points: Of the object's surface (camera frame, m).
+        surface: CAD surface, its middle at the origin.
+        symmetry: Turns about z that look alike are tried once.
+        view: The image.
+        down: Unit vector of gravity (camera frame).
+        config: Settings.
+        beside: Poses (g 4 4) that are sifted with the others.
+    """
+    T_camera_upright = make_transform(upright_frame(down), np.zeros(3))
+    size = surface.size
+    tried = T_camera_upright @ anchored(points @ T_camera_upright[:3, :3], size, _period(symmetry), config)
+    if beside is not None:
+        tried = np.concatenate([beside, tried])
+    sides = _outer_sides(surface, config.samples)
+    scores = _scores(tried, sides, size, view, config)
+    if config.near:
+        best = tried[np.argsort(-scores, kind="stable")[: config.near]]
+        moved = _moved(best, T_camera_upright, config.moved).reshape(-1, 4, 4)
+        tried = np.concatenate([tried, moved])
+        scores = np.concatenate([scores, _scores(moved, sides, size, view, config)])
+    return _apart(tried[np.argsort(-scores, kind="stable")], symmetry, config.kept)
+
+
+def anchored(
+    upright: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], period: float, config: SweepConfig
+) -> Transforms:
+    """Return boxes in all directions that begin or end, along each of their edges, where points do, (h 4 4).
+
+    Args:
+        upright: Points in a frame with z up (m).
+        size: Edge lengths of the box (m).
+        period: Turn about z (rad) after which it looks the same.
+        config: Settings.
+    """
+    found = []
+    corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
+    for yaw in np.arange(config.directions) * (period / config.directions):
+        R = rotation_z(yaw)
+        ends = np.quantile(upright @ R, (config.quantile, 1.0 - config.quantile), axis=0)
+        centres = np.stack([ends[0] + size / 2.0, ends[1] - size / 2.0])
+        found.append(make_transform(np.broadcast_to(R, (8, 3, 3)), centres[corners, np.arange(3)] @ R.T))
+    return np.concatenate(found)
+
+
+def _period(symmetry: SymmetryGroup) -> float:
+    """Return the turn about z (rad) after which an object looks the same."""
+    about_z = symmetry.transforms[:, 2, 2] > 0.999
+    return float(2.0 * np.pi / max(int(about_z.sum()), 1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    """Samples of an object's outer sides."""
+
+    points: Float[np.ndarray, "k 3"]
+    normals: Float[np.ndarray, "k 3"]
+
+
+def _outer_sides(surface: CadSurface, count: int) -> _Sides:
+    points, normals = surface.points, surface.normals[surface.faces]
+    low, high = surface.low, surface.high
+    at_side = ((points <= low + _OUTER) & (normals < -0.9)) | ((points >= high - _OUTER) & (normals > 0.9))
+    outer = np.flatnonzero(at_side.any(axis=1))
+    if len(outer) < _LEAST_SAMPLES:
+        outer = np.arange(len(points))
+    chosen = outer[np.argsort(surface.rank[outer])[:count]]
+    return _Sides(points[chosen], normals[chosen])
+
+
+def _scores(
+    T_camera_object: Transforms, sides: _Sides, size: Float[np.ndarray, " 3"], view: DepthView, config: SweepConfig
+) -> Float[np.ndarray, " h"]:
+    """Return gains less prices of each pose, as ``evidence.judge`` weighs them, but for what covers itself."""
+    points = transform_points(
+        T_camera_object, np.broadcast_to(sides.points, (len(T_camera_object), *sides.points.shape))
+    )
+    normals = sides.normals @ np.swapaxes(T_camera_object[:, :3, :3], 1, 2)
+    cosine = -(normals * points).sum(axis=2) / np.maximum(np.linalg.norm(points, axis=2), 1e-9)
+    z = np.maximum(points[..., 2], 0.05)
+    facing = (cosine > _GRAZING) & (points[..., 2] > 0.05)
+    weight = np.where(facing, cosine / z**2, 0.0)
+    place = np.where(facing[..., None], points, [0.0, 0.0, 1.0])
+    u, v = np.rint(view.camera.project(place.reshape(-1, 3))).astype(np.int64).T.reshape(2, *weight.shape)
+    height, width = view.depth.shape
+    inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    weight = np.where(inside, weight, 0.0)
+    weight /= np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+    read, claimed = view.depth[v, u], view.mask[v, u]
+    tolerance = (config.tolerance + config.tolerance_share * z) / np.maximum(cosine, 0.35)
+    off, has = (read - z) / tolerance, read > 0
+    near = np.clip(1.0 - off**2, 0.0, 1.0) * np.where(claimed, 1.0, -0.5)
+    price = (off > 1.0) | ((off < -1.0) & claimed)
+    return (weight * has * (near - price)).sum(axis=1) - 0.5 * (1.0 - _explained(T_camera_object, size, view, config))
+
+
+def _explained(
+    T_camera_object: Transforms, size: Float[np.ndarray, " 3"], view: DepthView, config: SweepConfig
+) -> Float[np.ndarray, " h"]:
+    """Return the share of the mask's points that each pose's box holds, widened by the tolerance."""
+    points = view.points[:_EXPLAINED]
+    inside = np.abs(
+        transform_points(invert(T_camera_object), np.broadcast_to(points, (len(T_camera_object), *points.shape)))
+    )
+    tolerance = config.tolerance + config.tolerance_share * points[:, 2:]
+    return np.asarray((inside <= size / 2.0 + tolerance).all(axis=2).mean(axis=1))
+
+
+def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4"], count: int) -> Transforms:
+    """Return poses moved and turned about gravity, ``count`` each, always by the same amounts, (h count 4 4)."""
+    drawn = np.random.default_rng(0).standard_normal((count, 4))
+    shift = drawn[:, :3] * [_MOVED_BY, _MOVED_BY, _MOVED_BY / 3.0]
+    turned = np.stack([make_transform(rotation_z(angle), np.zeros(3)) for angle in _TURNED_BY * drawn[:, 3]])
+    T = T_camera_object[:, None] @ turned
+    T[..., :3, 3] += shift @ T_camera_upright[:3, :3].T
+    return T
+
+
+def _apart(T_camera_object: Transforms, symmetry: SymmetryGroup, count: int) -> Transforms:
+    """Return the first ``count`` poses that do not look like an earlier one, within 7 cm and 0.15 rad."""
+    left, kept = np.ones(len(T_camera_object), dtype=bool), list[Transform]()
+    while left.any() and len(kept) < count:
+        first = T_camera_object[np.argmax(left)]
+        kept.append(first)
+        left &= ~_alike(T_camera_object, first @ symmetry.transforms, left)
+    return np.stack(kept)
+
+
+def _alike(
+    T_camera_object: Transforms,
+    looks: Transforms,
+    asked: Bool[np.ndarray, " h"],
+    turn: float = 0.15,
+    shift: float = 0.07,
+) -> Bool[np.ndarray, " h"]:
+    found = ~asked
+    for look in looks:
+        away = np.linalg.norm(T_camera_object[:, :3, 3] - look[:3, 3], axis=1)
+        found |= (away <= shift) & (rotation_angle(T_camera_object[:, :3, :3], look[None, :3, :3]) <= turn)
+    return found
