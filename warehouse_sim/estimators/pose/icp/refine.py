@@ -7,12 +7,14 @@ the network's pose for the directions that the visible points do not fix. All ob
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
+from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_angle, transform_points
@@ -60,6 +62,8 @@ class IcpConfig:
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
     upright: Annotated[float, Range(0.00001, 10, "rad")] = 0.007
     """Standard deviation of the object's own up against gravity (rad), 0.00001-10; where gravity is given."""
+    leaning: Annotated[float, Range(0.001, 100, "rad")] = 0.1
+    """Objects that lean farther than this (rad) are hardly held upright, 0.001-100."""
     step_tolerance: Annotated[float, Range(0, 1)] = 1e-4
     """An object that turns and moves by less than this (rad, m) has converged until the next round, 0-1."""
 
@@ -80,6 +84,11 @@ class Cloud:
         for row, cloud, count in zip(points, clouds, counts, strict=True):
             row[:count], row[count:] = cloud[:count], cloud[0]
         return cls(points, np.arange(points.shape[1]) < counts[:, None])
+
+    @cached_property
+    def cells(self) -> Int[np.ndarray, "b n"]:
+        """Return the cell of the image of each point, see ``shared_errors``."""
+        return cells_of(self.points, self.present)
 
     def first(self, count: int) -> "Cloud":
         """Return the first rows of each object."""
@@ -141,6 +150,7 @@ def refine_poses(
     coarse = whole.first(max(int(config.points * _COARSE), _LEAST_POINTS))
     T, delta = T_camera_object, np.zeros((len(clouds), 6))
     anisotropy = np.full(len(clouds), config.anisotropy_start)
+    alike = np.ones(len(clouds))
     seen: VisibleSurfaces | None = None
     for round_index in range(config.rounds):
         last = round_index == config.rounds - 1
@@ -148,7 +158,9 @@ def refine_poses(
         if seen is not None:
             anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy, config)
         seen = VisibleSurfaces(surfaces, invert(T)[:, :3, 3], anisotropy, 1.0 if last else _COARSE)
-        T, delta = fit_to_surfaces(T, delta, cloud, seen, round_index, config, up)
+        if last and round_index and up is not None:
+            alike = _readings_alike(cloud, T, seen, config)
+        T, delta = fit_to_surfaces(T, delta, cloud, seen, round_index, config, up, alike)
     better = _is_near(T, T_camera_object, config)
     fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
     better &= fits[0].improves_on(fits[1])
@@ -163,6 +175,7 @@ def fit_to_surfaces(
     round_index: int,
     config: IcpConfig,
     up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None,
+    alike: Float[np.ndarray, " b"] | float = 1.0,
 ) -> tuple[Transforms, Float[np.ndarray, "b 6"]]:
     """Return the poses, and the sum of the motions so far, after the steps of one round; converged objects stay.
 
@@ -174,11 +187,12 @@ def fit_to_surfaces(
         round_index: Number of the round, which says how narrow the gate is.
         config: Settings.
         up: Against gravity (camera frame); None where nobody knows.
+        alike: How many readings of each object count as one against gravity.
     """
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
     for iteration in range(config.iterations):
         gate = _gate(config, round_index * config.iterations + iteration)
-        change = np.where(moving, _gauss_newton(cloud, T, seen, delta, gate, config, up), 0.0)
+        change = np.where(moving, _gauss_newton(cloud, T, seen, delta, gate, config, up, alike), 0.0)
         delta = delta + change
         # The step moves the points in the object frame; the object moves the other way.
         T = T @ invert(make_transform(Rotation.from_rotvec(change[:, :3]).as_matrix(), change[:, 3:]))
@@ -239,6 +253,7 @@ def _gauss_newton(
     gate: float,
     config: IcpConfig,
     up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None,
+    alike: Float[np.ndarray, " b"] | float,
 ) -> Float[np.ndarray, "b 6"]:
     """Return the small motions (rotation vector, shift) of the points that bring them closer to the surfaces.
 
@@ -250,29 +265,49 @@ def _gauss_newton(
         gate: Largest distance that counts (scaled m).
         config: Settings.
         up: Against gravity (camera frame); None where nobody knows.
+        alike: How many readings of each object count as one against gravity.
     """
-    points = cloud.in_object_frame(T_camera_object)
-    distance, direction = seen.nearest(points)
-    noise = np.maximum(_MAD_TO_SIGMA * cloud.median(np.abs(distance)), 1e-3)[:, None]
-    scale = np.maximum(config.cauchy, noise)
-    near = cloud.present & (np.abs(distance) <= np.maximum(gate, 3.0 * noise))
-    weight = near / (1.0 + (distance / scale) ** 2)
-    jacobian = np.concatenate([np.cross(points, direction), direction], axis=2)
+    distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, gate)
+    weight = near / (1.0 + (distance / np.maximum(config.cauchy, noise)) ** 2)
     weighted = np.swapaxes(jacobian * weight[..., None], 1, 2)
     precision = noise**2 / np.array([config.prior_turn] * 3 + [config.prior_shift] * 3) ** 2
     matrix = weighted @ jacobian + precision[:, :, None] * np.eye(6)
     right = -(weighted @ distance[..., None])[..., 0] - precision * delta
     if up is not None:
         # How far the object's z axis is from up, along its own x and y.
-        lean = np.einsum("bi,bij->bj", np.broadcast_to(up, (len(points), 3)), T_camera_object[:, :3, :2])
+        lean = np.einsum("bi,bij->bj", np.broadcast_to(up, (len(delta), 3)), T_camera_object[:, :3, :2])
         known = np.isfinite(lean[:, 0])
         lean, weight_of_up = np.where(known[:, None], lean, 0.0), known * (noise[:, 0] / config.upright) ** 2
+        # Gravity weighs as much against all readings as against so many as have errors of their own, and little
+        # where an object leans beyond doubt (Geman and McClure, 1987).
+        weight_of_up *= alike / (1.0 + (lean**2).sum(axis=1) / config.leaning**2) ** 2
         matrix[:, 0, 0] += weight_of_up
         matrix[:, 1, 1] += weight_of_up
         # The points turn by (a, b, .): up in the object frame, (lean, 1), moves by (b, -a, 0), and shall be (0, 0, 1).
         right[:, 0] += weight_of_up * lean[:, 1]
         right[:, 1] -= weight_of_up * lean[:, 0]
     return np.linalg.solve(matrix, right[..., None])[..., 0]
+
+
+def _residuals(
+    cloud: Cloud, T_camera_object: Transforms, seen: Surfaces, gate: float
+) -> tuple[Float[np.ndarray, "b n"], Float[np.ndarray, "b n 6"], Bool[np.ndarray, "b n"], Float[np.ndarray, "b 1"]]:
+    """Return scaled distances (m), how they grow with a motion of the points, which are near enough, and the noise."""
+    points = cloud.in_object_frame(T_camera_object)
+    distance, direction = seen.nearest(points)
+    noise = np.maximum(_MAD_TO_SIGMA * cloud.median(np.abs(distance)), 1e-3)[:, None]
+    near = cloud.present & (np.abs(distance) <= np.maximum(gate, 3.0 * noise))
+    return distance, np.concatenate([np.cross(points, direction), direction], axis=2), near, noise
+
+
+def _readings_alike(
+    cloud: Cloud, T_camera_object: Transforms, seen: VisibleSurfaces, config: IcpConfig
+) -> Float[np.ndarray, " b"]:
+    """Return how many readings of each object share one error, as far as no motion takes it away."""
+    distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, config.gate_end)
+    weighted = np.swapaxes(jacobian * (near / (1.0 + (distance / noise) ** 2))[..., None], 1, 2)
+    step = np.linalg.solve(weighted @ jacobian + 1e-6 * np.eye(6), -(weighted @ distance[..., None]))
+    return shared(distance + (jacobian @ step)[..., 0], near, cloud.cells)
 
 
 def _is_near(T: Transforms, T_start: Transforms, config: IcpConfig) -> Bool[np.ndarray, " b"]:

@@ -1,0 +1,123 @@
+"""Gravity against readings: errors that many readings share tilt nothing, and what truly leans is let lean."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.icp.refine import refine_poses
+from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
+from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
+
+SIZE = np.array([1.2, 0.8, 0.15])
+UP = np.array([0.0, -1.0, 0.0])
+
+
+def upright(distance: float = 2.2, height: float = 0.4) -> np.ndarray:
+    """Return a box before a level camera, its long side across and its z axis up."""
+    R = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    return make_transform(R, np.array([0.1, height, distance]))
+
+
+def leaning(T: np.ndarray, angle_deg: float) -> np.ndarray:
+    half = np.deg2rad(angle_deg) / 2.0
+    turn = matrix_from_quat_wxyz(np.array([np.cos(half), np.sin(half), 0.0, 0.0]))
+    return T @ make_transform(turn, np.zeros(3))
+
+
+def lean_deg(T: np.ndarray) -> float:
+    return float(np.degrees(np.arccos(np.clip(T[:3, 2] @ UP, -1.0, 1.0))))
+
+
+def side(rng: np.random.Generator, count: int, axis: int, sign: float) -> np.ndarray:
+    points = rng.uniform(-0.5, 0.5, (count, 3)) * SIZE
+    points[:, axis] = sign * SIZE[axis] / 2.0
+    return points
+
+
+def fitted(T_true: np.ndarray, points: np.ndarray, along_ray: np.ndarray, gravity: bool = True) -> np.ndarray:
+    """Return the pose found, from upright, of points of the box (object frame) whose ranges err by so much (m)."""
+    placed = transform_points(T_true, points)
+    placed = placed * (1.0 + along_ray / np.linalg.norm(placed, axis=1))[:, None]
+    placed = placed[np.random.default_rng(5).permutation(len(placed))]
+    surface = build_surface(TriangleMesh(box_corners(SIZE), unit_box().faces), 20_000, np.random.default_rng(0))
+    T = upright()[None]
+    # As the search does: coarse steps in which gravity weighs as it is, then ICP.
+    for config in (replace(FitConfig().coarse, rounds=1, iterations=10), FitConfig().fine):
+        T = refine_poses(T, [placed], [surface], config, UP if gravity else None)
+    return T[0]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_a_bias_that_bends_a_front_does_not_tilt_the_object(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = side(rng, 900, 1, -1.0)
+    # As of a time-of-flight camera: 6 mm of noise, a front whose foot seems 15 mm farther than its middle.
+    foot = np.clip(-points[:, 2] / SIZE[2], 0.0, None) * 2.0
+    bias = rng.normal(0.0, 0.006, 900) + 0.015 * foot**2
+    assert lean_deg(fitted(upright(), points, bias, gravity=False)) > 2.0
+    assert lean_deg(fitted(upright(), points, bias)) < 1.6
+
+
+@pytest.mark.parametrize("angle_deg", [1.0, 2.0, 3.0, -4.0])
+def test_what_leans_beyond_doubt_is_found_leaning(angle_deg: float) -> None:
+    rng = np.random.default_rng(7)
+    points = np.concatenate([side(rng, 400, 1, -1.0), side(rng, 800, 2, 1.0), side(rng, 300, 0, -1.0)])
+    truth = leaning(upright(), angle_deg)
+    found = fitted(truth, points, rng.normal(0.0, 0.003, len(points)))
+    left = invert(truth) @ found
+    assert abs(lean_deg(found) - abs(angle_deg)) < 0.2
+    assert np.degrees(np.arccos((np.trace(left[:3, :3]) - 1.0) / 2.0)) < 0.5
+
+
+def test_thin_fronts_that_noise_would_tilt_stay_upright() -> None:
+    free, held = [], []
+    for seed in range(8, 16):
+        rng = np.random.default_rng(seed)
+        points = side(rng, 300, 1, -1.0)
+        column, row = (((points[:, axis] / SIZE[axis] + 0.5) * (n - 0.01)).astype(int) for axis, n in ((0, 8), (2, 3)))
+        patches = rng.normal(0.0, 0.008, (8, 3))[column, row]
+        free.append(lean_deg(fitted(upright(), points, patches, gravity=False)))
+        held.append(lean_deg(fitted(upright(), points, patches)))
+    assert np.mean(free) > 1.0
+    assert np.mean(held) < 0.25 * np.mean(free)
+
+
+def test_readings_in_patches_count_as_often_as_there_are_patches() -> None:
+    rng = np.random.default_rng(2)
+    points = np.concatenate([rng.uniform(-1, 1, (1, 1600, 2)), np.ones((1, 1600, 1))], axis=2)
+    present = np.ones((1, 1600), dtype=bool)
+    cells = cells_of(points, present)
+    np.testing.assert_array_equal(np.bincount(cells[0], minlength=16), np.full(16, 100))
+    told = {patches: [] for patches in (16, 64, 1600)}
+    for patches, found in told.items():
+        across = round(np.sqrt(patches))
+        for _ in range(60):
+            if patches == 1600:
+                residual = rng.normal(0.0, 0.01, 1600)
+            else:
+                at = ((points[0, :, :2] + 1.0) / 2.0 * (across - 1e-9)).astype(int)
+                residual = rng.normal(0.0, 0.01, (across, across))[at[:, 0], at[:, 1]]
+            found.append(shared(residual[None], present, cells)[0])
+    # The sixteen cells are told of as if a pose had taken six degrees of freedom, which here none has: 15 / 10.
+    assert np.mean(told[64]) == pytest.approx(1600 / 64 * 1.5, rel=0.35)
+    assert np.mean(told[16]) > 1.5 * np.mean(told[64])
+    assert np.mean(told[1600]) == pytest.approx(1.5, rel=0.15)
+
+
+def test_rows_without_a_point_and_outliers_change_little() -> None:
+    rng = np.random.default_rng(4)
+    points = np.concatenate([rng.uniform(-1, 1, (2, 600, 2)), np.ones((2, 600, 1))], axis=2)
+    present = np.arange(600) < np.array([600, 400])[:, None]
+    cells = cells_of(points, present)
+    assert (cells[1, 400:] == 16).all()
+    np.testing.assert_array_equal(np.bincount(cells[1, :400], minlength=16), np.full(16, 25))
+    residual = rng.normal(0.0, 0.01, (2, 600))
+    residual[1, 400:] = 1e3
+    assert (shared(residual, present, cells) < 3.0).all()
+    few = present & (np.arange(600) < 20)
+    np.testing.assert_array_equal(shared(residual, few, cells), 1.0)
