@@ -90,6 +90,15 @@ def test_the_stated_covariance_is_that_of_many_drives() -> None:
     assert np.linalg.slogdet(spread)[0] > 0
 
 
+def test_what_both_share_does_not_set_them_apart() -> None:
+    own, bias = np.eye(6) * 0.01**2, np.ones((6, 2)) * 0.05
+    belief = Belief.of(Measurement(np.eye(4), own, bias))
+    np.testing.assert_allclose(belief.apart(Measurement(np.eye(4), own, bias)), 2 * own, atol=1e-14)
+    np.testing.assert_allclose(
+        belief.apart(Measurement(np.eye(4), own, -bias)), 2 * own + 4 * bias @ bias.T, atol=1e-14
+    )
+
+
 def test_a_weight_of_nothing_changes_nothing() -> None:
     first, second = shifts(np.random.default_rng(3), 2)
     belief = Belief.of(first).updated(second, 0.0)

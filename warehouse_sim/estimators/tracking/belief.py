@@ -59,6 +59,11 @@ class Belief:
         """What each common error of unit variance does to the pose."""
         return np.asarray(np.linalg.solve(self.information, self.common))
 
+    def apart(self, measurement: Measurement) -> Matrix6:
+        """Return the covariance of the difference between a measurement and this: what both share falls out of it."""
+        unlike = measurement.common - self.shared
+        return np.asarray(np.linalg.inv(self.information) + measurement.own + unlike @ unlike.T)
+
     def updated(self, measurement: Measurement, weight: float = 1.0) -> "Belief":
         """Return what is known after one more measurement.
 

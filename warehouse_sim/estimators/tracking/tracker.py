@@ -126,7 +126,7 @@ class Tracker:
 
     def _nearest(self, track: Track, item: PoseEstimate, measured: Measurement) -> tuple[Transform, float]:
         symmetry = self.symmetries.get(item.obj_id, SymmetryGroup.trivial())
-        covariance = track.belief.covariance + measured.covariance
+        covariance = track.belief.apart(measured)
         T, _, distance = nearest_equivalent(measured.T_world_object, track.belief.T_world_object, covariance, symmetry)
         return T, distance
 
