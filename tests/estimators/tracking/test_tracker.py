@@ -8,9 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.dataset.toy import make_dataset
+from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking import drives as module
 from warehouse_sim.estimators.tracking.belief import difference
 from warehouse_sim.estimators.tracking.drives import drives, tracked
@@ -196,3 +199,17 @@ def test_one_line_says_what_is_missing(drive: DatasetReader, monkeypatch: pytest
     monkeypatch.setattr(drive, "images", lambda split: images)
     with pytest.raises(InputError, match="does not say where the camera is"):
         drives(drive, "train")
+
+
+def test_predict_tracks(drive: DatasetReader, tmp_path: Path) -> None:
+    """``predict --track``: with an estimator that states covariances, and one clear line with one that does not."""
+    config = PredictConfig(track=True)
+    plain = predict("icp-multistart", drive.root, "test", replace(config, track=False))
+    found = predict("icp-multistart", drive.root, "test", config)
+    # The second image of the toy looks the other way: nothing can be better known than from the first.
+    assert len(found) == len(plain) >= 2
+    for item, single in zip(found, plain, strict=True):
+        np.testing.assert_allclose(item.T_camera_object, single.T_camera_object, atol=1e-9)
+        assert np.linalg.eigvalsh(item.covariance - single.covariance).min() > -1e-9
+    with pytest.raises(InputError, match="no estimate has a covariance"):
+        predict(made_run(tmp_path / "run"), drive.root, "test", config)
