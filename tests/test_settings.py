@@ -19,9 +19,11 @@ from hypothesis import strategies as st
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.estimators.detection.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.docking import ForkConfig
 from warehouse_sim.generation.plan import GenerateConfig
@@ -33,7 +35,10 @@ from warehouse_sim.scene.random_settings import RandomSetting
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
 from warehouse_sim.sensors.rgbd.depth.models import MODELS, read_depth_model
 
-ROOTS = (Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, RunConfig, Calibration, ForkConfig)
+ROOTS = (
+    *(Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, DetectorConfig, SegmenterConfig),
+    *(RunConfig, Calibration, ForkConfig),
+)
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
 """Abstract settings and all that a file can name in their place."""
 NUMBERS = (int, float, Distribution)

@@ -36,6 +36,7 @@ VERB = {
     "view": ("view {data} --save v.rrd", VIEWER),
     "inspect": ("inspect {data} --out {inspected} --count 1", set()),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),
+    "detect": ("detect detector-depth --data {data} --out d.json", NETWORKS),
     "predict": ("predict {run} --data {data} --out p.csv", NETWORKS),
     "export": ("export {run} --out m.onnx", EXPORT),
     "export-scene": ("export-scene smoke --to glb --out s.glb", SCENES),

@@ -10,7 +10,10 @@ from warehouse_sim.resources import model_dir
 
 
 def export(run: tyro.conf.Positional[str], out: Path) -> None:
-    """Write a trained network as ONNX: proposals and one refiner pass, with a free batch axis.
+    """Write a trained network as ONNX with a free batch axis.
+
+    Of a pose estimator, that gives proposals and one refiner pass; of a detector, boxes and scores before suppression;
+    of a segmenter, masks and maps of key points.
 
     Args:
         run: Run folder, or name of a bundled estimator.
@@ -18,8 +21,13 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """
     require_extra("learn", "to read a network")
     require_extra("export", "to export it")
+    from warehouse_sim.estimators.detection.export import export_detector
     from warehouse_sim.estimators.pose.densefusion.export import export_onnx
+    from warehouse_sim.estimators.segmentation.export import export_segmenter
+    from warehouse_sim.learning.run_folder import read_kind
 
-    difference = export_onnx(model_dir(run), out)
+    folder = model_dir(run)
+    write = {"detector": export_detector, "segmenter": export_segmenter}.get(read_kind(folder), export_onnx)
+    difference = write(folder, out)
     say(f"the file gives what torch gives to within {difference:.1e}")
     finish(out)

@@ -54,7 +54,7 @@ def trainable(name: str) -> Trainable:
     registries = (ESTIMATORS, DETECTORS, SEGMENTERS)
     found = next((registry.get(name) for registry in registries if name in registry.names()), None)
     if found is None:
-        known = [other for registry in registries for other in registry.names()]
+        known = [other for registry in registries for other in registry.names() if is_trainable(registry.get(other))]
         raise UnknownNameError("estimator", name, known)
     if not is_trainable(found):
         raise InputError(f"{name} needs no training; use it at once: warehouse-sim predict {name} --data ... --out ...")

@@ -1,23 +1,16 @@
 """A trained network as an ONNX file: proposals and one refiner pass, for programs without torch."""
 
 import json
-import logging
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import torch
 from torch import Tensor, nn
 
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.onnx_file import export_network
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
-from warehouse_sim.optional import require
-from warehouse_sim.output import make_folder, write_bytes
 
 OUTPUTS = ("rotations", "translations", "confidences", "rotation", "translation")
 """Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""
@@ -74,27 +67,10 @@ def export_onnx(run: Path, out: Path) -> float:
         MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
-    onnx, onnxruntime = (require(name, "export", "to export a network") for name in ("onnx", "onnxruntime"))
-    require("onnxscript", "export", "to export a network")
     config = read_config(run)
     network = PortableNetwork(load_network(run, config)).eval()
-    example = random_inputs(config, _TRACED)
-    names = list(example)
-    make_folder(out.parent)
-    free = {name: {0: torch.export.Dim("batch")} for name in names}
-    with torch.no_grad(), _quiet():
-        # Strict: the other way of tracing takes the length of a batch for a constant.
-        traced = torch.export.export(network, (), kwargs=example, dynamic_shapes=free, strict=True)
-        program = torch.onnx.export(traced, input_names=names, output_names=OUTPUTS, dynamo=True, verbose=False)
-    assert program is not None
-    model = program.model_proto
-    onnx.helper.set_model_props(model, _metadata(config))
-    session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
-    difference = _difference(network, session, random_inputs(config, _CHECKED))
-    if not difference <= TOLERANCE:
-        raise TrainingError(f"{run}: the exported network differs from torch by {difference:.1e}; nothing was written")
-    write_bytes(out, model.SerializeToString())
-    return difference
+    examples = random_inputs(config, _TRACED), random_inputs(config, _CHECKED)
+    return export_network(network, examples, OUTPUTS, _metadata(config), out, TOLERANCE)
 
 
 def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Tensor]:
@@ -120,14 +96,6 @@ def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Ten
     return inputs
 
 
-def _difference(network: PortableNetwork, session: Any, inputs: dict[str, Tensor]) -> float:
-    known = {item.name for item in session.get_inputs()}
-    found = session.run(None, {name: value.numpy() for name, value in inputs.items() if name in known})
-    with torch.no_grad():
-        expected = network(**inputs)
-    return max(float((torch.from_numpy(a) - b).abs().max()) for a, b in zip(found, expected, strict=True))
-
-
 def _metadata(config: RunConfig) -> dict[str, str]:
     objects = [{"obj_id": item.obj_id, "name": item.name, "diameter": item.diameter} for item in config.objects]
     return {
@@ -137,17 +105,3 @@ def _metadata(config: RunConfig) -> dict[str, str]:
         "side_px": str(config.network.side_px or 0),
         "units": "lengths about the median point, in half diameters of the object",
     }
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep back what the exporter says of packages that are not installed and of its own future."""
-    logger = logging.getLogger("torch.onnx")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        logger.setLevel(level)

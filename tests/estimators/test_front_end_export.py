@@ -1,0 +1,62 @@
+"""Front ends as ONNX files, run by onnxruntime on inputs that the export did not see."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, DetectorNetworkConfig
+from warehouse_sim.estimators.detection.run_config import RunConfig as DetectorRun
+from warehouse_sim.estimators.detection.run_config import write_config as write_detector
+from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.images.settings import ImageConfig
+from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNetwork, SegmenterNetworkConfig
+from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
+from warehouse_sim.estimators.segmentation.run_config import write_config as write_segmenter
+from warehouse_sim.estimators.segmentation.settings import BoxCropConfig, SegmenterConfig
+from warehouse_sim.learning.run_folder import write_weights
+
+onnxruntime = pytest.importorskip("onnxruntime")
+onnx = pytest.importorskip("onnx")
+
+
+def session(path: Path):
+    return onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+
+
+def test_a_detector_gives_the_same_boxes(tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    images, network = ImageConfig(("depth",), (128, 64)), DetectorNetworkConfig(width=0.05, classes=2)
+    made = DetectorNetwork(network, images).eval()
+    write_detector(tmp_path, DetectorRun("detector-depth", "0", (), ("a", "b"), images, network, DetectorConfig()))
+    write_weights(tmp_path, made)
+    assert main(["export", str(tmp_path), "--out", str(tmp_path / "m.onnx")]) == 0
+    props = {item.key: item.value for item in onnx.load(tmp_path / "m.onnx").metadata_props}
+    width, height = json.loads(props["size_wh"])
+    depth = torch.rand(4, height, width) * 9 * (torch.rand(4, height, width) < 0.9)
+    boxes, scores = session(tmp_path / "m.onnx").run(None, {"depth": depth.numpy()})
+    with torch.no_grad():
+        expected = made.decode(made(None, depth))
+    np.testing.assert_allclose(boxes, expected[0], atol=1e-2)
+    np.testing.assert_allclose(scores, expected[1], atol=1e-4)
+
+
+def test_a_segmenter_gives_the_same_masks(tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    network = SegmenterNetworkConfig(("rgb", "depth"), 4, 6)
+    made = SegmenterNetwork(network).eval()
+    crop = BoxCropConfig(("rgb", "depth"))
+    write_segmenter(tmp_path, SegmenterRun("keypoints-rgbd", "0", (), (), crop, network, SegmenterConfig()))
+    write_weights(tmp_path, made)
+    assert main(["export", str(tmp_path), "--out", str(tmp_path / "m.onnx")]) == 0
+    rgb = torch.randint(0, 256, (5, 48, 96, 3), dtype=torch.uint8)
+    depth, width = 3 + torch.rand(5, 48, 96), torch.full((5,), 0.3)
+    inputs = {"rgb": rgb.numpy(), "depth": depth.numpy(), "width_rad": width.numpy()}
+    mask, points = session(tmp_path / "m.onnx").run(None, inputs)
+    with torch.no_grad():
+        expected = made(rgb, depth, width)
+    np.testing.assert_allclose(mask, torch.sigmoid(expected[0]), atol=1e-4)
+    np.testing.assert_allclose(points, expected[1], atol=1e-3)
