@@ -78,7 +78,8 @@ def test_one_of_four_rectangles_is_the_box_when_its_points_are_exact() -> None:
     best = np.argmin(away + turns)
     assert away[best] < 0.05
     assert turns[best] < 2.0
-    assert len(distinct(found, HALF_TURN)) == 2
+    # Two ways round, and one more where the 1.2 m are longer than the width: an end each.
+    assert len(distinct(found, HALF_TURN)) == 3
 
 
 def test_the_image_speaks_for_the_truth_and_against_what_it_looks_through() -> None:

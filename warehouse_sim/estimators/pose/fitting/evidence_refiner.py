@@ -8,7 +8,8 @@ from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
-from warehouse_sim.estimators.pose.fitting.search import FitModel, Sought, search
+from warehouse_sim.estimators.pose.fitting.joint import search_jointly
+from warehouse_sim.estimators.pose.fitting.search import FitModel, Sought
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -53,7 +54,7 @@ class EvidenceRefiner:
         if not views:
             return T
         sought = [self._sought(T[i], view, seen[i], proposals.candidates, i) for i, view in views.items()]
-        for i, found in zip(views, search(sought, self._config), strict=True):
+        for i, found in zip(views, search_jointly(sought, self._config), strict=True):
             T[i] = found.T_camera_object[0]
         return T
 

@@ -9,7 +9,8 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
-from warehouse_sim.estimators.pose.fitting.search import FitModel, Found, Sought, search
+from warehouse_sim.estimators.pose.fitting.joint import search_jointly
+from warehouse_sim.estimators.pose.fitting.search import FitModel, Found, Sought
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
@@ -58,7 +59,7 @@ class PoseFit:
         if not pairs:
             return []
         best: dict[int, tuple[ObjectInfo, Found]] = {}
-        for (info, item), found in zip(pairs, search([item for _, item in pairs], self.config), strict=True):
+        for (info, item), found in zip(pairs, search_jointly([item for _, item in pairs], self.config), strict=True):
             other = best.get(item.detection)
             if other is None or found.evidence[0].score > other[1].evidence[0].score:
                 best[item.detection] = info, found

@@ -18,6 +18,8 @@ _OUTER = (0.02, 0.98)
 """Quantiles that stand for the border of a set of points: some readings lie between two surfaces."""
 _WHOLE = 0.8
 """Share of the height from which all of it counts as seen."""
+_TOO_LONG = 1.2
+"""Points that reach so many times the length of a side are of more than one object."""
 _LEAST_DISTANCE = 0.01
 """Nearer to a side (m) than this, all points count the same."""
 
@@ -39,7 +41,8 @@ def upright_boxes(points: Float[np.ndarray, "n 3"], size: Float[np.ndarray, " 3"
 
     The sides that face the sensor, which is at the origin, touch the points; which of the box's sides is which, nobody
     knows yet: the poses are quarter turns apart. Where less than most of its height is seen, the points may be its
-    lower or its upper part, and there are poses for both.
+    lower or its upper part, and there are poses for both. Where the points reach farther than the box, some are of its
+    neighbours, and there are poses at either end.
 
     Args:
         points: In a frame with z up and the sensor at its origin (m).
@@ -47,10 +50,14 @@ def upright_boxes(points: Float[np.ndarray, "n 3"], size: Float[np.ndarray, " 3"
     """
     found = _fit_rectangle(points[:, :2])
     low, high = np.quantile(points[:, 2], _OUTER)
-    # What stands on the object hides its top, the image's border its foot.
-    whole = high - low >= _WHOLE * size[2]
-    heights = [(low + high) / 2.0] if whole else [low + size[2] / 2.0, high - size[2] / 2.0]
-    return np.stack([_placed(found, size, height, quarter) for height in heights for quarter in range(4)])
+    heights = [(low + high) / 2.0]
+    # What stands on the object hides its top, the image's border its foot; a neighbour above or below adds to it.
+    if not _WHOLE * size[2] <= high - low <= _TOO_LONG * size[2]:
+        heights += [low + size[2] / 2.0, high - size[2] / 2.0]
+    if high - low < _WHOLE * size[2]:
+        heights = heights[1:]
+    centres = [(quarter, centre) for quarter in range(4) for centre in _centres(found, size, quarter)]
+    return np.stack([_placed(found, centre, height, quarter) for height in heights for quarter, centre in centres])
 
 
 def _fit_rectangle(points: Float[np.ndarray, "n 2"]) -> _Rectangle:
@@ -70,10 +77,9 @@ def _closeness(points: Float[np.ndarray, "n 2"], yaws: Float[np.ndarray, " d"]) 
     return (1.0 / np.maximum(inside, _LEAST_DISTANCE)).sum(axis=1)
 
 
-def _placed(found: _Rectangle, size: Float[np.ndarray, " 3"], centre_z: float, quarter: int) -> Transform:
-    """Return the pose whose x axis is ``quarter`` quarter turns from the rectangle's first side."""
-    length, width = size[[0, 1]] if quarter % 2 == 0 else size[[1, 0]]
-    sides = np.array([length, width])
+def _centres(found: _Rectangle, size: Float[np.ndarray, " 3"], quarter: int) -> list[Float[np.ndarray, " 2"]]:
+    """Return where the box's centre may be, along the rectangle's sides, if its x axis is ``quarter`` turns away."""
+    sides = size[:2] if quarter % 2 == 0 else size[1::-1]
     middle = (found.low + found.high) / 2.0
     seen = found.high - found.low
     # The near sides, those on the sensor's side of the middle, are where the points begin; the far ones follow from the
@@ -81,6 +87,15 @@ def _placed(found: _Rectangle, size: Float[np.ndarray, " 3"], centre_z: float, q
     near = np.where(middle > 0.0, found.low, found.high)
     centre = near + np.sign(middle) * sides / 2.0
     centre = np.where(np.abs(seen - sides) <= 0.15 * sides, middle, centre)
+    centres = [centre]
+    for axis in np.flatnonzero(seen > _TOO_LONG * sides):
+        ends = found.low[axis] + sides[axis] / 2.0, found.high[axis] - sides[axis] / 2.0
+        centres = [np.where(np.arange(2) == axis, end, one) for one in centres for end in ends]
+    return centres
+
+
+def _placed(found: _Rectangle, centre: Float[np.ndarray, " 2"], centre_z: float, quarter: int) -> Transform:
+    """Return the pose whose x axis is ``quarter`` quarter turns from the rectangle's first side."""
     place = _axes(found.yaw) @ centre
     return make_transform(rotation_z(found.yaw + quarter * np.pi / 2.0), np.array([*place, centre_z]))
 

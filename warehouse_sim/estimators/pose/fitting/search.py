@@ -19,7 +19,9 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 _QUARTERS = np.stack([make_transform(rotation_z(quarter * np.pi / 2.0), np.zeros(3)) for quarter in (1, 2, 3)])
 """Turns of poses that look alike from afar."""
 _SAME_TURN, _SAME_SHIFT = 0.03, 0.02
-"""Poses after a coarse fit that are nearer to each other (rad, m) end in one."""
+"""Poses after a coarse fit that are nearer to each other (rad, m) are one."""
+_OTHER_TURN, _OTHER_SHIFT = 0.15, 0.1
+"""Poses nearer to each other than this are expected to end in one, so that only the best of them is fitted finely."""
 
 
 class FitModel:
@@ -75,6 +77,16 @@ class Found:
     evidence: tuple[Evidence, ...]
     """Of each."""
 
+    def with_others(self, others: "Found") -> "Found":
+        """Return the same with other poses behind."""
+        T_camera_object = np.concatenate([self.T_camera_object, others.T_camera_object])
+        return Found(T_camera_object, self.evidence + others.evidence)
+
+    def led_by(self, number: int) -> "Found":
+        """Return the same with pose ``number`` first."""
+        order = [number, *(i for i in range(len(self.evidence)) if i != number)]
+        return Found(self.T_camera_object[order], tuple(self.evidence[i] for i in order))
+
 
 def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     """Return what is found of each object.
@@ -84,17 +96,23 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     """
     starts = [item.starts(config) for item in sought]
     if not config.refine:
-        return [_ranked(item, poses, config.coarse_evidence, 0.0) for item, poses in zip(sought, starts, strict=True)]
+        return [ranked(item, poses, config.coarse_evidence, 0.0) for item, poses in zip(sought, starts, strict=True)]
     coarse = [
-        _ranked(item, distinct(poses, item.model.symmetry, _SAME_TURN, _SAME_SHIFT), config.coarse_evidence, 0.0)
-        for item, poses in zip(sought, fit_coarsely(sought, starts, config.coarse), strict=True)
+        # A start may be better than what its neighbours' points make of it.
+        ranked(
+            item,
+            distinct(np.concatenate([fitted, begun]), item.model.symmetry, _SAME_TURN, _SAME_SHIFT),
+            config.coarse_evidence,
+            0.0,
+        )
+        for item, begun, fitted in zip(sought, starts, fit_coarsely(sought, starts, config.coarse), strict=True)
     ]
     chosen = [i for i in range(len(sought)) if i in _most_likely(sought, coarse, config.models_kept)]
     tried = [_tried(sought[i], coarse[i], config) for i in chosen]
     fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
     found = dict(enumerate(coarse))
     for i, poses in zip(chosen, fine, strict=True):
-        found[i] = _ranked(sought[i], poses, config.evidence, config.doubt if len(sought[i].proposed) else 0.0)
+        found[i] = ranked(sought[i], poses, config.evidence, config.doubt if len(sought[i].proposed) else 0.0)
     return list(found.values())
 
 
@@ -135,14 +153,14 @@ def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) 
 def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
     """Return the poses to fit finely, a network's own first."""
     scores = np.array([evidence.score for evidence in coarse.evidence])
-    kept = coarse.T_camera_object[scores >= scores[0] - config.close]
-    own = item.proposed[:1]
+    close = coarse.T_camera_object[scores >= scores[0] - config.close]
+    kept, own = distinct(close, item.model.symmetry, _OTHER_TURN, _OTHER_SHIFT)[: config.kept], item.proposed[:1]
     if len(own):
         kept = kept[~look_alike(kept, own, item.model.symmetry, _SAME_TURN, _SAME_SHIFT)[:, 0]]
-    return np.concatenate([own, kept[: config.kept]])
+    return np.concatenate([own, kept])
 
 
-def _ranked(item: Sought, poses: Transforms, config: EvidenceConfig, lead: float) -> Found:
+def ranked(item: Sought, poses: Transforms, config: EvidenceConfig, lead: float) -> Found:
     """Return poses in order of the evidence, where the first one leads by some; ties go to the first."""
     evidence = judge_all(poses, item.model.surface, item.view, config)
     scores = np.array([one.score for one in evidence])

@@ -18,7 +18,7 @@ class FitConfig:
     """Which upright poses are tried beside the rectangle."""
     kept: Annotated[int, Range(1, 100)] = 3
     """Hypotheses that are refined to the end, 1-100, a network's own not counted."""
-    close: Annotated[float, Range(0, 2)] = 0.15
+    close: Annotated[float, Range(0, 2)] = 0.2
     """A hypothesis whose evidence is behind the best one's by more than this is not refined to the end, 0-2."""
     doubt: Annotated[float, Range(0, 1)] = 0.02
     """By so much the evidence for another pose must exceed that for a network's, 0-1."""
