@@ -34,7 +34,7 @@ def encode(
         rgb: Colours; needed if they are read.
         depth: Canonical depth (m), 0 = no reading; needed if it is read.
     """
-    parts = list[Tensor]()
+    parts: list[Tensor] = []
     for name in reads:
         given = rgb if name == "rgb" else depth
         assert given is not None, name

@@ -84,7 +84,8 @@ class DetectorNetwork(nn.Module):
 
     def decode(self, raw: Raw) -> tuple[Float[Tensor, "b n 4"], Float[Tensor, "b n k"]]:
         """Return boxes (edges on the canvas, px) and the score of each class, of all cells and anchors."""
-        boxes, scores = list[Tensor](), list[Tensor]()
+        boxes: list[Tensor] = []
+        scores: list[Tensor] = []
         for level, found in enumerate(raw.maps):
             xy, wh = self.place(found[..., :4].float(), level)
             chance = torch.sigmoid(found[..., 4:].float())

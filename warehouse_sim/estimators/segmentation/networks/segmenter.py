@@ -55,7 +55,7 @@ class SegmenterNetwork(nn.Module):
             depth: Metres, 0 = no reading, if it is read.
             width_rad: Width of the crop over the focal length: times the distance, it is metres.
         """
-        parts = list[Tensor]()
+        parts: list[Tensor] = []
         for name in self.config.reads:
             given = rgb if name == "rgb" else depth
             assert given is not None, name

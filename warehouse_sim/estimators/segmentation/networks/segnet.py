@@ -31,7 +31,7 @@ class SegNet(nn.Module):
 
     def forward(self, x: Float[Tensor, "b c h w"]) -> Float[Tensor, "b o h w"]:
         """Return scores; h and w must be multiples of 16."""
-        places = list[Tensor]()
+        places: list[Tensor] = []
         for stage in self.down:
             x, place = functional.max_pool2d(stage(x), 2, return_indices=True)
             places.append(place)
