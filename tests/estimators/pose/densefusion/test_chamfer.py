@@ -4,7 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import open3d
 import pytest
 import torch
 from scipy.spatial import cKDTree
@@ -68,6 +67,7 @@ def test_it_is_the_slow_count_of_two_loops(squared: bool) -> None:
 
 @pytest.mark.parametrize("squared", [False, True])
 def test_it_is_what_trees_and_open3d_measure(squared: bool) -> None:
+    open3d = pytest.importorskip("open3d")
     power = 2 if squared else 1
     for T, T_true in pairs():
         a, b = transform_points(T, SURFACE), transform_points(T_true, SURFACE)
