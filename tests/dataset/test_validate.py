@@ -1,5 +1,6 @@
 """Each check must be able to fail: one defect a row, and the check that has to find it."""
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -380,3 +381,18 @@ def test_detail_names_the_file_and_counts_the_rest(toy_copy: Path) -> None:
         (toy_copy / KITTI / "velodyne_ids" / f"{name}.bin").unlink()
     detail = {check.name: check.detail for check in validate(toy_copy)}["kitti files"]
     assert detail == f"{toy_copy / KITTI}/velodyne_ids/000000.bin: this file is missing (and 1 more)"
+
+
+SAY_NOTHING_OF_DATA = {".md", ".jpg", ".yaml", ""}
+"""Endings of what only people read, and of SHA256SUMS, without which meshes are read unchecked."""
+
+
+def test_a_missing_file_of_any_kind_is_noticed(toy_copy: Path, tmp_path: Path) -> None:
+    files = sorted(path for path in toy_copy.rglob("*") if path.is_file() and path.suffix not in SAY_NOTHING_OF_DATA)
+    # One of each kind, whatever its split and numbers.
+    kinds = {re.sub(r"/(train|val|test)/|\d+", "#", str(path.relative_to(toy_copy))): path for path in files}
+    assert len(kinds) > 25
+    for kind, path in kinds.items():
+        away = path.rename(tmp_path / "away")
+        assert any(not check.ok for check in validate(toy_copy)), kind
+        away.rename(path)

@@ -24,6 +24,7 @@ from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
@@ -242,7 +243,7 @@ class DatasetStore:
     def _claim(self, resume: bool) -> None:
         make_folder(self.root)
         with writing(self.root):
-            if not any(self.root.iterdir()):
+            if all(is_lock(path) for path in self.root.iterdir()):
                 return
         if not resume:
             raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")

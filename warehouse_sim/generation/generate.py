@@ -14,6 +14,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, draft_manifest, target_models, with_stratified_splits
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.one_writer import one_writer
 from warehouse_sim.render import BACKENDS, open_renderer
 from warehouse_sim.render.renderer import Renderer
 
@@ -47,6 +48,7 @@ def generate(
         DatasetError: The folder holds something else, a format cannot hold the data, or a setting is out of range.
         SettleError: A scene does not stand in any attempt.
         RenderError: No renderer can be opened.
+        OutputError: Another process writes the folder, or it cannot be written.
         WorkerError: A scene ended every worker that made it; all else is kept for ``config.resume``.
     """
     BACKENDS.get(config.backend)
@@ -54,9 +56,16 @@ def generate(
     # A store's formats refuse here what they cannot hold: to measure scenes for the split can take long.
     DatasetStore(out, draft)
     manifest = with_stratified_splits(draft, recipe, config)
-    store = DatasetStore(out, manifest)
+    with one_writer(out):
+        return _write(_Job(recipe, manifest, out, config), progress)
+
+
+def _write(job: _Job, progress: ProgressCallback) -> Manifest:
+    """Write what is missing of a dataset into its folder, which no other process writes."""
+    recipe, manifest, config = job.recipe, job.manifest, job.config
+    store = DatasetStore(job.root, manifest)
     store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)
-    pending, job = store.pending(), _Job(recipe, manifest, out, config)
+    pending = store.pending()
     progress(manifest.scenes - len(pending), manifest.scenes)
     made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers)
     for finished, _ in enumerate(made, start=manifest.scenes - len(pending) + 1):

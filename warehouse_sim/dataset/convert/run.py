@@ -19,6 +19,7 @@ from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.one_writer import one_writer
 from warehouse_sim.output import link_or_copy
 from warehouse_sim.schema import ObjectModel
 
@@ -61,20 +62,22 @@ def convert(
     Raises:
         UnknownNameError: A format is not registered.
         DatasetError: The source cannot be read, or a format cannot hold it.
+        OutputError: Another process writes the folder, or it cannot be written.
     """
     reader = DatasetReader(source)
     _refuse(reader, formats)
     origin: _Source = _Theirs(reader, formats) if reader.manifest is None else _Ours(reader, reader.manifest, formats)
     models = {number: stored_model(info) for number, info in reader.objects.items()}
     store = DatasetStore(out, origin.manifest)
-    store.begin(list(models.values()), _first(reader).camera, resume)
-    origin.begun(out)
-    pending, total = store.pending(), origin.manifest.scenes
-    for finished, index in enumerate(pending, start=total - len(pending)):
-        progress(finished, total)
-        origin.write(store, index, models)
-    progress(total, total)
-    return store.finish()
+    with one_writer(out):
+        store.begin(list(models.values()), _first(reader).camera, resume)
+        origin.begun(out)
+        pending, total = store.pending(), origin.manifest.scenes
+        for finished, index in enumerate(pending, start=total - len(pending)):
+            progress(finished, total)
+            origin.write(store, index, models)
+        progress(total, total)
+        return store.finish()
 
 
 def _refuse(reader: DatasetReader, formats: Sequence[str]) -> None:
