@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -39,6 +40,8 @@ def test_labels_stay_on_what_they_name(mosaic: float) -> None:
             if (shown == row[4]).sum() > 1:  # A mosaic may show an image twice.
                 continue
             mask = np.abs(sample.rgb[..., 0].astype(int) - COLOURS[int(row[4])]) < 8
+            # Scaled images blend where they meet the grey beside them: lines a pixel or two wide have any colour.
+            mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
             left, top, right, bottom = mask_box_xyxy(mask)
             np.testing.assert_allclose([left, top, right + 1, bottom + 1], row[:4], atol=1.6)
             # Enlarged by the zoom, it is as much nearer: size times depth stays.
