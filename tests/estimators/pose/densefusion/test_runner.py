@@ -9,6 +9,7 @@ from tests.estimators.pose.densefusion.made_crops import made_crop
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.networks.proposal import Inliers
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
@@ -63,3 +64,27 @@ def test_masks_and_boxes_are_estimated_alike_with_and_without_gravity(tmp_path: 
     # A box that holds nothing but the mask is the same input.
     np.testing.assert_allclose(found[0], found[2])
     np.testing.assert_allclose(found[1], found[3])
+
+
+def test_own_points_are_those_of_the_mask_that_the_network_trusts(tmp_path: Path) -> None:
+    """What follows the network must not fit the wall beside the object, which crops hold, and boxes too."""
+    run = made_run(tmp_path / "run", "densefusion-depth", preset="robust")
+    estimator, runner = Estimator(run), Runner(run)
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    left = (u >= 40) & (u < 70) & (v >= 30) & (v < 60)
+    depth = np.where(left, 2.5, 2.8).astype(np.float32)
+    tilted = np.array([0.0, np.cos(0.2), np.sin(0.2)])
+    box = Detection(model="toy-pallet", box_xyxy=(40.0, 30.0, 99.0, 59.0))
+    crops = estimator.cut(RgbdImage(CAMERA, depth, (box,), gravity=tilted))
+    found = runner.propose(crops)
+    assert found.batch.turn is not None
+    metres = found.batch.inputs.points[0] @ found.batch.turn[0] * found.batch.scale[0] + found.batch.centre[0]
+    logit = torch.where(metres[None, :, 2] < 2.65, 3.0, -3.0)
+    trusting = replace(found, proposal=found.proposal._replace(inliers=Inliers(logit, found.candidates.confidence)))
+    (crop,), own = crops, trusting.own_points(0, crops[0])
+    assert (crop.points[:, 2] > 2.65).any()
+    np.testing.assert_allclose(own[:, 2], 2.5, atol=1e-3)
+    assert len(own) == ((crop.points[:, 2] < 2.65) & (crop.around.signed_px > 0)).sum()
+    # Where nearly nothing is trusted, the mask is.
+    doubting = replace(found, proposal=found.proposal._replace(inliers=Inliers(-logit.abs(), logit)))
+    assert len(doubting.own_points(0, crop)) == (crop.around.signed_px > 0).sum()

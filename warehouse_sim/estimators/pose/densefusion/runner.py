@@ -8,6 +8,7 @@ from typing import Literal, cast
 import numpy as np
 import torch
 from jaxtyping import Float
+from scipy.spatial import cKDTree
 from torch import Tensor
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
@@ -19,6 +20,9 @@ from warehouse_sim.estimators.pose.densefusion.rotations import multiply_quat_wx
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
 from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.learning.threads import SMALL, cpu_threads
+
+_LEAST_OWN = 32
+"""With fewer points that the network trusts, all of the mask's are taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,23 @@ class NetworkProposals:
     """What the images say at the points."""
     proposal: Proposal
     """What the network proposes, along the axes of its input."""
+
+    def own_points(self, row: int, crop: ObjectPoints) -> Float[np.ndarray, "q 3"]:
+        """Return those points of an object's mask (camera frame, m) that the network takes for the object's.
+
+        It has judged some of the crop's points; each other one goes with the nearest of them.
+        """
+        inliers, batch = self.proposal.inliers, self.batch
+        points: Float[np.ndarray, "p 3"] = getattr(crop, "masked_points", crop.points)
+        if inliers is None:
+            return points
+        judged = batch.inputs.points[row]
+        if batch.turn is not None:
+            judged = judged @ batch.turn[row]
+        judged = judged * batch.scale[row] + batch.centre[row]
+        nearest = cKDTree(_array(judged)).query(points)[1]
+        own = points[_array(inliers.logit[row])[nearest] > 0.0]
+        return own if len(own) >= _LEAST_OWN else points
 
 
 class Runner:

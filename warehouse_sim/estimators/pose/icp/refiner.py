@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
@@ -29,10 +30,19 @@ class IcpRefiner:
     def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
         """Return the poses that fit the points, or the given ones where the fit gets no better."""
         surfaces = [self._surface(item.obj_id) for item in seen]
-        return refine_poses(T_camera_object, [item.points for item in seen], surfaces, self._config)
+        # Crops may hold what is around an object, too; who proposed the poses may know which points are its own.
+        own = getattr(proposals, "own_points", lambda row, item: item.points)
+        clouds = [own(row, item) for row, item in enumerate(seen)]
+        return refine_poses(T_camera_object, clouds, surfaces, self._config, _up(seen))
 
     def _surface(self, obj_id: int) -> CadSurface:
         if obj_id not in self._surfaces:
             rng = np.random.default_rng([self._seed, obj_id])
             self._surfaces[obj_id] = build_surface(self._meshes[obj_id], _SURFACE_SAMPLES, rng)
         return self._surfaces[obj_id]
+
+
+def _up(seen: Sequence[ObjectPoints]) -> Float[np.ndarray, "b 3"]:
+    """Return the direction against gravity for each object, NaN where nobody knows."""
+    down = [getattr(item, "down", None) for item in seen]
+    return -np.array([np.full(3, np.nan) if item is None else item for item in down]).reshape(-1, 3)

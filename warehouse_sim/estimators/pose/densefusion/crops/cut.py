@@ -45,6 +45,11 @@ class Crop:
     view: DepthView | None = None
     """The image that it is cut out of, for what judges poses by it; None in training."""
 
+    @property
+    def masked_points(self) -> Float32[np.ndarray, "q 3"]:
+        """Those of the points that the mask holds."""
+        return self.points if self.around is None else self.points[self.around.signed_px > 0]
+
 
 class CropLabel(NamedTuple):
     """Which object of which image a crop shows, as the first fields of ``Crop`` say it."""
