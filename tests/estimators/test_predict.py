@@ -1,4 +1,5 @@
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -61,7 +62,8 @@ def test_icp_brings_nearly_right_proposals_onto_the_truth(
     def propose(self, crops):
         T = np.stack([places[crop.scene_id, crop.image_id][crop.position] @ off for crop in crops])
         quats = np.stack([quat_wxyz_from_matrix(pose[:3, :3]) for pose in T])[:, None]
-        return NetworkProposals(Candidates(quats, T[:, None, :3, 3], np.full((len(crops), 1), 0.5)), None, None, None)
+        candidates = Candidates(quats, T[:, None, :3, 3], np.full((len(crops), 1), 0.5))
+        return NetworkProposals(candidates, None, None, SimpleNamespace(inliers=None))
 
     monkeypatch.setattr(module.Runner, "propose", propose)
     monkeypatch.setattr(module.Runner, "refine", lambda self, T, crops, proposals: T)
