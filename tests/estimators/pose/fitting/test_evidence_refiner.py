@@ -11,7 +11,13 @@ from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
-from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
+from warehouse_sim.geometry.pose import (
+    make_transform,
+    quat_wxyz_from_matrix,
+    rotation_angle,
+    rotation_z,
+    transform_points,
+)
 
 
 def refined(T_wrong: np.ndarray, gravity: bool = True, view: bool = True) -> tuple[np.ndarray, np.ndarray]:
@@ -59,3 +65,27 @@ def test_what_has_no_image_stays_as_it_is() -> None:
     wrong = make_transform(rotation_z(0.4), np.zeros(3))
     found, truth = refined(wrong, view=False)
     np.testing.assert_array_equal(found, truth @ wrong)
+
+
+def test_what_the_network_trusts_is_fitted_where_the_mask_is_a_box() -> None:
+    """Floor, wall and object are in the box; the object has one point of twelve."""
+    image, truth = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    mask = image.depth > 0
+    points = masked_points(image, mask, np.random.default_rng(0))
+    view = DepthView(CAMERA, image.depth, mask, points, image.gravity)
+    item = SimpleNamespace(position=0, obj_id=3, points=points, view=view)
+    low, high = box().mesh().vertices.min(axis=0) - 0.005, box().mesh().vertices.max(axis=0) + 0.005
+    inside = transform_points(np.linalg.inv(truth), points)
+    own = ((inside >= low) & (inside <= high)).all(axis=1)
+    assert own.sum() < 0.1 * len(own)
+    wrong = truth @ make_transform(rotation_z(0.5), np.array([0.2, -0.1, 0.0]))
+    quat = quat_wxyz_from_matrix(wrong[:3, :3])[None, None]
+    candidates = Candidates(quat, wrong[None, None, :3, 3], np.ones((1, 1)))
+    refiner = EvidenceRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
+    found = {
+        name: errors(refiner(wrong[None], [item], SimpleNamespace(candidates=candidates, trusted=trusted))[0], truth)
+        for name, trusted in (("own", lambda row, given: own), ("all", lambda row, given: np.ones(len(given), bool)))
+    }
+    assert found["own"][0] < 0.01
+    assert found["own"][1] < 0.5
+    assert found["all"][0] > 0.5  # without, the floor wins

@@ -7,7 +7,7 @@ from typing import Literal, cast
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 from torch import Tensor
 
@@ -37,21 +37,27 @@ class NetworkProposals:
     proposal: Proposal
     """What the network proposes, along the axes of its input."""
 
-    def own_points(self, row: int, crop: ObjectPoints) -> Float[np.ndarray, "q 3"]:
-        """Return those points of an object's mask (camera frame, m) that the network takes for the object's.
+    def trusted(self, row: int, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
+        """Return which points (camera frame, m) around an object the network takes for the object's.
 
-        It has judged some of the crop's points; each other one goes with the nearest of them.
+        It has judged some of the crop's points; each other one goes with the nearest of them. A network that does not
+        judge trusts all.
         """
         inliers, batch = self.proposal.inliers, self.batch
-        points: Float[np.ndarray, "p 3"] = getattr(crop, "masked_points", crop.points)
         if inliers is None:
-            return points
+            return np.ones(len(points), dtype=bool)
         judged = batch.inputs.points[row]
         if batch.turn is not None:
             judged = judged @ batch.turn[row]
         judged = judged * batch.scale[row] + batch.centre[row]
         nearest = cKDTree(_array(judged)).query(points)[1]
-        own = points[_array(inliers.logit[row])[nearest] > 0.0]
+        trusted: Bool[np.ndarray, " p"] = _array(inliers.logit[row])[nearest] > 0.0
+        return trusted
+
+    def own_points(self, row: int, crop: ObjectPoints) -> Float[np.ndarray, "q 3"]:
+        """Return those points of an object's mask (camera frame, m) that the network takes for the object's."""
+        points: Float[np.ndarray, "p 3"] = getattr(crop, "masked_points", crop.points)
+        own = points[self.trusted(row, points)]
         return own if len(own) >= _LEAST_OWN else points
 
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
-from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
@@ -53,20 +52,26 @@ class EvidenceRefiner:
         T = T_camera_object.copy()
         if not views:
             return T
-        sought = [self._sought(T[i], view, seen[i], proposals.candidates, i) for i, view in views.items()]
+        # Masks may hold other things, boxes always do; who proposed the poses may know which points are the object's.
+        own = getattr(proposals, "trusted", lambda row, points: np.ones(len(points), dtype=bool))
+        sought = [
+            Sought.of(
+                self._model(seen[i].obj_id), view, self._proposed(T[i], seen[i], proposals, i), i
+            ).looked_for_among(own(i, view.points))
+            for i, view in views.items()
+        ]
         for i, found in zip(views, search_jointly(sought, self._config), strict=True):
             T[i] = found.T_camera_object[0]
         return T
 
-    def _sought(
-        self, T_network: Transform, view: DepthView, item: ObjectPoints, candidates: Candidates, row: int
-    ) -> Sought:
-        model = self._model(item.obj_id)
+    def _proposed(self, T_network: Transform, item: ObjectPoints, proposals: Proposals, row: int) -> Transforms:
+        """Return the pose that a network gives, and others that it proposes, the most confident ones first."""
+        candidates = proposals.candidates
         order = np.argsort(-candidates.confidence[row])[:: max(candidates.confidence.shape[1] // 32, 1)]
         rotation = matrix_from_quat_wxyz(candidates.quat_wxyz[row, order])
         proposed = make_transform(rotation, candidates.translation[row, order])
-        proposed = distinct(np.concatenate([T_network[None], proposed]), model.symmetry)[: 1 + _PROPOSALS]
-        return Sought.of(model, view, proposed, row)
+        model = self._model(item.obj_id)
+        return distinct(np.concatenate([T_network[None], proposed]), model.symmetry)[: 1 + _PROPOSALS]
 
     def _model(self, obj_id: int) -> FitModel:
         if obj_id not in self._models:

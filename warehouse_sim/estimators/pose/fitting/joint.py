@@ -84,7 +84,8 @@ def _among_the_rest(
     """Return what else the contested objects may be, where those that contest them are not, by their numbers."""
     left = dict[int, Sought]()
     for i in map(int, contested):
-        view = sought[i].view
+        # What a network trusts is of one object; of what the others leave it may have trusted nothing.
+        view = sought[i].whole
         for j in map(int, np.flatnonzero(common[i] > _CLAIMED)):
             view = _without(view, sought[j], found[j].T_camera_object[:1], config.evidence)
         if len(view.points) >= LEAST_POINTS:

@@ -1,13 +1,19 @@
 """Hypotheses, each fitted coarsely, the best ones finely, in order of what the depth image says for them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge_all
-from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypotheses, look_alike, within_reach
+from warehouse_sim.estimators.pose.fitting.hypotheses import (
+    LEAST_POINTS,
+    distinct,
+    hypotheses,
+    look_alike,
+    within_reach,
+)
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.fitting.sweep import swept
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
@@ -52,10 +58,20 @@ class Sought:
     detection: int
     """Number of the detection; several with one number are the objects that it may be."""
 
+    whole: DepthView
+    """The view with all points of the mask, where ``view`` has those that are taken for the object's."""
+
     @classmethod
     def of(cls, model: FitModel, view: DepthView, proposed: Transforms, detection: int) -> "Sought":
         """Make one with those points of the view that one object can have."""
-        return cls(model, view, within_reach(view.points, model.extent), proposed, detection)
+        return cls(model, view, within_reach(view.points, model.extent), proposed, detection, view)
+
+    def looked_for_among(self, own: Bool[np.ndarray, " p"]) -> "Sought":
+        """Return the same, fitted to and judged by some of the view's points alone, if they are enough."""
+        if own.sum() < LEAST_POINTS:
+            return self
+        view = replace(self.view, points=self.view.points[own])
+        return replace(self, view=view, points=within_reach(view.points, self.model.extent))
 
     def starts(self, config: FitConfig) -> Transforms:
         """Return the poses to start from, (h 4 4)."""
