@@ -14,12 +14,13 @@ from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.light_row import light_row
+from warehouse_sim.dataset.objects import FACES
 from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
-from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, take, take_if_given, take_name
+from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, shown, take, take_if_given, take_name
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema import Reachability, SceneSpec
 
 
 def is_worn(model: str) -> bool:
@@ -39,6 +40,9 @@ class RecordedObject:
     T_world_object: Transform
     paint: Mapping[str, str] = field(default_factory=dict)
     """Material of the model -> the one that it has here instead; their appearance is in the record's ``paints``."""
+
+    reachability: Reachability | None = None
+    """Which of its faces a truck can take it by; None where that is not stored, or it has no pockets."""
 
     @property
     def is_worn(self) -> bool:
@@ -83,6 +87,7 @@ def write_scene_record(
     observations: Sequence[Mapping[str, Any]],
     extra: Mapping[str, Any],
     twins: Sequence[tuple[str, SceneSpec]] = (),
+    reachability: Mapping[int, Reachability] | None = None,
 ) -> None:
     """Write the record of a settled scene.
 
@@ -93,7 +98,9 @@ def write_scene_record(
         observations: Row of each observation that was written, in order; see ``observation_row``.
         extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``, ``tally``.
         twins: Name and scene of each variant beside the scene itself.
+        reachability: Which sides of its pallets a truck can take them by, by instance id; None is not known.
     """
+    reach = reachability or {}
     objects = [
         {
             "instance_id": item.instance_id,
@@ -103,6 +110,7 @@ def write_scene_record(
             "group": item.group,
             "T_world_object": item.T_world_object,
             **({"paint": dict(item.paint)} if item.paint else {}),
+            **_reach_row(reach.get(item.instance_id)),
         }
         for item in sorted(scene.instances, key=lambda item: item.instance_id)
     ]
@@ -120,6 +128,10 @@ def write_scene_record(
         "objects": objects,
     }
     write_json(path, plain(data), depth=2)
+
+
+def _reach_row(reach: Reachability | None) -> dict[str, Any]:
+    return {} if reach is None else {"dockable": dict(reach.faces), "stacked": reach.stacked}
 
 
 def _light_row(scene: SceneSpec) -> dict[str, Any]:
@@ -190,7 +202,18 @@ def _read_object(data: Any, where: str) -> RecordedObject:
         group=take(data, "group", int, where),
         T_world_object=read_transform(take(data, "T_world_object", list, where), where),
         paint=_read_paint(take_if_given(data, "paint", dict, where) or {}, f"{where}: paint"),
+        reachability=_read_reach(data, where),
     )
+
+
+def _read_reach(data: Any, where: str) -> Reachability | None:
+    faces = take_if_given(data, "dockable", dict, where)
+    if faces is None:
+        return None
+    if not set(FACES).issuperset(faces):
+        raise DatasetError(f"{where}: dockable must name faces among {', '.join(FACES)}, found {shown(sorted(faces))}")
+    verdicts = {face: take(faces, face, str, f"{where}: dockable") for face in faces}
+    return Reachability(verdicts, take(data, "stacked", bool, where))
 
 
 def _read_paint(data: dict[str, Any], where: str) -> dict[str, str]:

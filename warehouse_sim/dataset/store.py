@@ -26,7 +26,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
-from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
+from warehouse_sim.schema import ObjectModel, Observation, Reachability, SceneSpec
 
 _LATER = ("backend", "licences")
 
@@ -82,6 +82,7 @@ class DatasetStore:
         occlusion: Mapping[str, Any] | None = None,
         twins: Sequence[tuple[str, SceneSpec]] = (),
         origin: Mapping[str, Any] | None = None,
+        reachability: Mapping[int, Reachability] | None = None,
     ) -> None:
         """Store one scene in every format; its record comes last and makes it count as complete.
 
@@ -93,6 +94,7 @@ class DatasetStore:
             occlusion: Plain data on how requests for a visible fraction were met, if there were any.
             twins: Name and scene of each variant beside the scene itself.
             origin: Plain data on where others' observations come from.
+            reachability: Which sides of its pallets a truck can take them by, by instance id.
 
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
@@ -113,7 +115,7 @@ class DatasetStore:
         if origin is not None:
             extra["origin"] = dict(origin)
         split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
-        write_scene_record(path, scene, split, rows, extra, twins)
+        write_scene_record(path, scene, split, rows, extra, twins, reachability)
 
     def take_over_scene(
         self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], source: Path

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
@@ -86,6 +88,7 @@ def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
         renderer.description,
         occlusion=None if prepared.occlusion is None else to_mapping(prepared.occlusion),
         twins=[(variant.name, variant.scene) for variant in prepared.variants[1:]],
+        reachability=reachability(prepared.scene, TRUCKS[prepared.truck]),
     )
 
 

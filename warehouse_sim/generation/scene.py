@@ -11,6 +11,7 @@ from warehouse_sim.generation.twins import Variant, make_variants
 from warehouse_sim.generation.twins.config import overlaid
 from warehouse_sim.physics.settle import SettleReport
 from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.schema import SceneSpec
 
 
@@ -24,6 +25,8 @@ class PreparedScene:
     """How it came to rest."""
     occlusion: OcclusionReport | None
     """How requests for a visible fraction were met; None when there were none."""
+    truck: Truck
+    """What takes pallets in its aisle."""
 
     @property
     def scene(self) -> SceneSpec:
@@ -54,4 +57,4 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
     sensor = recipe.sensors.draw_sensor(drawn.stream("sensor"))
     occluders = [() for _ in scene.viewpoints] if occlusion is None else [item.placed for item in occlusion.requests]
     variants = make_variants(relight(scene, {}), recipe.twins, sensor, occluders, relight)
-    return PreparedScene(variants, drawn.report, occlusion)
+    return PreparedScene(variants, drawn.report, occlusion, settings.layout.truck)

@@ -9,6 +9,7 @@ from warehouse_sim.schema.front import PalletFront
 from warehouse_sim.schema.intensity import IntensityDistribution
 from warehouse_sim.schema.labels import Agreement, ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
+from warehouse_sim.schema.reachability import FREE, UNDER_A_STACK, Reachability
 from warehouse_sim.schema.readings import (
     CAMERA,
     IMU,
@@ -28,9 +29,11 @@ from warehouse_sim.schema.things import LuminousFace, Material, ObjectModel, Par
 
 __all__ = [
     "CAMERA",
+    "FREE",
     "IMU",
     "LIDAR",
     "RIGHT",
+    "UNDER_A_STACK",
     "Agreement",
     "ChannelReading",
     "Channels",
@@ -49,6 +52,7 @@ __all__ = [
     "Part",
     "Pocket",
     "PoseEstimate",
+    "Reachability",
     "Reading",
     "RenderBuffers",
     "RgbdReading",
