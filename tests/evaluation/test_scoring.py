@@ -316,7 +316,7 @@ def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
     for content in ('{"format": 3}', "[]"):
         (tmp_path / "scores.json").write_text(content)
         with pytest.raises(
-            EvaluationError, match=r"a score of format (3|4|None), not 5.*evaluate again on the predictions"
+            EvaluationError, match=r"a score of format (3|4|None), not 6.*evaluate again on the predictions"
         ):
             read_scores(tmp_path)
 

@@ -74,6 +74,11 @@ class DockingErrors:
         return np.abs(self.roll) >= np.pi / 2
 
     @property
+    def wrong_face(self) -> Bool[np.ndarray, " n"]:
+        """Whether another side of the object is nearer to the one that is taken for the face; not ``reversed``."""
+        return (np.abs(self.yaw) >= np.pi / 4) & ~self.reversed
+
+    @property
     def reversed(self) -> Bool[np.ndarray, " n"]:
         """Whether the estimated insertion axis points out of the object."""
         return np.abs(self.yaw) >= np.pi / 2
@@ -101,11 +106,24 @@ def docking_faces(size: Float[np.ndarray, " 3"], pockets: Sequence[Pocket]) -> t
     )
 
 
-def approached_face(T_camera_object: Transforms, faces: Sequence[DockingFace]) -> Int[np.ndarray, " n"]:
-    """Return for each true pose the index of the face whose outward normal points most towards the camera."""
+def approached_face(
+    T_camera_object: Transforms, faces: Sequence[DockingFace], free: Bool[np.ndarray, "n f"] | None = None
+) -> Int[np.ndarray, " n"]:
+    """Return for each true pose the index of the face whose outward normal points most towards the camera.
+
+    Args:
+        T_camera_object: True poses, "n 4 4".
+        faces: Sides of the object that can be approached.
+        free: Which of them a truck reaches: one of these that the camera is before goes first, if there is any.
+    """
     inwards = np.stack([face.T_object_dock[:3, 0] for face in faces])
     camera_in_object = invert(T_camera_object)[:, :3, 3]
-    return np.argmax(camera_in_object @ -inwards.T, axis=1)
+    towards = camera_in_object @ -inwards.T
+    if free is None:
+        return np.argmax(towards, axis=1)
+    planes = np.array([-face.T_object_dock[:3, 0] @ face.T_object_dock[:3, 3] for face in faces])
+    chosen = free & (towards > planes)
+    return np.argmax(np.where(chosen | ~chosen.any(axis=1, keepdims=True), towards, -np.inf), axis=1)
 
 
 def docking_errors(T_object_estimated: Transforms, face: DockingFace) -> DockingErrors:

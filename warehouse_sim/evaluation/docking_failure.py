@@ -9,22 +9,53 @@ from warehouse_sim.evaluation.docking import DockingErrors, DockingFace, ForkCon
 from warehouse_sim.evaluation.insertion import DockingSlack, insertion_depth
 from warehouse_sim.geometry.pose import invert, transform_points
 
-FailureAxis = Literal["lateral", "vertical", "yaw", "pitch", "roll", "too_deep", "too_short", "upside_down", "reversed"]
+FailureAxis = Literal[
+    "lateral",
+    "vertical",
+    "yaw",
+    "pitch",
+    "roll",
+    "too_deep",
+    "too_short",
+    "board",
+    "wrong_face",
+    "upside_down",
+    "reversed",
+]
 FAILURE_AXES: tuple[FailureAxis, ...] = get_args(FailureAxis)
+_MEASURED = 7
+"""The first of them are measured against the room that there is; the others are told otherwise."""
 _LEAST_ROOM = 1e-3
 """Metres. Where the fork does not fit at all, every estimate fails, and the shares still compare."""
 
 
-def failure_axes(errors: DockingErrors, slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> list[FailureAxis]:
+def failure_axes(
+    errors: DockingErrors,
+    slack: DockingSlack,
+    face: DockingFace,
+    fork: ForkConfig,
+    room: Float[np.ndarray, " n"] | None = None,
+) -> list[FailureAxis]:
     """Name for each estimate the error that alone uses up most of the room it has.
 
-    Where something fails, only what fails is named: a fork that clears the walls and stops too deep is "too_deep".
+    Where something fails, only what fails is named: a fork that clears the walls and stops too deep is "too_deep". One
+    that clears the nominal pockets and meets a board of the very pallet is "board".
+
+    Args:
+        errors: Of the estimates.
+        slack: What they leave in the nominal pockets.
+        face: The approached face.
+        fork: The tines.
+        room: What they leave to the surface of the very pallet (m).
     """
     at_walls, along = _used_at_walls(errors, face, fork), _used_along(slack, face, fork)
     hits = np.minimum(slack.lateral, slack.vertical) < 0.0
     fails = np.stack([*[hits] * len(at_walls), slack.heel < 0.0, slack.tips < 0.0])
     used = np.where(fails | ~fails.any(axis=0), np.concatenate([at_walls, along]), -np.inf)
-    names = np.array(FAILURE_AXES)[used.argmax(axis=0)]
+    names = np.array(FAILURE_AXES[:_MEASURED], dtype="<U16")[used.argmax(axis=0)]
+    if room is not None:
+        names = np.where(~fails.any(axis=0) & (room < 0.0), "board", names)
+    names = np.where(errors.wrong_face, "wrong_face", names)
     names = np.where(errors.reversed, "reversed", names)
     return np.where(errors.upside_down, "upside_down", names).tolist()
 

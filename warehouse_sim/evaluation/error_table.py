@@ -2,7 +2,7 @@
 
 import csv
 import io
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,10 @@ from jaxtyping import Bool, Float, Int, Shaped
 
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.output import write_bytes
+from warehouse_sim.schema import FREE, UNDER_A_STACK
 
-_WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction")
-_TEXT = ("class_name", "object_name", "face", "limiting_error")
+_WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction", "stacked")
+_TEXT = ("class_name", "object_name", "face", "verdict", "limiting_error")
 
 _ROUNDING = 1e-9
 """Metres below which a slack is what was asked for: poses are read from decimal text."""
@@ -62,6 +63,12 @@ class ErrorTable:
     """1 where some symmetry has both errors under 5 cm and 5 degrees, else 0."""
     face: Shaped[np.ndarray, " n"]
     """Side of the object that is approached: "-x", "+x", "-y" or "+y"."""
+    verdict: Shaped[np.ndarray, " n"]
+    """Whether a truck takes it by that side, "free" or why not; "" where the dataset does not say."""
+    stacked: Int[np.ndarray, " n"]
+    """1 where it is known to stand on another pallet or under one, else 0."""
+    room: Float[np.ndarray, " n"]
+    """What the true pose leaves around the tines (m): no estimate can be asked for more; nan without pockets."""
     depth: Float[np.ndarray, " n"]
     """Along the insertion axis at the entry of that side (m)."""
     lateral: Float[np.ndarray, " n"]
@@ -75,12 +82,15 @@ class ErrorTable:
     slack_lateral: Float[np.ndarray, " n"]
     """Room left beside the tines (m), negative on collision, nan for objects without pockets.
 
-    This slack and the next two are -inf for a miss and for an estimate that is upside down or reversed.
+    This slack and the next three are -inf for a miss and for an estimate that is upside down, reversed or at a wrong
+    face.
     """
     slack_vertical: Float[np.ndarray, " n"]
     """Room left above or below the tines (m)."""
     slack_depth: Float[np.ndarray, " n"]
     """Room left along the tines (m), negative where they stop too deep or too short."""
+    slack_mesh: Float[np.ndarray, " n"]
+    """Room left to the surface of the very pallet, worn as it is (m), at most 0.05; -inf beside the lanes."""
     limiting_error: Shaped[np.ndarray, " n"]
     """Error that uses up most room, one of ``FAILURE_AXES``; "missed", or "" without pockets."""
 
@@ -101,19 +111,43 @@ class ErrorTable:
         return self.prediction >= 0
 
     @property
-    def dockable(self) -> Bool[np.ndarray, " n"]:
+    def has_pockets(self) -> Bool[np.ndarray, " n"]:
         """Which ground truths have pockets, so that docking can be judged."""
         return ~np.isnan(self.slack_lateral)
 
     @property
+    def dockable(self) -> Bool[np.ndarray, " n"]:
+        """Which ground truths are asked to be docked: a truck can take them, as far as the dataset says, and alone."""
+        return self.has_pockets & np.isin(self.verdict, ("", FREE)) & (self.stacked == 0)
+
+    def asked(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
+        """Return which of them have ``margin`` (m) to spare at the true pose."""
+        return self.dockable & (self.room >= margin - _ROUNDING)
+
+    @property
     def slack(self) -> Float[np.ndarray, " n"]:
-        """The room to spare beside and above the tines (m), -inf where they stop too deep or too short."""
+        """The room to spare around the tines to the very pallet (m), -inf where they stop too deep or too short."""
+        return np.where(self.slack_depth < -_ROUNDING, -np.inf, self.slack_mesh)
+
+    @property
+    def slack_nominal(self) -> Float[np.ndarray, " n"]:
+        """The same to the walls of the nominal pockets (m)."""
         room = np.minimum(self.slack_lateral, self.slack_vertical)
         return np.where(self.slack_depth < -_ROUNDING, -np.inf, room)
 
     def docks(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
         """Return which ground truths are docked with ``margin`` (m) to spare; none without pockets."""
         return self.slack >= margin - _ROUNDING
+
+    def docks_nominal(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
+        """Return the same by the nominal pockets alone."""
+        return self.slack_nominal >= margin - _ROUNDING
+
+    def as_stacks(self) -> "ErrorTable":
+        """Return the rows of stacks, each to be taken with what stands on it."""
+        mine = self.select(self.stacked == 1)
+        whole = np.where(mine.verdict == UNDER_A_STACK, FREE, mine.verdict)
+        return replace(mine, stacked=np.zeros_like(mine.stacked), verdict=whole)
 
 
 def table_from_rows(rows: list[dict[str, Any]]) -> ErrorTable:

@@ -7,13 +7,19 @@ import numpy as np
 
 from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors
 from warehouse_sim.evaluation.docking_failure import failure_axes
-from warehouse_sim.evaluation.insertion import docking_slack
+from warehouse_sim.evaluation.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.mesh_sweep import mesh_slack
+from warehouse_sim.evaluation.standing import ObjectStanding
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
-from warehouse_sim.schema import PalletFront
+from warehouse_sim.schema import FREE, UNDER_A_STACK, PalletFront
 
 
 def front_columns(
-    front: PalletFront, T_camera_object: Transform, faces: Sequence[DockingFace], fork: ForkConfig
+    front: PalletFront,
+    T_camera_object: Transform,
+    faces: Sequence[DockingFace],
+    fork: ForkConfig,
+    standing: ObjectStanding | None = None,
 ) -> dict[str, Any]:
     """Return what a row of scores says of docking, for the face that the front means: the one with its direction.
 
@@ -22,6 +28,7 @@ def front_columns(
         T_camera_object: The true pose.
         faces: Sides of the object that can be approached.
         fork: The tines.
+        standing: How the object stands in its scene; None is not known.
 
     Returns:
         Columns of the error table; none where that side has not as many pockets as the front.
@@ -37,11 +44,25 @@ def front_columns(
     tines = [make_transform(np.eye(3), np.array([0.0, *centre])) for centre in centres]
     errors = docking_errors(T_object_estimated, face)
     slack = docking_slack(T_object_estimated, face, fork, tines)
+    room, most = np.minimum(slack.lateral, slack.vertical), {}
+    limiting: str | None = None
+    if standing is not None:
+        place, info, standings = standing.place, standing.info, standing.standings
+        most = {"room": standings.room(place, info, face, fork)}
+        lane = standings.lane(place, info, face, fork)
+        if lane is not None and np.isfinite(slack.heel[0]):
+            room = mesh_slack(T_object_estimated, face, -float(info.size[2]) / 2.0, lane, fork, tines)
+        if standings.verdict(place, face) not in ("", FREE, UNDER_A_STACK):
+            # The truck would go where it cannot stand.
+            most, limiting = {}, "wrong_face"
+            slack, room = DockingSlack(*np.full((4, 1), -np.inf)), np.array([-np.inf])
     return {
         "face": face.name,
         **{name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch")},
+        **most,
         "slack_lateral": float(slack.lateral[0]),
         "slack_vertical": float(slack.vertical[0]),
         "slack_depth": float(slack.depth[0]),
-        "limiting_error": failure_axes(errors, slack, face, fork)[0],
+        "slack_mesh": float(room[0]),
+        "limiting_error": limiting or failure_axes(errors, slack, face, fork, room)[0],
     }

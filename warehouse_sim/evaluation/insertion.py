@@ -20,7 +20,7 @@ _AROUND = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])
 
 @dataclass(frozen=True, eq=False)
 class DockingSlack:
-    """Room that an estimate leaves (m), negative where it fails; -inf where it is upside down or reversed."""
+    """Room that an estimate leaves (m), negative where it fails; -inf if upside down, reversed or at a wrong face."""
 
     lateral: Float[np.ndarray, " n"]
     """Beside the tines, to the walls of the true pockets; inf where the tines stay outside."""
@@ -65,7 +65,7 @@ def docking_slack(
         tips = np.minimum(tips, inside - fork.least_insertion * face.depth)
         walls = np.minimum(walls, _room_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket, fork))
     errors = docking_errors(T_object_estimated, face)
-    astray = errors.upside_down | errors.reversed
+    astray = errors.upside_down | errors.reversed | errors.wrong_face
     return DockingSlack(*(np.where(astray, -np.inf, room) for room in (*walls.T, heel, tips)))
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
 from warehouse_sim.evaluation.docking import (
@@ -18,7 +19,8 @@ from warehouse_sim.evaluation.docking_failure import failure_axes
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_rows
 from warehouse_sim.evaluation.front_docking import front_columns
 from warehouse_sim.evaluation.illuminance import Place
-from warehouse_sim.evaluation.insertion import docking_slack
+from warehouse_sim.evaluation.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.mesh_sweep import mesh_slack
 from warehouse_sim.evaluation.pairing import Pair, pair_up
 from warehouse_sim.evaluation.pose_error import (
     add,
@@ -30,6 +32,7 @@ from warehouse_sim.evaluation.pose_error import (
     surface_rms,
     translation_error,
 )
+from warehouse_sim.evaluation.standing import ObjectStanding, Standings
 from warehouse_sim.evaluation.surface import ErrorModels, ErrorPoints
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
@@ -54,6 +57,7 @@ def measure(
     objects: Mapping[int, ObjectInfo],
     config: MeasureConfig,
     illuminance: Mapping[Place, float] | None = None,
+    standings: Standings | None = None,
 ) -> ErrorTable:
     """Match predictions to the ground truths of ``images`` and measure the errors of each.
 
@@ -63,6 +67,7 @@ def measure(
         objects: Geometry by object id.
         config: What counts, and how it is measured.
         illuminance: Of the ground truths (lx), as far as it is known.
+        standings: How they stand in their scenes; None is not known.
 
     Returns:
         One row a counted ground truth, by scene, image and position in the image.
@@ -75,7 +80,8 @@ def measure(
     rows: list[dict[str, Any]] = []
     for mine in groups.values():
         target = mine[0].target
-        rows += _rows(mine, predictions, models.info(target), models.points(target), config.fork)
+        stand = standings or Standings()
+        rows += _rows(mine, predictions, models.info(target), models.points(target), config.fork, stand)
     lux = illuminance or {}
     for row in rows:
         row["illuminance"] = lux.get((row["scene_id"], row["image_id"], row.pop("instance_id")), np.nan)
@@ -89,12 +95,20 @@ def _rows(
     info: ObjectInfo,
     points: ErrorPoints,
     fork: ForkConfig,
+    standings: Standings,
 ) -> list[dict[str, Any]]:
-    faces = docking_faces(info.size, info.pockets)
-    approached = approached_face(np.stack([pair.target.T_camera_object for pair in pairs]), faces)
+    faces, places = docking_faces(info.size, info.pockets), [_place(pair) for pair in pairs]
+    free = np.stack([standings.free(place, faces) for place in places])
+    approached = approached_face(np.stack([pair.target.T_camera_object for pair in pairs]), faces, free)
     rows = [
-        _describe(pair, info, faces[index]) | _missed(bool(info.pockets))
-        for pair, index in zip(pairs, approached, strict=True)
+        _describe(pair, info, faces[index])
+        | _missed(bool(info.pockets))
+        | {
+            "verdict": standings.verdict(place, faces[index]),
+            "stacked": int(standings.stacked(place)),
+            "room": standings.room(place, info, faces[index], fork),
+        }
+        for pair, place, index in zip(pairs, places, approached, strict=True)
     ]
     for index, face in enumerate(faces):
         found = [row for row, pair in enumerate(pairs) if approached[row] == index and pair.prediction >= 0]
@@ -102,15 +116,22 @@ def _rows(
             continue
         estimated = np.stack([predictions[pairs[row].prediction].T_camera_object for row in found])
         true = np.stack([pairs[row].target.T_camera_object for row in found])
-        columns = _pose_columns(estimated, true, info, points, face, fork)
+        lanes = [standings.lane(places[row], info, face, fork) if face.pockets else None for row in found]
+        columns = _pose_columns(estimated, true, info, points, face, fork, lanes)
         for place, row in enumerate(found):
             rows[row] |= {name: column[place] for name, column in columns.items()}
             estimate = predictions[pairs[row].prediction]
             rows[row]["score"] = estimate.score
             rows[row]["error_bound"] = np.nan if estimate.error_bound is None else estimate.error_bound
             if estimate.front is not None:
-                rows[row] |= front_columns(estimate.front, pairs[row].target.T_camera_object, faces, fork)
+                T_camera_object = pairs[row].target.T_camera_object
+                stand = ObjectStanding(standings, places[row], info)
+                rows[row] |= front_columns(estimate.front, T_camera_object, faces, fork, stand)
     return rows
+
+
+def _place(pair: Pair) -> Place:
+    return pair.image.scene_id, pair.image.image_id, pair.target.instance_id
 
 
 def _describe(pair: Pair, info: ObjectInfo, face: DockingFace) -> dict[str, Any]:
@@ -141,6 +162,7 @@ def _missed(has_pockets: bool) -> dict[str, Any]:
         "slack_lateral": slack,
         "slack_vertical": slack,
         "slack_depth": slack,
+        "slack_mesh": slack,
         "limiting_error": "missed" if has_pockets else "",
     }
 
@@ -152,6 +174,7 @@ def _pose_columns(
     points: ErrorPoints,
     face: DockingFace,
     fork: ForkConfig,
+    lanes: Sequence[Float[np.ndarray, "m 3 3"] | None],
 ) -> dict[str, Any]:
     alike = estimates_in_object(T_estimated, T_true, info.symmetry)
     least = least_in_shape = add(alike, points.surface).min(axis=-1)
@@ -179,5 +202,23 @@ def _pose_columns(
     if face.pockets:
         slack = docking_slack(best, face, fork)
         columns |= {"slack_lateral": slack.lateral, "slack_vertical": slack.vertical, "slack_depth": slack.depth}
-        columns["limiting_error"] = failure_axes(errors, slack, face, fork)
+        columns["slack_mesh"] = room = _room_to_surfaces(best, slack, face, info, lanes, fork)
+        columns["limiting_error"] = failure_axes(errors, slack, face, fork, room)
     return columns
+
+
+def _room_to_surfaces(
+    T_object_estimated: Transforms,
+    slack: DockingSlack,
+    face: DockingFace,
+    info: ObjectInfo,
+    lanes: Sequence[Float[np.ndarray, "m 3 3"] | None],
+    fork: ForkConfig,
+) -> Float[np.ndarray, " n"]:
+    """Return the room to the very pallet of each estimate (m); to the nominal pockets where there is no mesh."""
+    room = np.minimum(slack.lateral, slack.vertical)
+    astray, underside = np.isneginf(slack.heel), -float(info.size[2]) / 2.0
+    for triangles in {id(lane): lane for lane in lanes if lane is not None}.values():
+        rows = np.array([lane is triangles for lane in lanes]) & ~astray
+        room[rows] = mesh_slack(T_object_estimated[rows], face, underside, triangles, fork)
+    return room

@@ -23,7 +23,9 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
 
     A miss has the value 0. Names: ``<error>_<k>pct`` is the share with an error under k % of the diameter,
     for ``add_shape`` over the symmetries of the shape, whatever is printed on it,
-    ``mssd_2cm`` and ``mssd_5cm`` serve objects without pockets, ``dock_<m>mm`` is docking with margin m,
+    ``mssd_2cm`` and ``mssd_5cm`` serve objects without pockets, ``dock_<m>mm`` is docking with margin m
+    against the very pallet, ``dock_nominal_<m>mm`` against its nominal pockets; both are asked of what a truck can take
+    and what leaves that margin at its true pose;
     ``dock_gate_20mm_2.9deg`` and ``dock_gate_50mm_3deg`` are the threshold pairs of the literature, and
     ``auc_*`` are areas under the accuracy curve in their mean form ``mean(max(0, 1 - error / limit))``.
     """
@@ -36,7 +38,9 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
         values[f"mssd_{centimetres}cm"] = (table.mssd < centimetres / 100.0).astype(float)
     values["pose_5cm_5deg"] = table.within_5cm_5deg
     for margin in config.docking_margin_mm:
-        values[f"dock_{margin}mm"] = _where_dockable(table, table.docks(margin / 1000.0))
+        asked = table.asked(margin / 1000.0)
+        values[f"dock_{margin}mm"] = np.where(asked, table.docks(margin / 1000.0).astype(float), np.nan)
+        values[f"dock_nominal_{margin}mm"] = np.where(asked, table.docks_nominal(margin / 1000.0).astype(float), np.nan)
     values["dock_gate_20mm_2.9deg"] = _where_dockable(table, _gate(table, 0.020, 2.9, 180.0))
     values["dock_gate_50mm_3deg"] = _where_dockable(table, _gate(table, 0.050, 3.0, 1.0))
     values["auc_add_10cm"] = np.maximum(0.0, 1.0 - table.add / 0.1)

@@ -18,7 +18,7 @@ from warehouse_sim.output import make_folder
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 5
+_FORMAT = 6
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
 
@@ -53,6 +53,8 @@ class Scores:
     """The same metrics by class, object, distance, visible fraction and light."""
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
+    docking_left_out: dict[str, int]
+    """Ground truths with pockets that docking is not asked of, by reason; "no room for 20 mm" is of that margin."""
     trust: Trust
     """What scores, bounds and refusals are worth."""
     seconds_per_image: float | None
@@ -73,6 +75,7 @@ class Scores:
             "overall": self.overall.to_plain(),
             "groups": {name: [item.to_plain() for item in group] for name, group in self.groups.items()},
             "docking_failures": self.docking_failures,
+            "docking_left_out": self.docking_left_out,
             "trust": self.trust.to_plain(),
             "seconds_per_image": self.seconds_per_image,
         }
@@ -96,7 +99,29 @@ class Scores:
                 f"trust:   {self.trust.failures} of {self.trust.estimates} wrong, AUROC {self.trust.auroc:.3f}, "
                 f"bound holds for {100 * self.trust.bound[0].share:.0f} %, {self.counts.get('refused', 0)} refused"
             )
-        return lines + ([f"docking: {', '.join(docking)} of room"] if self.overall.dockable_count else [])
+        if self.overall.dockable_count:
+            lines.append(f"docking: {', '.join(docking)} of room")
+            nominal = [f"{100 * metrics[f'dock_nominal_{k}mm']:.1f} %" for k in thresholds["docking_margin_mm"]]
+            lines.append(f"         by nominal pockets: {', '.join(nominal)}")
+        return lines + self._left_out_lines()
+
+    def _left_out_lines(self) -> list[str]:
+        """Return what docking is not asked of, and why."""
+        pockets, asked = int(self.table.has_pockets.sum()), self.overall.dockable_count
+        if not pockets:
+            return []
+        lines = []
+        if not (self.table.verdict != "").any():
+            lines.append("asked:   the dataset does not say which pallets a truck can reach; all are asked")
+        if self.docking_left_out:
+            reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())
+            lines.append(f"asked:   {asked} of {pockets} pallets; left out: {reasons}")
+        stacks = next((item for item in self.groups.get("stacking", ()) if item.label == "stacked"), None)
+        if stacks is not None and stacks.dockable_count:
+            margins = self.settings["metrics"]["docking_margin_mm"]
+            shares = [f"{100 * stacks.metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in margins]
+            lines.append(f"stacks:  {', '.join(shares)} of {stacks.dockable_count} with a free face")
+        return lines
 
 
 def write_scores(scores: Scores, folder: Path) -> Path:
@@ -140,6 +165,7 @@ def read_scores(folder: Path) -> Scores:
                 for name in groups
             },
             docking_failures=take(data, "docking_failures", dict, where),
+            docking_left_out=take(data, "docking_left_out", dict, where),
             trust=Trust.from_plain(take(data, "trust", dict, where), f"{where}: trust"),
             seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),

@@ -1,5 +1,6 @@
 """From two files to a score: a predictions CSV against one split of a dataset folder."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, ScoreConfig, Scores
+from warehouse_sim.evaluation.standing import Standings
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.evaluation.units import check_unit
@@ -50,7 +52,8 @@ def evaluate(
     check_unit(estimates, images, predictions)
     _check_geometry(images, reader.objects, data)
     _check_in_front(estimates, reader.objects, predictions)
-    table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images))
+    standings = Standings.of(reader, images)
+    table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images), standings)
     if len(table) == 0:
         raise EvaluationError(
             f"{data}: split {split!r} has no ground truth that is visible enough to count; "
@@ -60,6 +63,11 @@ def evaluate(
         name: tuple(summarise(label, table.select(rows), config.metrics, config.groups) for label, rows in group)
         for name, group in split_groups(table, config.groups).items()
     }
+    if (table.verdict != "").any():
+        stacks = {"alone": table.select(table.stacked == 0), "stacked": table.as_stacks()}
+        groups["stacking"] = tuple(
+            summarise(label, part, config.metrics, config.groups) for label, part in stacks.items()
+        )
     return Scores(
         method=method or predictions.stem.split("_")[0],
         dataset=_identity(reader, split),
@@ -68,6 +76,7 @@ def evaluate(
         overall=summarise("all", table, config.metrics, config.groups),
         groups=groups,
         docking_failures=docking_failures(table),
+        docking_left_out=docking_left_out(table, config.metrics.docking_margin_mm),
         trust=trust_of(table, config.groups),
         seconds_per_image=_seconds_per_image(estimates),
         table=table,
@@ -77,8 +86,22 @@ def evaluate(
 
 def docking_failures(table: ErrorTable) -> dict[str, int]:
     """Count the ground truths that cannot be docked (no margin) by the error to blame, "missed" for no estimate."""
-    failed = table.limiting_error[table.dockable & ~table.docks()]
+    failed = table.limiting_error[table.asked() & ~table.docks()]
     return {axis: int((failed == axis).sum()) for axis in (*FAILURE_AXES, "missed")}
+
+
+def docking_left_out(table: ErrorTable, margins_mm: Sequence[int]) -> dict[str, int]:
+    """Count the ground truths with pockets that docking is not asked of by the reason, the most frequent first.
+
+    Those in stacks come under "stacked" whatever their faces; those that a truck can take and that do not leave a
+    margin at the true pose under "no room for 20 mm", which holds for that margin alone.
+    """
+    pockets, stacked = table.has_pockets, table.stacked == 1
+    blocked = Counter(table.verdict[pockets & ~table.dockable & ~stacked].tolist())
+    found = dict(blocked.most_common())
+    tight = {f"no room for {k} mm": int((table.dockable & ~table.asked(k / 1000.0)).sum()) for k in margins_mm}
+    counts = {"stacked": int((pockets & stacked).sum())} | found | tight
+    return {reason: count for reason, count in counts.items() if count}
 
 
 def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:

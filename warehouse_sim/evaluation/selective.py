@@ -30,8 +30,8 @@ class RiskCoverage:
 
 
 def succeeded(table: ErrorTable) -> Bool[np.ndarray, " n"]:
-    """Return which estimates dock, or for objects without pockets, have an ADD under 5 % of the diameter."""
-    return np.where(table.dockable, table.docks(), table.add < _DIAMETERS * table.diameter).astype(bool)
+    """Return which estimates dock, or for objects that no fork can enter, have an ADD under 5 % of the diameter."""
+    return np.where(table.room >= 0.0, table.docks(), table.add < _DIAMETERS * table.diameter).astype(bool)
 
 
 def auroc(score: Float[np.ndarray, " n"], right: Bool[np.ndarray, " n"]) -> float:

@@ -42,8 +42,14 @@ def docking_chart(tables: Mapping[str, ErrorTable], largest_mm: float = 30.0) ->
     with chart() as drawing:
         axes = drawing.axes
         for color, (name, table) in zip(_cycle(len(tables)), tables.items(), strict=True):
-            slack_mm = 1000.0 * table.slack[table.dockable]
-            share = 1.0 - np.searchsorted(np.sort(slack_mm), margin - 1e-6, side="left") / max(len(slack_mm), 1)
+            room = 1000.0 * table.room[table.dockable]
+            slack_mm = np.minimum(1000.0 * table.slack[table.dockable], room)
+            # Who cannot leave a margin at the true pose is not asked for it.
+            docked, asked = (
+                len(values) - np.searchsorted(np.sort(values), margin - 1e-6, side="left")
+                for values in (slack_mm, room)
+            )
+            share = np.where(asked > 0, docked / np.maximum(asked, 1), np.nan)
             axes.plot(margin, 100.0 * share, color=color, label=name)
         axes.set(xlim=(0, largest_mm), ylim=(0, 101), xlabel="room that must be left (mm)", ylabel="docked (%)")
         axes.legend(loc="lower left")

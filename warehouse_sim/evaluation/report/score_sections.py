@@ -22,6 +22,7 @@ _TABLE_SHARES = {
     "mssd_5pct": "MSSD <\u00a05\u00a0% d",
     "dock_0mm": "Docked",
     "dock_10mm": "Docked +10\u00a0mm",
+    "dock_nominal_0mm": "Docked, nominal pockets",
 }
 _TABLE_TITLES = {
     "class": "By class",
@@ -29,6 +30,7 @@ _TABLE_TITLES = {
     "distance": "By distance",
     "visible_fraction": "By visible fraction",
     "illuminance": "By light on the object",
+    "stacking": "Pallets alone and in stacks",
 }
 _NOT_ALONE = ("class", "object")
 """Splits that say nothing when all ground truths are in one group."""
@@ -150,7 +152,7 @@ def _case_caption(table: ErrorTable, row: int) -> dict[str, str]:
         return {"title": "no estimate", "errors": "", "place": place}
     add = f"ADD {centimetres(float(table.add[row]))} cm"
     errors = f"lateral {signed(100.0 * table.lateral[row])} cm, yaw {signed(np.rad2deg(table.yaw[row]))}°"
-    if not table.dockable[row]:
+    if not table.dockable[row] or table.room[row] < 0.0:
         return {"title": add, "errors": errors, "place": place}
     spare = f"docks, {max(0.0, 1000.0 * table.slack[row]):.0f} mm to spare"
     verdict = spare if table.docks()[row] else f"does not dock: {table.limiting_error[row].replace('_', ' ')}"
