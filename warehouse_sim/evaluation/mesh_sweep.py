@@ -57,11 +57,9 @@ def mesh_slack(
     """
     aims = [invert(face.T_object_dock) @ pocket.T_object_pocket for pocket in face.pockets]
     room = np.full(len(T_object_estimated), FARTHEST)
-    half = np.array([fork.tine_width, fork.tine_thickness]) / 2.0
-    corners = np.array([[x, y, z] for x in (0.0, fork.reach) for y in (-half[0], half[0]) for z in (-half[1], half[1])])
     for pocket, aim in zip(face.pockets, T_dock_tines or aims, strict=True):
         T_object_tine = T_object_estimated @ face.T_object_dock @ aim
-        floor = transform_points(T_object_tine, corners)[..., 2].min(axis=1) - underside
+        floor = _lowest_under(invert(face.T_object_dock) @ T_object_tine, face, fork) - underside
         here = np.minimum(floor, room_to_triangles(T_object_tine, triangles, fork))
         room = np.minimum(room, np.where(_in_lane(T_object_tine, pocket, fork), here, -np.inf))
     return room
@@ -82,6 +80,21 @@ def room_to_triangles(
         row, which = np.nonzero(near)
         np.minimum.at(room, first + row, _room(local[row, which], half, fork.reach))
     return room
+
+
+def _lowest_under(T_dock_tine: Transforms, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, " n"]:
+    """Return the least z (m, object frame) of a swept tine under the object; beyond it there may be no ground.
+
+    Docking frames are upright in the object's: only their origins' heights differ.
+    """
+    y, z = np.array([fork.tine_width, fork.tine_thickness]) / 2.0
+    tip = transform_points(T_dock_tine, np.array([[fork.reach, side, over] for side in (-y, y) for over in (-z, z)]))
+    ahead = T_dock_tine[:, None, :3, 0]
+    slope = np.where(np.abs(ahead[..., 0]) < 1e-9, 1e-9, ahead[..., 0])
+    entry, end = (tip[..., 2] + (x - tip[..., 0]) / slope * ahead[..., 2] for x in (0.0, face.depth))
+    end = np.where(tip[..., 0] < face.depth, tip[..., 2], end)
+    lowest = np.where(tip[..., 0] > 0.0, np.minimum(entry, end), np.inf).min(axis=1)
+    return lowest + float(face.T_object_dock[2, 3])
 
 
 def _in_lane(T_object_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> np.ndarray:
