@@ -1,6 +1,7 @@
 """Predict and score one model on one split, and take out of the score what the tables show."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,12 @@ import numpy as np
 from warehouse_sim import evaluate, load_estimator
 from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import EvaluationError
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
@@ -50,14 +53,15 @@ SETTINGS = (
 def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:
     """Predict ``split`` with each of the settings, reading every image once; keep predictions and scores in ``folder``.
 
-    Scores that are newer than the model's weights are read instead.
+    Predictions that are newer than the model's weights are not made again, nor are scores of them that are newer than
+    the dataset's scene records and mean what they mean now.
 
     Returns:
         Scores by the setting's name.
     """
     places = {setting.name: place_of(folder, setting) for setting in settings}
     if all(_is_newer(place / "scores.json", model / WEIGHTS) for place in places.values()):
-        return {name: read_scores(place) for name, place in places.items()}
+        return {name: _scores_in(place, data, split, f"{model.name} {name}") for name, place in places.items()}
     reader = DatasetReader(data)
     images = reader.images(split)
     estimators = {setting.name: load_estimator(model, setting.config) for setting in settings}
@@ -68,18 +72,29 @@ def score(model: Path, data: Path, split: str, settings: Sequence[Setting], fold
         group = list(read_images(first, reader, images[start : start + _IMAGES_AT_ONCE]))
         for name, estimator in estimators.items():
             found[name] += estimator.estimate_all(group)
-    scores = {}
     for name, estimates in found.items():
-        place = places[name]
-        predictions.write(place / "predictions.csv", estimates)
-        scores[name] = evaluate(place / "predictions.csv", data, split, method=f"{model.name} {name}")
-        write_scores(scores[name], place)
-    return scores
+        predictions.write(places[name] / "predictions.csv", estimates)
+    return {name: _scored(place, data, split, f"{model.name} {name}") for name, place in places.items()}
 
 
 def place_of(folder: Path, setting: Setting) -> Path:
     """Return the folder, in that of a model and a dataset, that keeps what a setting predicted and its scores."""
     return folder / setting.name.replace(" + ", "-")
+
+
+def _scores_in(place: Path, data: Path, split: str, method: str) -> Scores:
+    """Return the scores in a folder; made again of its predictions where they are of another format or older data."""
+    records = data / "scenes"  # a record that is written there changes the folder's time
+    if not records.is_dir() or _is_newer(place / "scores.json", records):
+        with suppress(EvaluationError):
+            return read_scores(place)
+    return _scored(place, data, split, method)
+
+
+def _scored(place: Path, data: Path, split: str, method: str) -> Scores:
+    scores = evaluate(place / "predictions.csv", data, split, method=method)
+    write_scores(scores, place)
+    return scores
 
 
 def _is_newer(file: Path, than: Path) -> bool:
@@ -101,12 +116,13 @@ def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dic
         "class": class_name,
     }
     summary = class_summary(scores, class_name)
+    counted = pass_values(scores.table.select(scores.table.class_name == class_name), MetricConfig())
     found = {
-        metric: (summary.metrics[metric], *summary.intervals[metric], summary.gt_count)
+        metric: (summary.metrics[metric], *summary.intervals[metric], int((~np.isnan(counted[metric])).sum()))
         for metric in SHARES
         if metric in summary.intervals
     }
-    if summary.dockable_count:
+    if summary.dockable_count and docking_in_range(scores)[-1]:
         found["dock_0mm_2_7m"] = docking_in_range(scores)
     return [
         {
@@ -138,9 +154,11 @@ def bound_rows(covered: Sequence[dict[str, Any]], scores: Scores, method: str, s
 
 
 def docking_in_range(scores: Scores, low: float = DOCKING_RANGE[0], high: float = DOCKING_RANGE[1]) -> tuple:
-    """Return share, 95 % interval and number of the pallets between two distances (m) that can be docked."""
+    """Return share that docks, 95 % interval and number of the pallets asked for between two distances (m)."""
     table = scores.table
     near = table.select(table.dockable & (table.distance >= low) & (table.distance < high))
     docked = near.docks().astype(float)
+    if not len(near):
+        return float("nan"), float("nan"), float("nan"), 0
     interval = share_interval(docked, near.scene_id, 1000, np.random.default_rng(0))
     return float(docked.mean()), *interval, len(near)

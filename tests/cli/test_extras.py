@@ -33,6 +33,7 @@ VERB = {
     "generate": ("generate smoke --scenes 1 --workers 1 --out {new}", SCENES),
     "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
+    "reach": ("reach {data}", SCENES),
     "view": ("view {data} --save v.rrd", VIEWER),
     "inspect": ("inspect {data} --out {inspected} --count 1", set()),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),

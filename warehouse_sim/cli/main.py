@@ -22,6 +22,7 @@ from warehouse_sim.cli.inspect import inspect
 from warehouse_sim.cli.list import list_names
 from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
+from warehouse_sim.cli.reach import reach
 from warehouse_sim.cli.renamed import refuse_renamed
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train, train_verb
@@ -37,6 +38,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "generate": generate,
     "convert": convert,
     "validate": validate,
+    "reach": reach,
     "view": view,
     "inspect": inspect,
     "train": train,

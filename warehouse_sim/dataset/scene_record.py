@@ -110,7 +110,7 @@ def write_scene_record(
             "group": item.group,
             "T_world_object": item.T_world_object,
             **({"paint": dict(item.paint)} if item.paint else {}),
-            **_reach_row(reach.get(item.instance_id)),
+            **reach_row(reach.get(item.instance_id)),
         }
         for item in sorted(scene.instances, key=lambda item: item.instance_id)
     ]
@@ -130,7 +130,8 @@ def write_scene_record(
     write_json(path, plain(data), depth=2)
 
 
-def _reach_row(reach: Reachability | None) -> dict[str, Any]:
+def reach_row(reach: Reachability | None) -> dict[str, Any]:
+    """Return what is stored of an object beside all else; nothing where nothing is known."""
     return {} if reach is None else {"dockable": dict(reach.faces), "stacked": reach.stacked}
 
 

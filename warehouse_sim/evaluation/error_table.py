@@ -68,7 +68,10 @@ class ErrorTable:
     stacked: Int[np.ndarray, " n"]
     """1 where it is known to stand on another pallet or under one, else 0."""
     room: Float[np.ndarray, " n"]
-    """What the true pose leaves around the tines (m): no estimate can be asked for more; nan without pockets."""
+    """What the true pose leaves around the tines at the side that is asked for (m); nan without pockets.
+
+    No estimate can be asked for more. A front may mean another side; what is asked depends on no estimate.
+    """
     depth: Float[np.ndarray, " n"]
     """Along the insertion axis at the entry of that side (m)."""
     lateral: Float[np.ndarray, " n"]

@@ -44,22 +44,20 @@ def front_columns(
     tines = [make_transform(np.eye(3), np.array([0.0, *centre])) for centre in centres]
     errors = docking_errors(T_object_estimated, face)
     slack = docking_slack(T_object_estimated, face, fork, tines)
-    room, most = np.minimum(slack.lateral, slack.vertical), {}
+    room = np.minimum(slack.lateral, slack.vertical)
     limiting: str | None = None
     if standing is not None:
         place, info, standings = standing.place, standing.info, standing.standings
-        most = {"room": standings.room(place, info, face, fork)}
         lane = standings.lane(place, info, face, fork)
         if lane is not None and np.isfinite(slack.heel[0]):
             room = mesh_slack(T_object_estimated, face, -float(info.size[2]) / 2.0, lane, fork, tines)
         if standings.verdict(place, face) not in ("", FREE, UNDER_A_STACK):
             # The truck would go where it cannot stand.
-            most, limiting = {}, "wrong_face"
+            limiting = "wrong_face"
             slack, room = DockingSlack(*np.full((4, 1), -np.inf)), np.array([-np.inf])
     return {
         "face": face.name,
         **{name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch")},
-        **most,
         "slack_lateral": float(slack.lateral[0]),
         "slack_vertical": float(slack.vertical[0]),
         "slack_depth": float(slack.depth[0]),

@@ -22,6 +22,9 @@ _FORMAT = 6
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
 
+WITHOUT_REACH = {"asked": "all pallets, as not all say which a truck can reach"}
+"""What scores say of a dataset that an older version made, or others: docking is asked of more than a truck can do."""
+
 
 @dataclass(frozen=True)
 class ScoreConfig:
@@ -42,7 +45,7 @@ class Scores:
     method: str
     """Name of the method, from the name of its predictions file."""
     dataset: dict[str, Any]
-    """Which data: recipe, seed, scenes, split, the hash of the manifest; ``WITHOUT_CAD`` where it holds for them."""
+    """Which data: recipe, seed, scenes, split, the hash of the manifest; ``WITHOUT_CAD``, ``WITHOUT_REACH`` if true."""
     settings: dict[str, Any]
     """The resolved ``ScoreConfig``."""
     counts: dict[str, int]
@@ -111,8 +114,12 @@ class Scores:
         if not pockets:
             return []
         lines = []
-        if not (self.table.verdict != "").any():
-            lines.append("asked:   the dataset does not say which pallets a truck can reach; all are asked")
+        unknown = int((self.table.has_pockets & (self.table.verdict == "")).sum())
+        if unknown:
+            lines.append(
+                f"asked:   of {unknown} pallets the dataset does not say whether a truck can reach them, they are "
+                "asked all the same; warehouse-sim reach adds it to what generate made"
+            )
         if self.docking_left_out:
             reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())
             lines.append(f"asked:   {asked} of {pockets} pallets; left out: {reasons}")

@@ -17,7 +17,7 @@ from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
-from warehouse_sim.evaluation.scores import WITHOUT_CAD, ScoreConfig, Scores
+from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH, ScoreConfig, Scores
 from warehouse_sim.evaluation.standing import Standings
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.trust import trust_of
@@ -70,7 +70,7 @@ def evaluate(
         )
     return Scores(
         method=method or predictions.stem.split("_")[0],
-        dataset=_identity(reader, split),
+        dataset=_identity(reader, split) | _without_reach(table),
         settings=to_mapping(config),
         counts=_counts(estimates, images, table) | {"refused": prediction_file.count_refused(predictions)},
         overall=summarise("all", table, config.metrics, config.groups),
@@ -115,6 +115,10 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
         "manifest_sha256": reader.digest,
         **({} if all(info.has_cad for info in reader.objects.values()) else WITHOUT_CAD),
     }
+
+
+def _without_reach(table: ErrorTable) -> dict[str, str]:
+    return WITHOUT_REACH if bool((table.has_pockets & (table.verdict == "")).any()) else {}
 
 
 def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> None:
