@@ -23,6 +23,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import Onboarding, PoseEstimator
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.schema import PoseEstimate
 
 _Key = tuple[int, int, int | None]
@@ -34,11 +35,15 @@ def estimates_of(
     """Return what an estimator says of a set's images.
 
     Where detections have no name, the objects of the set are the candidates: an estimator that was shown them decides
-    itself; of a trained one, which knows others too, each candidate is asked for, and the highest score counts.
+    itself, as does one that goes by evidence, which is told which they may be; of another trained one each candidate
+    is asked for, and the highest score counts.
     """
     if not shift.candidates or isinstance(estimator, Onboarding):
         return predict(estimator, images, shift.disturb)
     known = {shape.obj_id for shape in estimator.objects or ()}
+    if getattr(estimator, "config", PredictConfig()).refine == "evidence":
+        may_be = tuple(sorted(known & set(reader.objects)))
+        return predict(estimator, [_as_one_of(image, may_be) for image in images], lambda image, rng: image)
     best: dict[_Key, PoseEstimate] = {}
     for obj_id in sorted(known & set(reader.objects)):
         for item in predict(estimator, [_as_if(image, obj_id) for image in images], lambda image, rng: image):
@@ -112,6 +117,11 @@ def main(
 def _as_if(image: RgbdImage, obj_id: int) -> RgbdImage:
     """Return the image with every detection named so."""
     return replace(image, detections=tuple(replace(item, model=obj_id) for item in image.detections))
+
+
+def _as_one_of(image: RgbdImage, may_be: tuple[int, ...]) -> RgbdImage:
+    """Return the image with detections that are one of some objects, nobody says which."""
+    return replace(image, detections=tuple(replace(item, model=None, may_be=may_be) for item in image.detections))
 
 
 if __name__ == "__main__":

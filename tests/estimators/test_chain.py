@@ -109,3 +109,15 @@ def test_a_box_is_all_pixels_within_and_something_is_needed() -> None:
     assert np.argwhere(mask).tolist() == [[v, u] for v in (1, 2, 3) for u in (1, 2)]
     with pytest.raises(InputError, match="neither a mask nor a box_xyxy"):
         Detection()
+
+
+def test_only_what_a_detection_may_be_is_tried(tmp_path: Path) -> None:
+    estimator = load_estimator(made_run(tmp_path / "run"))
+    image = RgbdImage.from_observation(observe(make_scene(0))[0])
+    known = estimator.objects[0]
+    listed = tuple(Detection(item.mask, number=item.number, may_be=(known.name,)) for item in image.detections)
+    found = estimator.estimate(RgbdImage(image.camera, image.depth, listed))
+    assert {item.obj_id for item in found} == {known.obj_id}
+    strange = (Detection(image.detections[0].mask, may_be=(known.obj_id, "keg")),)
+    with pytest.raises(InputError, match="'keg'"):
+        estimator.estimate(RgbdImage(image.camera, image.depth, strange))

@@ -88,6 +88,15 @@ class Agree(Protocol):
         """Return how far the proposals of each object agree with its pose."""
 
 
+class Prefer(Protocol):
+    """Compares the objects that one detection may be."""
+
+    def __call__(
+        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
+    ) -> Float[np.ndarray, " b"]:
+        """Return how much speaks for each object in its pose."""
+
+
 class Verdict(NamedTuple):
     """What is thought of a pose."""
 
@@ -131,6 +140,8 @@ class Stages:
     verify: Verify = trust_confidence
     agree: Agree | None = None
     """Says how far proposals agree with the pose; None where nobody asks."""
+    prefer: Prefer | None = None
+    """Decides which object a detection of an unknown model is; None takes that whose pose is trusted most."""
 
 
 class Chain:
@@ -183,15 +194,18 @@ class Chain:
         agreed = self.stages.agree(T, seen, proposals) if self.stages.agree else [None] * len(seen)
         share = (time.perf_counter() - started) / len(seen)
         times = [spent + share * owners.count(number) for number, spent in enumerate(seconds)]
-        best: dict[tuple[int, int], PoseEstimate] = {}
-        for owner, item, pose, trust, agreement in zip(owners, seen, T, confidence, agreed, strict=True):
+        preferred = self.stages.prefer(T, seen, proposals) if self.stages.prefer else [None] * len(seen)
+        best: dict[tuple[int, int], tuple[float, PoseEstimate]] = {}
+        rows = zip(owners, seen, T, confidence, agreed, preferred, strict=True)
+        for owner, item, pose, trust, agreement, preference in rows:
             if verdict := self.stages.verify(pose, item, float(trust)):
                 estimate = self._describe(found[owner], item, pose, verdict, times[owner])
                 estimate = replace(estimate, agreement=agreement)
                 # A detection of an unknown model was tried as each object.
+                rival = (estimate.score if preference is None else float(preference)), estimate
                 key = owner, item.position
-                best[key] = max(best.get(key, estimate), estimate, key=lambda one: one.score)
-        return list(best.values())
+                best[key] = max(best.get(key, rival), rival, key=lambda pair: pair[0])
+        return [estimate for _, estimate in best.values()]
 
     def estimate_objects(self, seen: Sequence[ObjectPoints]) -> tuple[Transforms, Float[np.ndarray, " b"]]:
         """Return ``T_camera_object`` (b 4 4) and the largest confidence among the proposals of at least one object."""

@@ -36,6 +36,8 @@ class Detection:
     """Its class ("pallet"), where the detector tells no more; empty where nobody knows."""
     mask_probability: Float32[np.ndarray, "h w"] | None = None
     """How likely each pixel is its own, 0-1; None where nobody says."""
+    may_be: tuple[str | int, ...] = ()
+    """Which CAD geometries it may be where ``model`` is None; without any, all of its class that are known."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.box_xyxy is None:

@@ -83,8 +83,9 @@ class KeypointEstimator:
         )
 
     def _may_be(self, item: Detection) -> Sequence[KnownFronts]:
-        if item.model is not None:
-            return [shape for shape in self.objects if item.model in (shape.obj_id, shape.name)]
+        asked = item.may_be if item.model is None else (item.model,)
+        if asked:
+            return [shape for shape in self.objects if shape.obj_id in asked or shape.name in asked]
         return [shape for shape in self.objects if item.class_name in ("", shape.class_name)]
 
     def _distance(self, image: RgbdImage, item: Detection, probability: np.ndarray) -> float | None:

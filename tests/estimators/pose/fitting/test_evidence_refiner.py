@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, box, seen
+from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.geometry.boxes import box_corners
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import (
     make_transform,
     quat_wxyz_from_matrix,
@@ -89,3 +91,30 @@ def test_what_the_network_trusts_is_fitted_where_the_mask_is_a_box() -> None:
     assert found["own"][0] < 0.01
     assert found["own"][1] < 0.5
     assert found["all"][0] > 0.5  # without, the floor wins
+
+
+def test_the_image_says_which_object_a_detection_is() -> None:
+    """A smaller crate leaves points unexplained; where a larger one should be, the camera looks through."""
+    image, truth = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
+    points = masked_points(image, mask, np.random.default_rng(0))
+    view = DepthView(CAMERA, image.depth, mask, points, image.gravity)
+    sizes = {2: SIZE * [0.8, 0.9, 1.0], 3: SIZE, 4: SIZE * [1.15, 1.2, 1.0]}
+    meshes = {number: TriangleMesh(box_corners(size), unit_box().faces) for number, size in sizes.items()}
+    items = [SimpleNamespace(position=0, obj_id=number, points=points, view=view) for number in sizes]
+    quat = np.tile(quat_wxyz_from_matrix(truth[:3, :3]), (3, 1, 1))
+    # The network is surest of a wrong one.
+    candidates = Candidates(quat, np.tile(truth[:3, 3], (3, 1, 1)), np.array([[0.99], [0.2], [0.5]]))
+    refiner = EvidenceRefiner(meshes, dict.fromkeys(sizes, HALF_TURN), FitConfig(), 0)
+    T = refiner(np.stack([truth] * 3), items, SimpleNamespace(candidates=candidates))
+    worth = refiner.prefer(T, items, SimpleNamespace(candidates=candidates))
+    assert worth.argmax() == 1
+    assert worth[2] < worth[1] - 0.2
+
+
+def test_without_an_image_the_network_says_which_object_it_is() -> None:
+    items = [SimpleNamespace(position=0, obj_id=3, points=np.zeros((1, 3)))] * 2
+    candidates = Candidates(np.tile([1.0, 0, 0, 0], (2, 3, 1)), np.zeros((2, 3, 3)), np.array([[0.1, 0.3, 0.2]] * 2))
+    refiner = EvidenceRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
+    worth = refiner.prefer(np.stack([np.eye(4)] * 2), items, SimpleNamespace(candidates=candidates))
+    np.testing.assert_array_equal(worth, [0.3, 0.3])

@@ -51,7 +51,9 @@ class Estimator(Chain):
         """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = () if config.refine == "none" else (self._refiner(run),)
         refine = (self._runner.refine, *icp)
-        super().__init__(Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify, self._agree))
+        prefer = next((stage.prefer for stage in icp if isinstance(stage, EvidenceRefiner)), None)
+        stages = Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify, self._agree, prefer)
+        super().__init__(stages)
 
     @property
     def objects(self) -> tuple[ObjectShape, ...]:
@@ -86,12 +88,13 @@ class Estimator(Chain):
         """
         if image.rgb is None and self.reads_rgb:
             raise InputError(f"{self._runner.config.estimator} reads colour, but the image has no rgb")
-        found = (
-            self._cut_one(image, position, item, obj_id)
-            for position, item in enumerate(image.detections)
-            for obj_id in self._may_be(item)
-        )
-        return [crop for crop in found if crop is not None]
+        found = list[Crop]()
+        for position, item in enumerate(image.detections):
+            numbers = self._may_be(item)
+            crop = self._cut_one(image, position, item, numbers[0])
+            if crop is not None:
+                found += [replace(crop, obj_id=number) for number in numbers]
+        return found
 
     def _refiner(self, run: Path) -> IcpRefiner | EvidenceRefiner:
         if lacking := without_mesh(run, self.objects):
@@ -132,11 +135,15 @@ class Estimator(Chain):
 
     def _may_be(self, detection: Detection) -> list[int]:
         """Return the numbers of the objects that a detection may show."""
-        if detection.model is None:
-            alike = [shape.obj_id for shape in self.objects if detection.class_name in ("", shape.class_name)]
-            return alike or [shape.obj_id for shape in self.objects]
+        if detection.model is not None or detection.may_be:
+            asked = detection.may_be if detection.model is None else (detection.model,)
+            return [self._number_of(model) for model in asked]
+        alike = [shape.obj_id for shape in self.objects if detection.class_name in ("", shape.class_name)]
+        return alike or [shape.obj_id for shape in self.objects]
+
+    def _number_of(self, model: str | int) -> int:
         for shape in self.objects:
-            if detection.model in (shape.obj_id, shape.name):
-                return [shape.obj_id]
+            if model in (shape.obj_id, shape.name):
+                return shape.obj_id
         names = ", ".join(f"{shape.name} ({shape.obj_id})" for shape in self.objects)
-        raise InputError(f"the estimator does not know the object {detection.model!r}; it knows: {names}")
+        raise InputError(f"the estimator does not know the object {model!r}; it knows: {names}")

@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView, judge
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitModel, Sought
@@ -44,25 +45,33 @@ class EvidenceRefiner:
 
     def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
         """Return the poses (b 4 4) that the images speak for; those without a view stay as they are."""
-        views: dict[int, DepthView] = {}
-        for i, item in enumerate(seen):
-            view = getattr(item, "view", None)
-            if view is not None and len(view.points):
-                views[i] = view
+        views = _views(seen)
         T = T_camera_object.copy()
         if not views:
             return T
         # Masks may hold other things, boxes always do; who proposed the poses may know which points are the object's.
         own = getattr(proposals, "trusted", lambda row, points: np.ones(len(points), dtype=bool))
-        sought = [
-            Sought.of(
-                self._model(seen[i].obj_id), view, self._proposed(T[i], seen[i], proposals, i), i
-            ).looked_for_among(own(i, view.points))
-            for i, view in views.items()
-        ]
+        detections: dict[tuple[int, int], int] = {}
+        sought = []
+        for i, view in views.items():
+            # The objects that one detection may be stand beside each other, with one number.
+            detection = detections.setdefault((id(view.depth), seen[i].position), len(detections))
+            proposed = self._proposed(T[i], seen[i], proposals, i)
+            whole = Sought.of(self._model(seen[i].obj_id), view, proposed, detection)
+            sought.append(whole.looked_for_among(own(i, view.points)))
         for i, found in zip(views, search_jointly(sought, self._config), strict=True):
             T[i] = found.T_camera_object[0]
         return T
+
+    def prefer(
+        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals
+    ) -> Float[np.ndarray, " b"]:
+        """Return the evidence for each object in its pose; without a view its proposals' largest confidence."""
+        worth: Float[np.ndarray, " b"] = proposals.candidates.confidence.max(axis=1)
+        for i, view in _views(seen).items():
+            surface = self._model(seen[i].obj_id).surface
+            worth[i] = judge(T_camera_object[i], surface, view, self._config.evidence).score
+        return worth
 
     def _proposed(self, T_network: Transform, item: ObjectPoints, proposals: Proposals, row: int) -> Transforms:
         """Return the pose that a network gives, and others that it proposes, the most confident ones first."""
@@ -79,3 +88,9 @@ class EvidenceRefiner:
             surface = build_surface(self._meshes[obj_id], _SURFACE_SAMPLES, rng)
             self._models[obj_id] = FitModel(surface, self._symmetries[obj_id])
         return self._models[obj_id]
+
+
+def _views(seen: Sequence[ObjectPoints]) -> dict[int, DepthView]:
+    """Return the images of those that bring one, by their positions."""
+    found = {i: getattr(item, "view", None) for i, item in enumerate(seen)}
+    return {i: view for i, view in found.items() if view is not None and len(view.points)}

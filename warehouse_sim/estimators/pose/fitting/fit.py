@@ -95,11 +95,14 @@ class PoseFit:
         return self._models[info.obj_id]
 
     def _may_be(self, detection: Detection) -> list[ObjectInfo]:
-        if detection.model is None:
-            return [item for key, item in self._infos.items() if isinstance(key, int)]
-        if detection.model not in self._infos:
-            raise InputError(f"the estimator was not shown the object {detection.model!r}")
-        return [self._infos[detection.model]]
+        if detection.model is None and not detection.may_be:
+            shown = [item for key, item in self._infos.items() if isinstance(key, int)]
+            return [item for item in shown if detection.class_name in ("", item.class_name)] or shown
+        asked = detection.may_be if detection.model is None else (detection.model,)
+        for model in asked:
+            if model not in self._infos:
+                raise InputError(f"the estimator was not shown the object {model!r}")
+        return [self._infos[model] for model in asked]
 
 
 def _number(position: int, detection: Detection) -> int:

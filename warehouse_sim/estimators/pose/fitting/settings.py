@@ -39,5 +39,5 @@ class FitConfig:
     """Settings of the ICP of those that are kept."""
     coarse_evidence: EvidenceConfig = field(default_factory=lambda: EvidenceConfig(samples=600, tolerance=0.06))
     """How the depth image is weighed where poses are some centimetres off."""
-    evidence: EvidenceConfig = field(default_factory=EvidenceConfig)
-    """How it is weighed in the end."""
+    evidence: EvidenceConfig = field(default_factory=lambda: EvidenceConfig(samples=3000, through=2.0))
+    """How it is weighed in the end, and where the objects that a detection may be are compared."""
