@@ -27,6 +27,7 @@ from benchmarks.speed.encoding import encoding
 from benchmarks.speed.formats import formats
 from benchmarks.speed.full_observation import full_observation
 from benchmarks.speed.inference import inference
+from benchmarks.speed.latency import latency
 from benchmarks.speed.lidar import lidar
 from benchmarks.speed.memory import memory
 from benchmarks.speed.rgbd_ids import compare
@@ -51,6 +52,7 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "rgbd_models": rgbd_models,
     "twins": twins,
     "inference": inference,
+    "latency": latency,
     "training": training,
 }
 

@@ -36,7 +36,7 @@ OBJECTS = 8
 def inference(settings: Settings) -> dict[str, Any]:
     """Return the row: the slowest method's seconds on the wall for network, selection and refiner; the rest beside."""
     subject = draw_subject(settings)
-    observation = _observe(subject)
+    observation = observe(subject)
     models = [model for model in subject.scene.models.values() if model.class_name in subject.scene.targets]
     rounds = 3 if settings.quick else 30
     with tempfile.TemporaryDirectory() as folder:
@@ -54,13 +54,14 @@ def inference(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _observe(subject: Subject) -> Observation:
+def observe(subject: Subject) -> Observation:
+    """Return the observation that sees most objects well."""
     with open_renderer("raster") as renderer:
         seen = list(observe_scene(subject.scene, subject.recipe.sensors, renderer))
     return max(seen, key=lambda item: sum(label.pixels_valid >= 32 for label in item.annotations))
 
 
-def _image(observation: Observation) -> RgbdImage:
+def eight_objects(observation: Observation) -> RgbdImage:
     """Return the eight objects of which most is seen; fewer are repeated."""
     largest = sorted(observation.annotations, key=lambda label: label.pixels_valid)[-OBJECTS:]
     image = RgbdImage.from_observation(replace(observation, annotations=tuple(largest)))
@@ -79,7 +80,7 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
     write_meshes(run, {model.obj_id: model.mesh() for model in models})
     estimator, image = (
         Estimator(run, PredictConfig(selection="consensus", device="cpu", threads=1)),
-        _image(observation),
+        eight_objects(observation),
     )
     crops = estimator.cut(image)
     return _costs("cut", lambda: estimator.cut(image), rounds) | _costs(
@@ -89,7 +90,7 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
 
 def _icp(observation: Observation, models: list[ObjectModel]) -> Callable[[], Any]:
     """Return the ICP of the eight objects from poses that are 3 cm and 3 degrees off, as a network leaves them."""
-    rng, image = np.random.default_rng(0), _image(observation)
+    rng, image = np.random.default_rng(0), eight_objects(observation)
     surfaces = {model.obj_id: build_surface(model.mesh(), 20_000, rng) for model in models}
     truth = {label.instance_id: label for label in observation.annotations}
     points = image.camera.unproject(image.depth)

@@ -18,6 +18,7 @@ ROWS = {
     "rgbd_ids_vs_mujoco",
     "full_observation",
     "encoding",
+    "formats",
     "memory",
     "scaling",
     "silhouettes",
@@ -25,6 +26,7 @@ ROWS = {
     "rgbd_models",
     "twins",
     "inference",
+    "latency",
     "training",
 }
 
@@ -81,6 +83,10 @@ def test_a_quick_run_measures_every_row(tmp_path: Path) -> None:
         assert rows[name]["ids_agree"] > 0.99
         assert rows[name]["depth_agrees"] > 0.99
     assert all(method["network_cpu_s"] > 0 for method in rows["inference"]["methods"].values())
+    stages = rows["latency"]["stages_cpu_s"]
+    assert {"crops", "network", "hypotheses", "coarse ICP", "ICP", "evidence", "doubt"} <= set(stages)
+    assert all(seconds >= 0 for seconds in stages.values())
+    assert rows["latency"]["icp"]["cpu_s"] > 0
     assert sum(rows["full_observation"]["shares"].values()) == pytest.approx(1.0, abs=0.01)
     assert rows["lidar"]["two_processes"]["rays_per_wall_s"] > 0
     assert set(rows["lidar"]["presets_cpu_s"]) == set(LIDAR_PRESETS)
