@@ -7,7 +7,7 @@ import numpy as np
 from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.hypotheses import hypotheses, masked_points
-from warehouse_sim.estimators.pose.fitting.sweep import SweepConfig, anchored, swept
+from warehouse_sim.estimators.pose.fitting.sweep import SweepConfig, anchored, outer_sides, swept
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
@@ -38,7 +38,7 @@ def error(poses: np.ndarray, truth: np.ndarray) -> float:
 
 def test_a_hidden_corner_and_readings_between_surfaces_lead_rectangles_astray_but_not_the_sweep() -> None:
     of_rectangle, of_sweep = [], []
-    surface = build_surface(box().mesh(), 20_000, np.random.default_rng(0))
+    sides = outer_sides(build_surface(box().mesh(), 20_000, np.random.default_rng(0)), SweepConfig().samples)
     for yaw_deg in YAWS_DEG:
         image, truth = spoiled(np.deg2rad(yaw_deg), yaw_deg)
         mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
@@ -46,7 +46,7 @@ def test_a_hidden_corner_and_readings_between_surfaces_lead_rectangles_astray_bu
         view = DepthView(CAMERA, image.depth, mask, points[:400])
         assert image.gravity is not None
         of_rectangle.append(error(hypotheses(points, SIZE, image.gravity), truth))
-        found = swept(points, surface, HALF_TURN, view, image.gravity, SweepConfig())
+        found = swept(points, sides, HALF_TURN, view, image.gravity, SweepConfig())
         assert len(found) <= SweepConfig().kept
         of_sweep.append(error(found, truth))
     assert np.mean(np.array(of_rectangle) < 1.0) <= 0.5
@@ -71,7 +71,7 @@ def test_the_same_image_gives_the_same_poses() -> None:
     mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
     points = masked_points(image, mask, np.random.default_rng(0))
     view = DepthView(CAMERA, image.depth, mask, points[:400])
-    surface = build_surface(box().mesh(), 5_000, np.random.default_rng(0))
+    sides = outer_sides(build_surface(box().mesh(), 5_000, np.random.default_rng(0)), SweepConfig().samples)
     assert image.gravity is not None
-    one, other = (swept(points, surface, HALF_TURN, view, image.gravity, SweepConfig()) for _ in range(2))
+    one, other = (swept(points, sides, HALF_TURN, view, image.gravity, SweepConfig()) for _ in range(2))
     np.testing.assert_array_equal(one, other)

@@ -14,7 +14,7 @@ from warehouse_sim.estimators.pose.doubt.covariance import (
     surface_metric,
 )
 from warehouse_sim.estimators.pose.doubt.residuals import Residuals, measure_residuals, readings_of
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge
+from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge, judge_all
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -70,7 +70,7 @@ def look(
     view = DepthView(image.camera, image.depth, mask, points)
     evidence = judge(T_camera_object, surface, view, _EVIDENCE)
     covariance = np.linalg.inv(information(residuals, len(pixels[0]), T_camera_object, image.gravity))
-    metric = surface_metric(T_camera_object, surface.points.mean(axis=0), np.cov(surface.points.T, bias=True))
+    metric = surface_metric(T_camera_object, *surface.moments)
     features = {
         **_of_sight(T_camera_object, surface, image, mask, len(pixels[0])),
         **_of_evidence(evidence),
@@ -172,13 +172,14 @@ def _of_hypotheses(agreement: Agreement | None, confidence: float) -> dict[str, 
 
 def _best_pushed(T_camera_object: Transform, surface: CadSurface, view: DepthView) -> float:
     """Return the evidence for the best of four poses that are pushed along the object's sides."""
-    pushes = (make_transform(np.eye(3), _SLIDE * sign * np.eye(3)[axis]) for axis in (0, 1) for sign in (1.0, -1.0))
-    return max(judge(T_camera_object @ push, surface, view, _SLIDE_EVIDENCE).score for push in pushes)
+    axes = np.eye(3)[[0, 0, 1, 1]] * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    pushed = T_camera_object @ make_transform(translation=_SLIDE * axes)
+    return max(evidence.score for evidence in judge_all(pushed, surface, view, _SLIDE_EVIDENCE))
 
 
 def _outline_area(camera: PinholeCamera, T_camera_object: Transform, surface: CadSurface) -> tuple[float, float]:
     """Return the area (px) of the outline of the object's box, and of what lies in the image."""
-    low, high = surface.points.min(axis=0), surface.points.max(axis=0)
+    low, high = surface.low, surface.high
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
     points = transform_points(T_camera_object, corners)
     points[:, 2] = np.maximum(points[:, 2], 0.1)

@@ -52,9 +52,10 @@ def readings_of(
     mask: Bool[np.ndarray, "h w"], image: RgbdImage, rng: np.random.Generator
 ) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
     """Return columns and rows of all pixels of a mask that have a reading, in random order."""
-    v, u = np.nonzero(mask & (image.depth > 0))
-    order = rng.permutation(len(u))
-    return u[order], v[order]
+    place = np.flatnonzero(mask)
+    place = place[image.depth.ravel()[place] > 0]
+    v, u = np.divmod(place[rng.permutation(len(place))], mask.shape[1])
+    return u, v
 
 
 def measure_residuals(

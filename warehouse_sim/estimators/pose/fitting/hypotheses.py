@@ -20,9 +20,9 @@ def masked_points(
     image: RgbdImage, mask: Bool[np.ndarray, "h w"], rng: np.random.Generator
 ) -> Float[np.ndarray, "p 3"]:
     """Return points of a mask (camera frame, m), 1,500 at most, in random order."""
-    v, u = np.nonzero(mask & (image.depth > 0))
-    chosen = rng.permutation(len(u))[:_POINTS]
-    u, v = u[chosen], v[chosen]
+    place = np.flatnonzero(mask)
+    place = place[image.depth.ravel()[place] > 0]
+    v, u = np.divmod(place[rng.permutation(len(place))[:_POINTS]], mask.shape[1])
     return image.camera.rays_at(u, v) * image.depth[v, u][:, None].astype(float)
 
 

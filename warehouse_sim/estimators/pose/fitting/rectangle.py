@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.estimators.pose.fitting.quantiles import quantiles
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, rotation_z
 
 _DIRECTIONS = 45
 """Directions that are tried in a quarter turn."""
-_OUTER = (0.02, 0.98)
-"""Quantiles that stand for the border of a set of points: some readings lie between two surfaces."""
+_OUTER = 0.02
+"""This quantile and its opposite stand for the border of a set of points: some readings lie between two surfaces."""
 _WHOLE = 0.8
 """Share of the height from which all of it counts as seen."""
 _TOO_LONG = 1.2
@@ -49,7 +50,7 @@ def upright_boxes(points: Float[np.ndarray, "n 3"], size: Float[np.ndarray, " 3"
         size: Edge lengths of the box (m).
     """
     found = _fit_rectangle(points[:, :2])
-    low, high = np.quantile(points[:, 2], _OUTER)
+    low, high = quantiles(points[:, 2], _OUTER)
     heights = [(low + high) / 2.0]
     # What stands on the object hides its top, the image's border its foot; a neighbour above or below adds to it.
     if not _WHOLE * size[2] <= high - low <= _TOO_LONG * size[2]:
@@ -65,15 +66,15 @@ def _fit_rectangle(points: Float[np.ndarray, "n 2"]) -> _Rectangle:
     coarse = np.arange(_DIRECTIONS) * step
     finer = coarse[_closeness(points, coarse).argmax()] + np.linspace(-step, step, 9)
     yaw = float(finer[_closeness(points, finer).argmax()])
-    low, high = np.quantile(points @ _axes(yaw), _OUTER, axis=0)
+    low, high = quantiles((points @ _axes(yaw)).T, _OUTER)
     return _Rectangle(yaw, low, high)
 
 
 def _closeness(points: Float[np.ndarray, "n 2"], yaws: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
     """Return how near to the sides of their rectangle the points lie, for each of some directions."""
-    along = np.stack([(points @ _axes(float(yaw))).T for yaw in yaws])
-    low, high = np.quantile(along, _OUTER, axis=2)[..., None]
-    inside = np.minimum(np.abs(along - low), np.abs(high - along)).min(axis=1)
+    along = np.stack([_axes(float(yaw)).T for yaw in yaws]) @ points.T
+    low, high = quantiles(along, _OUTER)
+    inside = np.minimum(np.abs(along - low[..., None]), np.abs(high[..., None] - along)).min(axis=1)
     return (1.0 / np.maximum(inside, _LEAST_DISTANCE)).sum(axis=1)
 
 

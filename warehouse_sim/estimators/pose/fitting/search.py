@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import (
     within_reach,
 )
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
-from warehouse_sim.estimators.pose.fitting.sweep import swept
+from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_to_surfaces, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
@@ -43,6 +43,13 @@ class FitModel:
         self.cells = SurfaceCells(surface)
         self.extent = float(np.linalg.norm(surface.size))
         """Diagonal of its box (m)."""
+        self._sides: dict[int, Sides] = {}
+
+    def sides(self, count: int) -> Sides:
+        """Return about ``count`` samples of its outer sides, always the same ones."""
+        if count not in self._sides:
+            self._sides[count] = outer_sides(self.surface, count)
+        return self._sides[count]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +87,8 @@ class Sought:
         turned = self.proposed[:1] @ _QUARTERS if len(self.proposed) else self.proposed
         others = np.concatenate([turned, hypotheses(self.points, surface.size, down)])
         if config.refine:
-            others = swept(self.points, surface, symmetry, self.view, down, config.sweep, others)
+            sides = self.model.sides(config.sweep.samples)
+            others = swept(self.points, sides, symmetry, self.view, down, config.sweep, others)
         return distinct(np.concatenate([self.proposed, others]), symmetry)
 
 

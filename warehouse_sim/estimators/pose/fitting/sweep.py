@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.fitting.quantiles import quantiles
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.estimators.pose.icp.triangles import dot
 from warehouse_sim.geometry.pose import (
     Transform,
     Transforms,
@@ -22,7 +24,6 @@ from warehouse_sim.geometry.pose import (
     make_transform,
     rotation_angle,
     rotation_z,
-    transform_points,
 )
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.ranges import Range, ranged
@@ -65,9 +66,31 @@ class SweepConfig:
     """Poses that go on, 1-100."""
 
 
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Samples of an object's outer sides."""
+
+    points: Float[np.ndarray, "k 3"]
+    normals: Float[np.ndarray, "k 3"]
+    size: Float[np.ndarray, " 3"]
+    """Edge lengths of its box (m)."""
+
+
+def outer_sides(surface: CadSurface, count: int) -> Sides:
+    """Return about ``count`` samples of the sides of an object's box."""
+    points, normals = surface.points, surface.normals[surface.faces]
+    low, high = surface.low, surface.high
+    at_side = ((points <= low + _OUTER) & (normals < -0.9)) | ((points >= high - _OUTER) & (normals > 0.9))
+    outer = np.flatnonzero(at_side.any(axis=1))
+    if len(outer) < _LEAST_SAMPLES:
+        outer = np.arange(len(points))
+    chosen = outer[np.argsort(surface.rank[outer])[:count]]
+    return Sides(points[chosen], normals[chosen], surface.size)
+
+
 def swept(
     points: Float[np.ndarray, "p 3"],
-    surface: CadSurface,
+    sides: Sides,
     symmetry: SymmetryGroup,
     view: DepthView,
     down: Float[np.ndarray, " 3"],
@@ -78,7 +101,7 @@ def swept(
 
     Args:
         points: Of the object's surface (camera frame, m).
-        surface: CAD surface, its middle at the origin.
+        sides: Of the object, the middle of its box at the origin.
         symmetry: Turns about z that look alike are tried once.
         view: The image.
         down: Unit vector of gravity (camera frame).
@@ -86,17 +109,15 @@ def swept(
         beside: Poses (g 4 4) that are sifted with the others.
     """
     T_camera_upright = make_transform(upright_frame(down), np.zeros(3))
-    size = surface.size
-    tried = T_camera_upright @ anchored(points @ T_camera_upright[:3, :3], size, _period(symmetry), config)
+    tried = T_camera_upright @ anchored(points @ T_camera_upright[:3, :3], sides.size, _period(symmetry), config)
     if beside is not None:
         tried = np.concatenate([beside, tried])
-    sides = _outer_sides(surface, config.samples)
-    scores = _scores(tried, sides, size, view, config)
+    scores = _scores(tried, sides, view, config)
     if config.near:
         best = tried[np.argsort(-scores, kind="stable")[: config.near]]
         moved = _moved(best, T_camera_upright, config.moved).reshape(-1, 4, 4)
         tried = np.concatenate([tried, moved])
-        scores = np.concatenate([scores, _scores(moved, sides, size, view, config)])
+        scores = np.concatenate([scores, _scores(moved, sides, view, config)])
     return _apart(tried[np.argsort(-scores, kind="stable")], symmetry, config.kept)
 
 
@@ -111,14 +132,18 @@ def anchored(
         period: Turn about z (rad) after which it looks the same.
         config: Settings.
     """
-    found = []
+    yaws = np.arange(config.directions) * (period / config.directions)
+    R = np.stack([rotation_z(yaw) for yaw in yaws])
+    along = np.swapaxes(R[:, :, :2], 1, 2) @ upright.T
+    ends = np.empty((2, len(yaws), 3))
+    ends[..., :2] = quantiles(along, config.quantile)
+    ends[..., 2] = np.array(quantiles(upright[:, 2], config.quantile))[:, None]
+    centres = ends + np.array([0.5, -0.5])[:, None, None] * size
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
-    for yaw in np.arange(config.directions) * (period / config.directions):
-        R = rotation_z(yaw)
-        ends = np.quantile(upright @ R, (config.quantile, 1.0 - config.quantile), axis=0)
-        centres = np.stack([ends[0] + size / 2.0, ends[1] - size / 2.0])
-        found.append(make_transform(np.broadcast_to(R, (8, 3, 3)), centres[corners, np.arange(3)] @ R.T))
-    return np.concatenate(found)
+    chosen = np.moveaxis(centres[corners, :, np.arange(3)], 2, 0)
+    turned = np.broadcast_to(R[:, None], (*chosen.shape, 3))
+    T: Transforms = make_transform(turned, chosen @ np.swapaxes(R, 1, 2))
+    return T.reshape(-1, 4, 4)
 
 
 def _period(symmetry: SymmetryGroup) -> float:
@@ -127,50 +152,35 @@ def _period(symmetry: SymmetryGroup) -> float:
     return float(2.0 * np.pi / max(int(about_z.sum()), 1))
 
 
-@dataclass(frozen=True, eq=False)
-class _Sides:
-    """Samples of an object's outer sides."""
-
-    points: Float[np.ndarray, "k 3"]
-    normals: Float[np.ndarray, "k 3"]
-
-
-def _outer_sides(surface: CadSurface, count: int) -> _Sides:
-    points, normals = surface.points, surface.normals[surface.faces]
-    low, high = surface.low, surface.high
-    at_side = ((points <= low + _OUTER) & (normals < -0.9)) | ((points >= high - _OUTER) & (normals > 0.9))
-    outer = np.flatnonzero(at_side.any(axis=1))
-    if len(outer) < _LEAST_SAMPLES:
-        outer = np.arange(len(points))
-    chosen = outer[np.argsort(surface.rank[outer])[:count]]
-    return _Sides(points[chosen], normals[chosen])
-
-
-def _scores(
-    T_camera_object: Transforms, sides: _Sides, size: Float[np.ndarray, " 3"], view: DepthView, config: SweepConfig
-) -> Float[np.ndarray, " h"]:
+def _scores(T_camera_object: Transforms, sides: Sides, view: DepthView, config: SweepConfig) -> Float[np.ndarray, " h"]:
     """Return gains less prices of each pose, as ``evidence.judge`` weighs them, but for what covers itself."""
-    points = transform_points(
-        T_camera_object, np.broadcast_to(sides.points, (len(T_camera_object), *sides.points.shape))
-    )
-    normals = sides.normals @ np.swapaxes(T_camera_object[:, :3, :3], 1, 2)
-    cosine = -(normals * points).sum(axis=2) / np.maximum(np.linalg.norm(points, axis=2), 1e-9)
-    z = np.maximum(points[..., 2], 0.05)
-    facing = (cosine > _GRAZING) & (points[..., 2] > 0.05)
-    weight = np.where(facing, cosine / z**2, 0.0)
-    place = np.where(facing[..., None], points, [0.0, 0.0, 1.0])
-    u, v = np.rint(view.camera.project(place.reshape(-1, 3))).astype(np.int64).T.reshape(2, *weight.shape)
+    pose, points, cosine = _facing(T_camera_object, sides)
+    u, v = np.rint(view.camera.project(points)).astype(np.int64).T
     height, width = view.depth.shape
-    inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-    weight = np.where(inside, weight, 0.0)
-    weight /= np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
-    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    read, claimed = view.depth[v, u], view.mask[v, u]
-    tolerance = (config.tolerance + config.tolerance_share * z) / np.maximum(cosine, 0.35)
-    off, has = (read - z) / tolerance, read > 0
-    near = np.clip(1.0 - off**2, 0.0, 1.0) * np.where(claimed, 1.0, -0.5)
-    price = (off > 1.0) | ((off < -1.0) & claimed)
-    return (weight * has * (near - price)).sum(axis=1) - 0.5 * (1.0 - _explained(T_camera_object, size, view, config))
+    inside = np.flatnonzero((u >= 0) & (u < width) & (v >= 0) & (v < height))
+    pose, z, cosine, place = pose[inside], points[inside, 2], cosine[inside], v[inside] * width + u[inside]
+    read, claimed = view.depth.ravel()[place], view.mask.ravel()[place]
+    off = (read - z) * np.maximum(cosine, 0.35) / (config.tolerance + config.tolerance_share * z)
+    near = np.maximum(1.0 - off**2, 0.0) * np.where(claimed, 1.0, -0.5)
+    gain = np.where(read > 0, near - ((off > 1.0) | ((off < -1.0) & claimed)), 0.0)
+    weight, count = cosine / z**2, len(T_camera_object)
+    whole = np.maximum(np.bincount(pose, weight, count), 1e-12)
+    explained = _explained(T_camera_object, sides.size, view, config)
+    return np.bincount(pose, weight * gain, count) / whole - 0.5 * (1.0 - explained)
+
+
+def _facing(
+    T_camera_object: Transforms, sides: Sides
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+    """Return which pose shows a sample, the sample (camera frame, m), and the cosine of its normal to the ray."""
+    R, t = T_camera_object[:, :3, :3], T_camera_object[:, :3, 3]
+    eyes = -np.einsum("hij,hi->hj", R, t)
+    height = eyes @ sides.normals.T - dot(sides.points, sides.normals)
+    x, y, z = (R[:, axis] @ sides.points.T + t[:, axis, None] for axis in range(3))
+    distance = np.sqrt(x * x + y * y + z * z)
+    seen = np.flatnonzero((height > _GRAZING * distance) & (z > 0.05))
+    placed = np.stack([values.ravel()[seen] for values in (x, y, z)], axis=1)
+    return seen // height.shape[1], placed, height.ravel()[seen] / distance.ravel()[seen]
 
 
 def _explained(
@@ -178,11 +188,13 @@ def _explained(
 ) -> Float[np.ndarray, " h"]:
     """Return the share of the mask's points that each pose's box holds, widened by the tolerance."""
     points = view.points[:_EXPLAINED]
-    inside = np.abs(
-        transform_points(invert(T_camera_object), np.broadcast_to(points, (len(T_camera_object), *points.shape)))
-    )
-    tolerance = config.tolerance + config.tolerance_share * points[:, 2:]
-    return np.asarray((inside <= size / 2.0 + tolerance).all(axis=2).mean(axis=1))
+    T_object_camera = invert(T_camera_object)
+    tolerance = config.tolerance + config.tolerance_share * points[:, 2]
+    inside = np.ones((len(T_camera_object), len(points)), dtype=bool)
+    for axis in range(3):
+        along = T_object_camera[:, axis, :3] @ points.T + T_object_camera[:, axis, 3:]
+        inside &= np.abs(along) <= size[axis] / 2.0 + tolerance
+    return np.asarray(inside.mean(axis=1))
 
 
 def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4"], count: int) -> Transforms:

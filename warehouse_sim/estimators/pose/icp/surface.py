@@ -43,10 +43,22 @@ class CadSurface:
         """Edge lengths of the box about the samples (m)."""
         return self.high - self.low
 
+    @cached_property
+    def moments(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 3"]]:
+        """Mean (m) and covariance (m^2) of the samples."""
+        return self.points.mean(axis=0), np.cov(self.points.T, bias=True)
+
     def thinned(self, count: int) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
         """Return about ``count`` of the samples, always the same ones, with their normals."""
-        kept = self.rank < min(count / len(self.points), 1.0)
-        return self.points[kept], self.normals[self.faces[kept]]
+        if count not in self._thinned:
+            kept = self.rank < min(count / len(self.points), 1.0)
+            self._thinned[count] = self.points[kept], self.normals[self.faces[kept]]
+        return self._thinned[count]
+
+    @cached_property
+    def _thinned(self) -> dict[int, tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]]:
+        """Return what ``thinned`` returned, by the count."""
+        return {}
 
 
 def build_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> CadSurface:
