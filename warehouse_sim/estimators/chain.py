@@ -141,7 +141,8 @@ class Stages:
     agree: Agree | None = None
     """Says how far proposals agree with the pose; None where nobody asks."""
     prefer: Prefer | None = None
-    """Decides which object a detection of an unknown model is; None takes that whose pose is trusted most."""
+    """Decides which object a detection of an unknown model is, and is asked where one may be several; None takes that
+    whose pose is trusted most."""
 
 
 class Chain:
@@ -194,7 +195,8 @@ class Chain:
         agreed = self.stages.agree(T, seen, proposals) if self.stages.agree else [None] * len(seen)
         share = (time.perf_counter() - started) / len(seen)
         times = [spent + share * owners.count(number) for number, spent in enumerate(seconds)]
-        preferred = self.stages.prefer(T, seen, proposals) if self.stages.prefer else [None] * len(seen)
+        alone = len({(owner, item.position) for owner, item in zip(owners, seen, strict=True)}) == len(seen)
+        preferred = [None] * len(seen) if alone or not self.stages.prefer else self.stages.prefer(T, seen, proposals)
         best: dict[tuple[int, int], tuple[float, PoseEstimate]] = {}
         rows = zip(owners, seen, T, confidence, agreed, preferred, strict=True)
         for owner, item, pose, trust, agreement, preference in rows:

@@ -17,7 +17,7 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import (
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
-from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_to_surfaces, refine_poses
+from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -26,6 +26,8 @@ _QUARTERS = np.stack([make_transform(rotation_z(quarter * np.pi / 2.0), np.zeros
 """Turns of poses that look alike from afar."""
 _SAME_TURN, _SAME_SHIFT = 0.03, 0.02
 """Poses after a coarse fit that are nearer to each other (rad, m) are one."""
+_LOST = 0.05
+"""A fine fit after which the image says so much less for a pose has gone astray."""
 _OTHER_TURN, _OTHER_SHIFT = 0.15, 0.1
 """Poses nearer to each other than this are expected to end in one, so that only the best of them is fitted finely."""
 
@@ -135,8 +137,9 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     tried = [_tried(sought[i], coarse[i], config) for i in chosen]
     fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
     found = dict(enumerate(coarse))
-    for i, poses in zip(chosen, fine, strict=True):
-        found[i] = ranked(sought[i], poses, config.evidence, config.doubt if len(sought[i].proposed) else 0.0)
+    for i, fitted, begun in zip(chosen, fine, tried, strict=True):
+        lead = config.doubt if len(sought[i].proposed) else 0.0
+        found[i] = _of_fitted(sought[i], fitted, begun, config.evidence, lead)
     return list(found.values())
 
 
@@ -156,10 +159,10 @@ def fit_coarsely(sought: Sequence[Sought], starts: Sequence[Transforms], config:
 
 
 def fit_finely(sought: Sequence[Sought], starts: Sequence[Transforms], config: IcpConfig) -> list[Transforms]:
-    """Return the poses of each object after ICP."""
+    """Return the poses of each object after ICP; whether they are better the image will say."""
     rows = [i for i, poses in enumerate(starts) for _ in poses]
     clouds, surfaces = [sought[i].points for i in rows], [sought[i].model.surface for i in rows]
-    return _split(refine_poses(np.concatenate(list(starts)), clouds, surfaces, config, _up(sought, rows)), starts)
+    return _split(fit_poses(np.concatenate(list(starts)), clouds, surfaces, config, _up(sought, rows))[0], starts)
 
 
 def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) -> set[int]:
@@ -184,9 +187,21 @@ def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
     return np.concatenate([own, kept])
 
 
+def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms, config: EvidenceConfig, lead: float) -> Found:
+    """Return the fitted poses in order, and in place of those that lost the object those that they began with."""
+    evidence = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, config)
+    after, before = np.array([one.score for one in evidence]).reshape(2, -1)
+    held = np.arange(len(fitted)) + np.where(after < before - _LOST, len(fitted), 0)
+    return _in_order(np.concatenate([fitted, begun])[held], [evidence[i] for i in held], lead)
+
+
 def ranked(item: Sought, poses: Transforms, config: EvidenceConfig, lead: float) -> Found:
     """Return poses in order of the evidence, where the first one leads by some; ties go to the first."""
     evidence = judge_all(poses, item.model.surface, item.view, config)
+    return _in_order(poses, evidence, lead)
+
+
+def _in_order(poses: Transforms, evidence: Sequence[Evidence], lead: float) -> Found:
     scores = np.array([one.score for one in evidence])
     scores[0] += lead
     order = np.argsort(-scores, kind="stable")

@@ -146,6 +146,25 @@ def refine_poses(
     """
     if not clouds:
         return T_camera_object
+    T, anisotropy = fit_poses(T_camera_object, clouds, surfaces, config, up)
+    whole = Cloud.of(clouds, config.points)
+    fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
+    better = fits[0].improves_on(fits[1])
+    return np.where(better[:, None, None], T, T_camera_object)
+
+
+def fit_poses(
+    T_camera_object: Transforms,
+    clouds: Sequence[Float[np.ndarray, "p 3"]],
+    surfaces: Sequence[CadSurface],
+    config: IcpConfig,
+    up: Float[np.ndarray, "#b 3"] | Float[np.ndarray, " 3"] | None = None,
+) -> tuple[Transforms, Float[np.ndarray, " b"]]:
+    """Return the poses after all steps, whether they fit better or not, and the ratios of errors that were measured.
+
+    A result that is too far from where it began is the given pose. Arguments are those of ``refine_poses``, of at least
+    one object.
+    """
     whole = Cloud.of(clouds, config.points)
     coarse = whole.first(max(int(config.points * _COARSE), _LEAST_POINTS))
     T, delta = T_camera_object, np.zeros((len(clouds), 6))
@@ -161,10 +180,8 @@ def refine_poses(
         if last and round_index and up is not None:
             alike = _readings_alike(cloud, T, seen, config)
         T, delta = fit_to_surfaces(T, delta, cloud, seen, round_index, config, up, alike)
-    better = _is_near(T, T_camera_object, config)
-    fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
-    better &= fits[0].improves_on(fits[1])
-    return np.where(better[:, None, None], T, T_camera_object)
+    near = _is_near(T, T_camera_object, config)
+    return np.where(near[:, None, None], T, T_camera_object), anisotropy
 
 
 def fit_to_surfaces(
