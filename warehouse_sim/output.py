@@ -147,6 +147,11 @@ def remove_temporaries(root: Path) -> None:
             path.unlink()
 
 
+def is_temporary(path: Path) -> bool:
+    """Return whether a file is one that was not written to its end, by its name."""
+    return path.name.startswith(".") and path.name.endswith(_TEMPORARY)
+
+
 def _temporary(path: Path) -> Path:
     # The process number keeps two processes apart that write the same shared file.
     return path.with_name(f".{path.name}.{os.getpid()}{_TEMPORARY}")

@@ -22,6 +22,7 @@ def generate(
     difficulty: float | None = None,
     workers: int | None = None,
     resume: bool = False,
+    shard: str | None = None,
 ) -> None:
     """Sample, settle, render and label scenes; ``manifest.json`` is written last.
 
@@ -38,8 +39,10 @@ def generate(
         difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
+        shard: Make only every n-th scene, as ``i/n`` with i from 0, into a folder that ``merge`` puts together.
     """
     require_extra("generate", "to make scenes")
+    from warehouse_sim.dataset.shard import parse_shard
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig
@@ -55,8 +58,12 @@ def generate(
         backend_options=option_settings(backend, pairs),
         workers=workers or os.cpu_count() or 1,
         resume=resume,
+        shard=None if shard is None else parse_shard(shard),
     )
     chosen = load_recipe(recipe)
     with count_progress("scenes") as progress:
         run(chosen if difficulty is None else with_difficulty(chosen, difficulty), out, config, progress)
-    finish(out, "validate", out)
+    if shard is None:
+        finish(out, "validate", out)
+    else:
+        finish(out, "merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")

@@ -20,6 +20,7 @@ from warehouse_sim.cli.export_scene import export_scene
 from warehouse_sim.cli.generate import generate
 from warehouse_sim.cli.inspect import inspect
 from warehouse_sim.cli.list import list_names
+from warehouse_sim.cli.merge import merge
 from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
 from warehouse_sim.cli.reach import reach
@@ -36,6 +37,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "preview": preview,
     "check-scene": check_scene,
     "generate": generate,
+    "merge": merge,
     "convert": convert,
     "validate": validate,
     "reach": reach,

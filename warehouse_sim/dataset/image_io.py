@@ -60,6 +60,11 @@ def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, wher
     Raises:
         DatasetError: A depth is negative, not finite, or beyond the format's range; nothing is wrapped or clipped.
     """
+    return encode_png(depth_steps(depth, steps_per_metre, where), "up")
+
+
+def depth_steps(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, where: str) -> UInt16[np.ndarray, "h w"]:
+    """Return what a 16-bit file of a depth image (m) holds; arguments and errors as for ``encode_depth``."""
     nearest, farthest = float(depth.min()), float(depth.max())
     limit = farthest_depth(steps_per_metre)
     if not (nearest >= 0.0 and farthest <= limit):
@@ -68,7 +73,7 @@ def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, wher
             f"(0 to {_LARGEST / steps_per_metre:.3f} m); lower the depth sensor's largest range"
         )
     steps = depth * np.float32(steps_per_metre)
-    return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
+    return np.rint(steps, out=steps).astype(np.uint16)
 
 
 def encode_clean_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float) -> bytes:
@@ -76,8 +81,13 @@ def encode_clean_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float
 
     No sensor's range ends the truth, so that what does not fit is left out; a reading would be refused.
     """
-    steps = np.where(depth <= farthest_depth(steps_per_metre), depth, np.float32(0.0)) * np.float32(steps_per_metre)
+    steps = fitting_depth(depth, steps_per_metre) * np.float32(steps_per_metre)
     return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")
+
+
+def fitting_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float) -> Float32[np.ndarray, "h w"]:
+    """Return a depth image (m) with 0 where 16 bits cannot say how far it is."""
+    return np.where(depth <= farthest_depth(steps_per_metre), depth, np.float32(0.0))
 
 
 def encode_disparity(disparity: Float32[np.ndarray, "h w"]) -> bytes:

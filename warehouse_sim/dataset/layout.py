@@ -36,6 +36,11 @@ class DatasetLayout:
         return self.root / "manifest.unfinished.json"
 
     @property
+    def shard(self) -> Path:
+        """In the folder of a shard, which one of how many it is."""
+        return self.root / "shard.json"
+
+    @property
     def objects(self) -> Path:
         """What is known of each CAD geometry."""
         return self.root / "objects.json"

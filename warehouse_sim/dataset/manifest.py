@@ -141,6 +141,11 @@ def read_manifest(root: Path) -> Manifest:
     if not root.is_dir():
         raise DatasetError(f"{root}: is not a folder; make a dataset with warehouse-sim generate")
     if not layout.manifest.is_file():
+        if layout.shard.is_file():
+            raise DatasetError(
+                f"{root}: no manifest.json: this is one shard of a dataset; "
+                "put all of them together with warehouse-sim merge"
+            )
         if layout.unfinished.is_file():
             raise DatasetError(
                 f"{root}: no manifest.json: the dataset is incomplete; "

@@ -20,6 +20,7 @@ from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.observation_record import observation_row
 from warehouse_sim.dataset.readings import Described, describe, encode_reading, merged, other_readings
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
+from warehouse_sim.dataset.shard import Shard, read_shard, write_shard
 from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError
@@ -51,23 +52,40 @@ class DatasetStore:
             item.refuse(manifest)
         self._writers: list[DatasetWriter] = [item.writer(root, manifest) for item in formats]
 
-    def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera, resume: bool = False) -> None:
+    def begin(
+        self, models: Sequence[ObjectModel], camera: PinholeCamera, resume: bool = False, shard: Shard | None = None
+    ) -> None:
         """Open the folder and store what all scenes share; once, before any scene.
 
         Args:
             models: Every geometry that a label can name, unworn.
             camera: The rig's camera.
             resume: Keep the finished scenes of an interrupted run of the same dataset.
+            shard: Which part of the dataset the folder will hold, see ``merge``; None = all of it.
 
         Raises:
-            DatasetError: The folder holds something else, or a dataset that differs from this one.
+            DatasetError: The folder holds something else, or a dataset or shard that differs from this one.
         """
-        self._claim(resume)
-        make_folder(self._layout.scenes)
-        write_manifest(self._layout.unfinished, self.manifest)
+        self.claim(resume, shard)
         write_objects(self.root, models)
         for writer in self._writers:
             writer.begin(models, camera)
+
+    def claim(self, resume: bool = False, shard: Shard | None = None) -> None:
+        """Open the folder, as the first half of ``begin``.
+
+        Args:
+            resume: Keep what an interrupted run of the same dataset has made.
+            shard: Which part of the dataset the folder will hold; None = all of it.
+
+        Raises:
+            DatasetError: As ``begin``.
+        """
+        self._claim(resume, shard)
+        make_folder(self._layout.scenes)
+        if shard is not None:
+            write_shard(self.root, shard)
+        write_manifest(self._layout.unfinished, self.manifest)
 
     def pending(self) -> list[int]:
         """Return the scenes that are not complete, in order."""
@@ -242,13 +260,14 @@ class DatasetStore:
                 f"{self.manifest.observations_per_scene}; check the recipe's viewpoints"
             )
 
-    def _claim(self, resume: bool) -> None:
+    def _claim(self, resume: bool, shard: Shard | None) -> None:
         make_folder(self.root)
         with writing(self.root):
             if all(is_lock(path) for path in self.root.iterdir()):
                 return
         if not resume:
             raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
+        self._require_shard(shard)
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)
             contents = replace(stored.contents, readings={})
@@ -262,6 +281,14 @@ class DatasetStore:
         else:
             raise DatasetError(f"{self.root}: holds no dataset to resume; choose an empty folder")
         remove_temporaries(self.root)
+
+    def _require_shard(self, shard: Shard | None) -> None:
+        """Refuse to go on with another part of the dataset than the folder was begun with."""
+        stored = read_shard(self.root)
+        if stored != shard:
+            asked = "the whole dataset" if shard is None else f"shard {shard}"
+            begun = "no shard" if stored is None else f"shard {stored}"
+            raise DatasetError(f"{self.root}: holds {begun}, {asked} is asked for; choose another folder")
 
     def _require_same(self, stored: Manifest, path: Path) -> None:
         before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))

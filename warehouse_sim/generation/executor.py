@@ -5,7 +5,7 @@ import pickle
 import signal
 import traceback
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
@@ -23,6 +23,8 @@ Made = Iterator[tuple[int, Any]]
 
 _TRIES = 2
 """Workers that one scene may cost: the first death may be another program's doing."""
+_AHEAD = 2
+"""Scenes a worker that are begun before the first of them is taken, where order counts."""
 _MOST_LOST = 3
 """Scenes that are given up before the machine is to blame and no other is begun."""
 
@@ -52,6 +54,32 @@ def make_scenes(open_work: OpenWork, seed: int, scene_indices: Sequence[int], wo
         return
     with _Pool(open_work, seed, scene_indices) as pool:
         yield from pool.run(min(workers, len(scene_indices)))
+
+
+def make_in_order(open_work: OpenWork, seed: int, scene_indices: Iterable[int], workers: int) -> Made:
+    """Yield as ``make_scenes``, but in the order of ``scene_indices``, which may have no end.
+
+    Scenes are made as they are taken: at most two a worker are begun and not taken yet. What is not taken to the end
+    must be closed, as a generator is; its workers end then.
+
+    Raises:
+        WorkerError: As ``make_scenes``; scenes after the one that was lost are not yielded.
+        Exception: What the work raised.
+    """
+    if workers == 1:
+        keep_freed_memory()
+        with open_work() as work:
+            for index in scene_indices:
+                yield index, work(index)
+        return
+    with _Pool(open_work, seed, scene_indices, _AHEAD * workers) as pool:
+        ready: dict[int, Any] = {}
+        for made, result in pool.run(workers):
+            ready[made] = result
+            while pool.order and pool.order[0] in ready:
+                index = pool.order.popleft()
+                yield index, ready.pop(index)
+                pool.begin_idle()
 
 
 class _Worker:
@@ -90,8 +118,13 @@ class _Worker:
 class _Pool:
     """Workers, the scenes that wait for one, and what went wrong."""
 
-    def __init__(self, open_work: OpenWork, seed: int, scene_indices: Sequence[int]) -> None:
-        self._open_work, self._seed, self._waiting = pickle.dumps(open_work), seed, deque(scene_indices)
+    def __init__(self, open_work: OpenWork, seed: int, scene_indices: Iterable[int], ahead: int | None = None) -> None:
+        self._open_work, self._seed, self._fresh = pickle.dumps(open_work), seed, iter(scene_indices)
+        self._ahead = ahead
+        self._again: list[int] = []
+        """Scenes whose worker died."""
+        self.order: deque[int] = deque()
+        """With ``ahead``, scenes that are begun; who takes them removes them, and no more than that are there."""
         self._workers: list[_Worker] = []
         self._deaths: Counter[int] = Counter()
         self._lost: list[str] = []
@@ -138,9 +171,29 @@ class _Pool:
         self._workers.append(_Worker(self._open_work))
         return self._workers[-1]
 
+    def begin_idle(self) -> None:
+        """Let workers that had to wait for scenes to be taken go on."""
+        for worker in self._workers:
+            if worker.scene_index is None:
+                self._begin_next(worker)
+
     def _begin_next(self, worker: _Worker) -> None:
-        if self._waiting and self._problem is None and len(self._lost) < _MOST_LOST:
-            worker.begin(self._waiting.popleft())
+        index = self._next()
+        if index is not None:
+            worker.begin(index)
+
+    def _next(self) -> int | None:
+        """Take the scene that is to be begun now, if any is."""
+        if self._problem is not None or len(self._lost) >= _MOST_LOST:
+            return None
+        if self._again:
+            return self._again.pop()
+        if self._ahead is not None and len(self.order) >= self._ahead:
+            return None
+        index = next(self._fresh, None)
+        if self._ahead is not None and index is not None:
+            self.order.append(index)
+        return index
 
     def _replace(self, dead: _Worker, scene_index: int) -> None:
         """Take note of what killed a worker, and put another in its place."""
@@ -149,11 +202,12 @@ class _Pool:
         self._deaths[scene_index] += 1
         if self._deaths[scene_index] < _TRIES:
             _log.warning("%s; the scene is made again", death)
-            self._waiting.appendleft(scene_index)
+            self._again.append(scene_index)
         else:
             self._lost.append(f"{death}, {_TRIES} times")
-        if self._waiting:
-            self._begin_next(self._start_worker())
+        index = self._next()
+        if index is not None:
+            self._start_worker().begin(index)
 
 
 def _cause(exit_code: int) -> str:

@@ -37,7 +37,7 @@ class _Job:
 def generate(
     recipe: Recipe, out: Path, config: GenerateConfig, progress: ProgressCallback = lambda done, total: None
 ) -> Manifest:
-    """Make the dataset folder ``out``; its manifest is written last.
+    """Make the dataset folder ``out``; its manifest is written last, that of a shard by ``dataset.merge`` alone.
 
     Args:
         recipe: Where scenes are drawn from.
@@ -66,13 +66,14 @@ def _write(job: _Job, progress: ProgressCallback) -> Manifest:
     """Write what is missing of a dataset into its folder, which no other process writes."""
     recipe, manifest, config = job.recipe, job.manifest, job.config
     store = DatasetStore(job.root, manifest)
-    store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume)
-    pending = store.pending()
-    progress(manifest.scenes - len(pending), manifest.scenes)
+    store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume, config.shard)
+    wanted = range(manifest.scenes) if config.shard is None else config.shard.scenes(manifest.scenes)
+    pending = [index for index in store.pending() if index in wanted]
+    progress(len(wanted) - len(pending), len(wanted))
     made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers)
-    for finished, _ in enumerate(made, start=manifest.scenes - len(pending) + 1):
-        progress(finished, manifest.scenes)
-    return store.finish()
+    for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
+        progress(finished, len(wanted))
+    return store.finish() if config.shard is None else manifest
 
 
 def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:

@@ -17,6 +17,7 @@ from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
+from warehouse_sim.dataset.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.licences import recipe_licences
@@ -48,6 +49,8 @@ class GenerateConfig:
     """Processes, 1-256; 1 works in this process."""
     resume: bool = False
     """Keep the finished scenes of an interrupted run."""
+    shard: Shard | None = None
+    """Make only the scenes of this shard; the folder is one of several that ``dataset.merge`` puts together."""
 
 
 def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:

@@ -1,0 +1,22 @@
+"""``warehouse-sim merge``: the shards that several machines made become one dataset."""
+
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import count_progress, finish
+
+
+def merge(shards: tyro.conf.Positional[tuple[Path, ...]], out: Path, resume: bool = False) -> None:
+    """Put the shards of ``generate --shard I/N`` together: the same bytes as one run, files linked where possible.
+
+    Args:
+        shards: Folders of all shards, in any order.
+        out: Dataset folder to make.
+        resume: Go on with a merge that was interrupted.
+    """
+    from warehouse_sim.dataset.merge import merge as run
+
+    with count_progress("shards") as progress:
+        run(shards, out, resume, progress)
+    finish(out, "validate", out)
