@@ -14,6 +14,7 @@ EXTRAS = {
     "report": ("matplotlib", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
     "view": ("rerun",),
+    "cluster": ("ray", "fsspec"),
     "peers": ("pyrender", "trimesh"),
 }
 """Modules by the extra that brings them, where all of them are needed together."""

@@ -1,0 +1,97 @@
+"""The scenes of a dataset on a Ray cluster: one task a scene, each stored as a shard of its own."""
+
+import tempfile
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.merge import merge
+from warehouse_sim.dataset.packed_shard import pack_shard, packed_name, stored_shards, unpack_shard
+from warehouse_sim.dataset.shard import Shard
+from warehouse_sim.errors import WarehouseSimError, WorkerError
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.optional import require
+
+ProgressCallback = Callable[[int, int], None]
+_TRIES_AGAIN = 5
+"""Nodes that one scene may lose."""
+
+
+def generate_on_ray(
+    recipe: Recipe,
+    place: str,
+    config: GenerateConfig,
+    address: str | None = None,
+    progress: ProgressCallback = lambda done, total: None,
+) -> None:
+    """Make every scene of a dataset that ``place`` does not hold yet, as ``shard-NNNNNN.tar``.
+
+    A node that is lost costs the scenes that it was making; they are made again elsewhere. ``merge_packed`` makes the
+    dataset of the archives.
+
+    Args:
+        recipe: Where scenes are drawn from.
+        place: Folder of any file system that fsspec knows and all nodes reach.
+        config: As for ``generate``; workers, resume and shard are not used.
+        address: Of the cluster; None = the one that Ray is connected to, else a new one on this machine.
+        progress: Called after each scene.
+
+    Raises:
+        MissingPackageError: Ray is not installed.
+        WorkerError: Scenes could not be made; all others are kept, and are not made again.
+    """
+    ray = require("ray", "cluster", "to make scenes on a cluster")
+    if not ray.is_initialized():
+        ray.init(address=address, log_to_driver=False)
+    total = recipe.scenes if config.scenes is None else config.scenes
+    there = set(stored_shards(place))
+    wanted = [index for index in range(total) if packed_name(index) not in there]
+    task = ray.remote(num_cpus=1, max_retries=_TRIES_AGAIN)(_make_packed)
+    waiting = {task.remote(recipe, place, config, Shard(index, total)): index for index in wanted}
+    problems: list[str] = []
+    progress(total - len(waiting), total)
+    while waiting:
+        (done,), _ = ray.wait(list(waiting), num_returns=1)
+        index = waiting.pop(done)
+        try:
+            ray.get(done)
+        except ray.exceptions.RayError as problem:
+            problems.append(f"scene {index} of seed {config.seed}: {_last_line(problem)}")
+        progress(total - len(waiting), total)
+    if problems:
+        raise WorkerError(f"{'; '.join(problems)}; all else is kept: run it again, or make one alone with --shard")
+
+
+def merge_packed(place: str, out: Path, progress: ProgressCallback = lambda done, total: None) -> Manifest:
+    """Make the dataset folder ``out`` of the archives in ``place``: the bytes of a run on one machine.
+
+    Raises:
+        DatasetError: As ``merge``, or an archive cannot be read.
+    """
+    names = stored_shards(place)
+    # Beside the result, so that files are linked and not copied.
+    with tempfile.TemporaryDirectory(dir=out.resolve().parent, prefix=f".{out.name}.") as folder:
+        parts = [Path(folder) / name for name in names]
+        for name, part in zip(names, parts, strict=True):
+            part.mkdir()
+            unpack_shard(place, name, part)
+        return merge(parts, out, progress=progress)
+
+
+def _make_packed(recipe: Recipe, place: str, config: GenerateConfig, shard: Shard) -> None:
+    """Make a shard on this node's own disk, and store it."""
+    with ExitStack() as opened:
+        folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="warehouse-sim-"))) / "shard"
+        generate(recipe, folder, replace(config, workers=1, resume=False, shard=shard))
+        pack_shard(folder, place, packed_name(shard.index))
+
+
+def _last_line(problem: Any) -> str:
+    cause = getattr(problem, "cause", None)
+    text = str(cause if isinstance(cause, WarehouseSimError) else problem).strip()
+    return text.splitlines()[-1] if text else type(problem).__name__
