@@ -3,6 +3,7 @@
 import logging
 import pickle
 import signal
+import threading
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,6 +14,7 @@ from typing import Any, Self
 
 from warehouse_sim.errors import WorkerError
 from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
+from warehouse_sim.processes import end_at_once_with_parent
 
 Work = Callable[[int], Any]
 """Makes the scene of that index."""
@@ -94,7 +96,7 @@ class _Worker:
         self.pipe, theirs = context.Pipe()
         self.scene_index: int | None = None
         """The scene that it is making."""
-        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process = context.Process(target=_serve, args=(theirs, _in_main_thread()), daemon=True)
         self._process.start()
         theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
         with suppress(OSError):
@@ -216,8 +218,14 @@ def _cause(exit_code: int) -> str:
     return signal.Signals(-exit_code).name if exit_code < 0 else f"itself with exit code {exit_code}"
 
 
-def _serve(pipe: Connection) -> None:
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _serve(pipe: Connection, of_main_thread: bool) -> None:
     """Make scenes until nobody asks for one."""
+    if of_main_thread:
+        end_at_once_with_parent()  # Seconds later it might still write, where another run has begun to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The terminal sends it to all; the first process decides.
     prepare_worker()  # Before anything is imported that starts threads.
     with ExitStack() as opened, suppress(EOFError):
