@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.formats.test_external_bop import write_folder
+from tests.dataset.test_merge import make_shard
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import VERBS
@@ -31,6 +32,7 @@ VERB = {
     "preview": ("preview smoke --out p.png", SCENES),
     "check-scene": ("check-scene smoke", SCENES),
     "generate": ("generate smoke --scenes 1 --workers 1 --out {new}", SCENES),
+    "merge": ("merge {shard} --out {merged}", set()),
     "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
     "reach": ("reach {data}", SCENES),
@@ -85,6 +87,8 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "predictions": root / "p.csv",
         "theirs": write_folder(root / "theirs"),
         "converted": root / "converted",
+        "shard": make_shard(root / "shard", 0, 1),
+        "merged": root / "merged",
         "new": root / "new",
         "inspected": root / "inspected",
     }
@@ -110,7 +114,7 @@ def test_every_verb_is_here() -> None:
     assert VERB.keys() == VERBS.keys()
 
 
-@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report", "mcap", "view"])
+@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report", "mcap", "view", "cluster"])
 def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 
