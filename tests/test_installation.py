@@ -85,7 +85,7 @@ def test_every_package_of_every_target_is_pinned() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pinned = {plain(line.partition("==")[0]) for line in lines if "==" in line}
     installer = {"setuptools", "pip"}
-    assert installed_by("dev") | installed_by("speed") <= pinned | installer
+    assert installed_by("dev") | installed_by("speed") | installed_by("cluster") <= pinned | installer
 
 
 def test_what_tests_import_is_installed_for_them() -> None:
