@@ -36,6 +36,7 @@ VERB = {
     "convert": ("convert {theirs} --to bop --out {converted}", set()),
     "validate": ("validate {data}", set()),
     "reach": ("reach {data}", SCENES),
+    "verify": ("verify {data}", SCENES),
     "view": ("view {data} --save v.rrd", VIEWER),
     "inspect": ("inspect {data} --out {inspected} --count 1", set()),
     "train": ("train densefusion-pointcloud --data {data} --out {new} --max-steps 1", NETWORKS),

@@ -35,6 +35,7 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "format_version",
         "contents",
         "converted_from",
+        "checksums",
     }
 
 

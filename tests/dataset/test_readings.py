@@ -89,7 +89,7 @@ def test_it_validates_and_every_other_file_is_as_without_it(made: Path, toy_root
     assert {check.name: check.detail for check in checks}["readings"] == "6 readings of ring"
     assert "readings" not in {check.name for check in validate(toy_root)}
     own = {path.relative_to(toy_root) for path in toy_root.rglob("*") if path.is_file()}
-    told = {Path("manifest.json"), Path("README.md"), Path("card/recipe.yaml")}
+    told = {Path("manifest.json"), Path("SHA256SUMS"), Path("README.md"), Path("card/recipe.yaml")}
     told |= {Path(f"scenes/{index:06d}.json") for index in range(3)}
     for path in own - told:
         assert (toy_root / path).read_bytes() == (made / path).read_bytes()

@@ -110,7 +110,8 @@ def test_the_record_holds_what_was_stated_and_the_rest_is_the_same(made: Path, t
     before = {path.relative_to(plain): path.read_bytes() for path in plain.rglob("*") if path.is_file()}
     after = {path.relative_to(made): path.read_bytes() for path in made.rglob("*") if path.is_file()}
     changed = {str(path) for path in before.keys() | after.keys() if before.get(path) != after.get(path)}
-    assert changed == {"README.md"} | {f"scenes/{index:06d}.json" for index in range(make_manifest().scenes)}
+    told = {"README.md", "manifest.json", "SHA256SUMS"}
+    assert changed == told | {f"scenes/{index:06d}.json" for index in range(make_manifest().scenes)}
     for index in range(make_manifest().scenes):
         record = read_scene_record(made, index)
         for item, observation in zip(record.observations, observe(make_scene(index)), strict=True):

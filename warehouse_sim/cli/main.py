@@ -28,6 +28,7 @@ from warehouse_sim.cli.renamed import refuse_renamed
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train, train_verb
 from warehouse_sim.cli.validate import validate
+from warehouse_sim.cli.verify import verify
 from warehouse_sim.cli.view import view
 from warehouse_sim.errors import InputError, WarehouseSimError
 
@@ -41,6 +42,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "convert": convert,
     "validate": validate,
     "reach": reach,
+    "verify": verify,
     "view": view,
     "inspect": inspect,
     "train": train,

@@ -26,7 +26,7 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
     with share_progress("validate") as progress:
         checks = run(data, progress)
     for check in checks:
-        print(f"{_word(check)}  {check.name}: {check.detail}")
+        print(f"{word(check)}  {check.name}: {check.detail}")
     asked = [check for check in checks if check.checked]
     failed = sum(not check.ok for check in asked)
     print(f"{len(asked) - failed} of {len(asked)} checks hold")
@@ -39,6 +39,6 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
     return 0
 
 
-def _word(check: Check) -> str:
+def word(check: Check) -> str:
     """Return how a line begins."""
     return ("ok  " if check.ok else "FAIL") if check.checked else "--  "

@@ -82,6 +82,9 @@ class Manifest:
     """The sensors, and what else of the recipe formats, readers and checks need to know."""
     converted_from: str = ""
     """Name of the dataset that others made and this one holds in another format; empty = made from the recipe."""
+    checksums: str = ""
+    """SHA-256 of the folder's SHA256SUMS, which lists that of every file but the card; filled in at the end, empty in
+    manifests of earlier versions."""
 
     def __post_init__(self) -> None:
         if self.format_version != FORMAT_VERSION:

@@ -11,6 +11,7 @@ from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, wr
 from warehouse_sim.dataset.card.scene_tally import SceneTally
 from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
+from warehouse_sim.dataset.checksums import seal
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
@@ -209,6 +210,7 @@ class DatasetStore:
             contents=replace(self.manifest.contents, readings=self._readings(records)),
         )
         self._write_card(manifest, records)
+        manifest = replace(manifest, checksums=seal(self.root))
         write_manifest(self._layout.manifest, manifest)
         with writing(self._layout.unfinished):
             self._layout.unfinished.unlink()
@@ -271,7 +273,7 @@ class DatasetStore:
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)
             contents = replace(stored.contents, readings={})
-            draft = replace(stored, renderers=(), split_table={}, contents=contents)
+            draft = replace(stored, renderers=(), split_table={}, contents=contents, checksums="")
             self._require_same(draft, self._layout.manifest)
             # Opened again, it is not complete until it is finished again.
             with writing(self._layout.unfinished):

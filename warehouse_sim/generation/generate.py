@@ -25,7 +25,7 @@ ProgressCallback = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class _Job:
+class Job:
     """What a worker needs to make any scene of a dataset."""
 
     recipe: Recipe
@@ -59,10 +59,10 @@ def generate(
     DatasetStore(out, draft)
     manifest = with_stratified_splits(draft, recipe, config)
     with one_writer(out):
-        return _write(_Job(recipe, manifest, out, config), progress)
+        return _write(Job(recipe, manifest, out, config), progress)
 
 
-def _write(job: _Job, progress: ProgressCallback) -> Manifest:
+def _write(job: Job, progress: ProgressCallback) -> Manifest:
     """Write what is missing of a dataset into its folder, which no other process writes."""
     recipe, manifest, config = job.recipe, job.manifest, job.config
     store = DatasetStore(job.root, manifest)
@@ -76,7 +76,8 @@ def _write(job: _Job, progress: ProgressCallback) -> Manifest:
     return store.finish() if config.shard is None else manifest
 
 
-def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
+def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
+    """Draw a scene and store it, whatever other scenes are there."""
     prepared = prepare_scene(job.recipe, job.manifest.seed, scene_index)
     observations = observe_scene(
         prepared.scene, job.recipe.sensors, renderer, prepared.variants, bool(job.manifest.contents.levelled)
@@ -94,7 +95,7 @@ def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> None:
 
 
 @contextmanager
-def _open_job(job: _Job) -> Iterator[Work]:
+def _open_job(job: Job) -> Iterator[Work]:
     """Open one renderer a process, for its whole life: contexts that come and go are what drivers leak."""
     with open_renderer(job.config.backend, **job.config.backend_options) as renderer:
-        yield lambda index: _make_scene(job, index, renderer)
+        yield lambda index: make_scene(job, index, renderer)

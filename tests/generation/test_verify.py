@@ -1,0 +1,138 @@
+"""What ``verify`` finds: files that were changed, and files that are not what the recipe makes."""
+
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.dataset.toy import make_dataset, make_manifest
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.checks.findings import Check
+from warehouse_sim.dataset.checksums import seal
+from warehouse_sim.dataset.manifest import read_manifest, write_manifest
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.near_files import near_images, near_labels, near_numbers
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.verify import chosen_scenes, verify
+from warehouse_sim.sensors.rig.camera import CameraConfig
+
+COLOUR, LABELS = "bop/train/000000/rgb/000000.png", "bop/train/000000/scene_gt.json"
+
+
+def small(recipe: Recipe) -> Recipe:
+    """Return the recipe with one small view a scene."""
+    camera = CameraConfig(width=204, height=62, focal_px=120.0)
+    scene = replace(recipe.scene, observations_per_scene=1)
+    return replace(recipe, scene=scene, sensors=replace(recipe.sensors, camera=camera))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("verify") / "data"
+    generate(small(load_recipe("smoke")), root, GenerateConfig(scenes=1, seed=4))
+    return root
+
+
+def sealed_again(root: Path) -> None:
+    """Let the manifest name the files as they are, as one does who wants to hide a change."""
+    manifest = read_manifest(root)
+    write_manifest(root / "manifest.json", replace(manifest, checksums=seal(root)))
+
+
+def by_name(checks: list[Check]) -> dict[str, Check]:
+    return {check.name: check for check in checks}
+
+
+@pytest.mark.gl
+def test_what_was_made_here_is_made_again_to_the_byte(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(made), "--samples", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "FAIL" not in out
+    assert "which drew it; bytes are compared" in out
+    assert "1 observations of 1 scenes made again, the same bytes in" in out
+
+
+@pytest.mark.gl
+def test_a_hidden_change_is_found_by_making_it_again(made: Path, tmp_path: Path) -> None:
+    root = shutil.copytree(made, tmp_path / "data")
+    rows = json.loads((root / LABELS).read_text())
+    rows["0"][0]["cam_t_m2c"][2] += 1.0
+    (root / LABELS).write_text(json.dumps(rows))
+    sealed_again(root)
+    found = by_name(verify(root, 1))
+    assert found["checksums"].ok
+    assert found["made again"].detail == f"{root / LABELS}: is not what is made now"
+
+
+@pytest.mark.gl
+def test_another_driver_may_draw_a_little_otherwise_and_place_nothing_otherwise(made: Path, tmp_path: Path) -> None:
+    root = shutil.copytree(made, tmp_path / "data")
+    record = root / "scenes" / "000000.json"
+    text = record.read_text()
+    record.write_text(text.replace('"renderer": "raster on', '"renderer": "raster on another driver, not'))
+    pixels = cv2.imread(str(root / COLOUR))
+    cv2.imwrite(str(root / COLOUR), np.minimum(pixels, 250) + 5)
+    sealed_again(root)
+    found = by_name(verify(root, 1))
+    assert all(check.ok for check in found.values()), found
+    assert "geometry and labels exact" in found["driver"].detail
+    assert {"geometry and labels", "pixels"} < found.keys()
+    data = json.loads(record.read_text())
+    data["objects"][-1]["T_world_object"][0][3] += 1e-6
+    record.write_text(json.dumps(data))
+    cv2.imwrite(str(root / COLOUR), np.roll(pixels, 5, axis=1))
+    found = by_name(verify(root, 1))
+    assert not found["checksums"].ok
+    assert found["geometry and labels"].detail == f"{record}: is not what is made now"
+    assert found["pixels"].detail == f"{root / COLOUR}: is not what is made now"
+
+
+def test_checksums_are_those_of_coreutils_and_list_every_other_file(tmp_path: Path) -> None:
+    data = make_dataset(tmp_path / "toy")
+    subprocess.run(["sha256sum", "--check", "--strict", "--quiet", "SHA256SUMS"], cwd=data, check=True)
+    listed = {line.split("  ")[1] for line in (data / "SHA256SUMS").read_text().splitlines()}
+    there = {str(path.relative_to(data)) for path in data.rglob("*") if path.is_file()}
+    assert listed == there - {"manifest.json", "README.md", "SHA256SUMS"}
+    stated = subprocess.run(["sha256sum", data / "SHA256SUMS"], capture_output=True, text=True, check=True).stdout
+    assert json.loads((data / "manifest.json").read_text())["checksums"] == stated.split()[0]
+
+
+def test_a_dataset_that_no_recipe_made_cannot_be_made_again(tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match="nothing can be made again"):
+        verify(make_dataset(tmp_path / "toy", replace(make_manifest(), converted_from="theirs")), 1)
+
+
+def test_samples_are_whole_scenes_spread_over_the_dataset() -> None:
+    manifest = make_manifest()
+    each = manifest.observations_per_scene
+    assert len(chosen_scenes(manifest, 1)) == len(chosen_scenes(manifest, each)) == 1
+    assert len(chosen_scenes(manifest, each + 1)) == 2
+    assert chosen_scenes(manifest, 10**6) == list(range(manifest.scenes))
+
+
+def test_what_is_near(tmp_path: Path) -> None:
+    one, two = tmp_path / "one.png", tmp_path / "two.png"
+    depth = np.full((100, 100), 2000, np.uint16)
+    cv2.imwrite(str(one), depth)
+    for share, step, near in ((0.01, 500, True), (0.03, 500, False), (1.0, 10, True), (1.0, 11, False)):
+        changed = depth.copy().ravel()
+        changed[: int(share * depth.size)] += step
+        cv2.imwrite(str(two), changed.reshape(depth.shape))
+        assert near_images(one, two) is near, (share, step)
+    assert not near_images(one, tmp_path / "missing.png")
+    row = "pallet 0.00 1 -0.52 598.0 170.0 719.0 227.0 0.14 0.80 1.20 -0.60 0.66 5.83 {turn}\n"
+    one.write_text(row.format(turn=1.47))
+    two.write_text(row.format(turn=1.47).replace("598.0", "600.0"))
+    assert near_labels(one, two)
+    two.write_text(row.format(turn=1.48))
+    assert near_numbers(one, two)
+    assert not near_labels(one, two)
+    two.write_text(row.format(turn=1.47) * 2)
+    assert not near_labels(one, two)

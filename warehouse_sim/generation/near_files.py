@@ -1,0 +1,97 @@
+"""What another driver may draw a little otherwise: images, and the numbers that are counted in their pixels.
+
+The limits were chosen, and stand in docs/trust.md with what was measured.
+"""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+COLOR_CODES, COLOR_SHARE = 8, 0.02
+"""Colours, and masks, are near where at most that share of the pixels differs by more than so many codes of 256."""
+DEPTH_M, DEPTH_RATIO, DEPTH_SHARE = 0.005, 0.005, 0.02
+"""Depth is near where at most that share of the pixels differs by more than so many metres and that ratio."""
+COUNT, COUNT_RATIO = 3.0, 0.02
+"""Numbers of pixels and corners of boxes are near where they differ by at most the larger of both."""
+_KITTI_EXACT = (0, 3, *range(8, 15))
+"""Fields of a KITTI label that follow from poses: class, angles, size, place."""
+_NUMBER = re.compile(r"-?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
+_MILLIMETRES = 1000.0
+_DRAWN_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
+_EXACT_SUFFIXES = (".json", ".txt", ".bin", ".npz", ".md", ".yaml")
+_EXACT_FOLDERS = ("models/", "models_eval/", "worn/")
+_RUNS = "scene_gt_coco.json"
+
+
+def comparison(name: str) -> Callable[[Path, Path], bool] | None:
+    """Return how a file of a dataset is compared with the one that another driver made; None = it cannot be.
+
+    Args:
+        name: Its name within the dataset.
+    """
+    if name.endswith((".png", ".jpg")):
+        return near_images
+    if name.endswith(_RUNS):
+        return None
+    if "label_2/" in name:
+        return near_labels
+    if any(part in name for part in _DRAWN_TEXT) or name.startswith("yolo/"):
+        return near_numbers
+    if name.endswith(_EXACT_SUFFIXES) or any(part in name for part in _EXACT_FOLDERS):
+        return equal_bytes
+    return None
+
+
+def equal_bytes(path: Path, other: Path) -> bool:
+    """Return whether both files are there and the same."""
+    return path.is_file() and path.read_bytes() == other.read_bytes()
+
+
+def near_images(path: Path, other: Path) -> bool:
+    """Return whether two images, of colours, depth in millimetres or a mask, are within the tolerance."""
+    one, two = (cv2.imread(str(item), cv2.IMREAD_UNCHANGED) for item in (path, other))
+    if one is None or two is None or one.shape != two.shape or one.dtype != two.dtype:
+        return False
+    difference = np.abs(one.astype(np.float64) - two.astype(np.float64))
+    if one.dtype == np.uint16:
+        limit = np.maximum(DEPTH_M * _MILLIMETRES, DEPTH_RATIO * one)
+        return bool(np.mean(difference > limit) <= DEPTH_SHARE)
+    worst = difference.max(axis=2) if difference.ndim == 3 else difference
+    return bool(np.mean(worst > COLOR_CODES) <= COLOR_SHARE)
+
+
+def near_labels(path: Path, other: Path) -> bool:
+    """Return whether two KITTI label files say the same of space, and nearly the same of the image."""
+    rows, theirs = ([line.split() for line in _text(item).splitlines()] for item in (path, other))
+    exact = [[[row[i] for i in _KITTI_EXACT if i < len(row)] for row in found] for found in (rows, theirs)]
+    return exact[0] == exact[1] and near_numbers(path, other)
+
+
+def near_numbers(path: Path, other: Path) -> bool:
+    """Return whether two texts differ by no more than a few pixels in each number."""
+    one, two = _text(path), _text(other)
+    if _NUMBER.sub("0", one) != _NUMBER.sub("0", two):
+        return False
+    values, theirs = (np.array([float(item) for item in _NUMBER.findall(text)]) for text in (one, two))
+    return bool(np.all(np.abs(values - theirs) <= np.maximum(COUNT, COUNT_RATIO * np.abs(values))))
+
+
+def lasting(record: Any) -> Any:
+    """Return a scene record without what is counted in pixels, and the name of the driver."""
+    if not isinstance(record, dict):
+        return record
+    kept = {key: value for key, value in record.items() if key not in ("renderer", "tally", "observations")}
+    rows = record.get("observations")
+    kept["observations"] = [
+        {key: value for key, value in row.items() if key != "targets"} if isinstance(row, dict) else row
+        for row in (rows if isinstance(rows, list) else [])
+    ]
+    return kept
+
+
+def _text(path: Path) -> str:
+    return path.read_bytes().decode("utf-8", "replace") if path.is_file() else "(missing)"
