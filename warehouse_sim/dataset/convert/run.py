@@ -110,7 +110,7 @@ class _Ours:
     def __post_init__(self) -> None:
         contents = replace(self.source.contents, readings={})
         self.manifest = replace(
-            self.source, formats=tuple(self.formats), renderers=(), split_table={}, contents=contents
+            self.source, formats=tuple(self.formats), renderers=(), split_table={}, contents=contents, checksums=""
         )
         self._images = {
             (image.scene_id, image.image_id): image for split in SPLITS for image in self.reader.images(split)
