@@ -112,7 +112,9 @@ def test_a_shard_that_is_not_whole_or_was_changed_is_refused(shards: list[Path],
 
 
 def test_a_shard_is_no_dataset_and_goes_on_only_as_itself(shards: list[Path]) -> None:
-    with pytest.raises(DatasetError, match="this is one shard of a dataset; put all of them together with"):
+    with pytest.raises(
+        DatasetError, match="this is one shard of a dataset, which is incomplete; put all of them together with"
+    ):
         read_manifest(shards[0])
     for shard, words in ((None, "holds shard 0/2, the whole dataset is asked for"), (Shard(1, 2), "shard 1/2 is")):
         with pytest.raises(DatasetError, match=words):

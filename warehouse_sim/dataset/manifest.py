@@ -144,18 +144,36 @@ def read_manifest(root: Path) -> Manifest:
     if not root.is_dir():
         raise DatasetError(f"{root}: is not a folder; make a dataset with warehouse-sim generate")
     if not layout.manifest.is_file():
-        if layout.shard.is_file():
-            raise DatasetError(
-                f"{root}: no manifest.json: this is one shard of a dataset; "
-                "put all of them together with warehouse-sim merge"
-            )
-        if layout.unfinished.is_file():
-            raise DatasetError(
-                f"{root}: no manifest.json: the dataset is incomplete; "
-                f"resume it with warehouse-sim generate RECIPE --out {root} --resume"
-            )
+        require_no_part(root)
         raise DatasetError(f"{root}: no manifest.json: this is no dataset; make one with warehouse-sim generate")
     return load_manifest(layout.manifest)
+
+
+def require_no_part(root: Path) -> None:
+    """Refuse a folder that has no manifest and yet is of a dataset of this package: it is incomplete.
+
+    Raises:
+        DatasetError: It is one, a shard of one, or the folder of one of its formats.
+    """
+    layout = DatasetLayout(root)
+    if layout.shard.is_file():
+        raise DatasetError(
+            f"{root}: no manifest.json: this is one shard of a dataset, which is incomplete; "
+            "put all of them together with warehouse-sim merge"
+        )
+    if layout.unfinished.is_file():
+        raise DatasetError(
+            f"{root}: no manifest.json: the dataset is incomplete; "
+            f"resume it with warehouse-sim generate RECIPE --out {root} --resume"
+        )
+    if layout.objects.is_file() and layout.scenes.is_dir():
+        raise DatasetError(f"{root}: no manifest.json: the dataset is incomplete; copy it or generate it again")
+    around = root.resolve().parent
+    if DatasetLayout(around).unfinished.is_file() and not DatasetLayout(around).manifest.is_file():
+        raise DatasetError(
+            f"{root}: belongs to a dataset that is incomplete; "
+            f"resume it with warehouse-sim generate RECIPE --out {around} --resume"
+        )
 
 
 def load_manifest(path: Path) -> Manifest:

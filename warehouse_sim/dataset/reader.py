@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.manifest import Manifest, read_manifest
+from warehouse_sim.dataset.manifest import Manifest, read_manifest, require_no_part
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.readings import read_reading
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
@@ -218,11 +218,15 @@ def open_format(root: Path, names: Iterable[str]) -> FormatReader | None:
 def _external(root: Path) -> FormatReader | None:
     """Return a reader of a folder that a known format recognises, though nothing in it is of a dataset of this package.
 
-    What has no manifest but the rest of a dataset is none of others: it is incomplete.
+    What has no manifest but the rest of a dataset is none of others: it is incomplete, as ``read_manifest`` says.
+
+    Raises:
+        DatasetError: It is a format's folder of an incomplete dataset.
     """
     layout = DatasetLayout(root)
     if any(path.exists() for path in (layout.manifest, layout.unfinished, layout.objects, layout.scenes)):
         return None
+    require_no_part(root)
     return open_format(root, [name for name in FORMATS.names() if dataset_format(name).recognises(root)])
 
 

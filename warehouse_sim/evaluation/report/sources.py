@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.manifest import require_no_part
 from warehouse_sim.dataset.reader import DatasetReader, is_dataset
 from warehouse_sim.errors import ConfigError, EvaluationError
 from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
@@ -75,6 +76,8 @@ def _recognised(folder: Path) -> list[Path]:
     known = [path for path in candidates if _is_known(path)]
     if known and known[0] == folder:
         return [folder]
+    if folder not in known:
+        require_no_part(folder)
     if not known:
         raise EvaluationError(
             f"{folder}: holds no dataset (manifest.json), run ({_RUN_CURVES}) or evaluation ({SCORES_FILE}); "

@@ -1,0 +1,52 @@
+"""A dataset without its final manifest is called incomplete by every verb that reads datasets, and by nothing read."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_extras import VERB
+from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
+from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.store import DatasetStore
+
+COMMANDS = {verb: command for verb, (command, _) in VERB.items() if "{data}" in command}
+COMMANDS["convert"] = "convert {data} --to coco --out {new}"
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    root = tmp_path_factory.mktemp("incomplete")
+    store = DatasetStore(root / "data", make_manifest())
+    store.begin([PALLET], CAMERA)
+    for index in range(3):
+        write_scene(store, index)  # all that there is to make, but not finished
+    (root / "p.csv").write_text("scene_id,im_id,obj_id,score,R,t,time\n")
+    copied = shutil.copytree(root / "data", root / "copied")
+    (copied / "manifest.unfinished.json").unlink()  # what a copy may be that was cut off
+    return {"data": root / "data", "copied": copied, "run": made_run(root / "run"), "predictions": root / "p.csv"}
+
+
+@pytest.mark.parametrize("verb", COMMANDS)
+@pytest.mark.parametrize("which", ["data", "copied", "data/bop"])
+def test_every_verb_says_that_it_is_incomplete(
+    verb: str,
+    which: str,
+    places: dict[str, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = places["data"].parent / which
+    given = places | {"data": data, "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
+    code = main(COMMANDS[verb].format_map(given).split())
+    out, err = capsys.readouterr()
+    said = [line for line in (out + err).splitlines() if re.match("error: |FAIL", line)]
+    assert code == (1 if verb == "validate" and said[0].startswith("FAIL") else 2), (out, err)
+    assert len(said) == 1
+    assert "incomplete" in said[0]
+    assert str(data) in said[0]
+    assert "--resume" in said[0] if which != "copied" else "again" in said[0]
