@@ -22,6 +22,9 @@ def shown(value: Any) -> str:
 class WarehouseSimError(Exception):
     """Base of every error that a user of this package can cause or meet."""
 
+    scenes: tuple[int, ...] = ()
+    """The scenes of a dataset that could not be made, where that is what happened."""
+
 
 class ConfigError(WarehouseSimError):
     """A configuration or recipe holds a key or value that cannot be used."""

@@ -36,6 +36,7 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "contents",
         "converted_from",
         "checksums",
+        "missing",
     }
 
 

@@ -126,3 +126,13 @@ def test_a_shard_is_no_dataset_and_goes_on_only_as_itself(shards: list[Path]) ->
 def test_what_names_no_shard_is_one_line(text: str) -> None:
     with pytest.raises(InputError, match="--shard"):
         parse_shard(text)
+
+
+def test_scenes_that_shards_lack_are_done_without_on_request(tmp_path: Path) -> None:
+    parts = [make_shard(tmp_path / str(index), index, 2) for index in range(2)]
+    (parts[1] / "scenes/000001.json").unlink()
+    with pytest.raises(DatasetError, match=r"lacks the scenes 1; .*--resume, or do without them by --skip-failed"):
+        merge(parts, tmp_path / "refused")
+    assert merge(parts, tmp_path / "data", skip_failed=True).missing == (1,)
+    assert not list((tmp_path / "data").rglob("bop/*/000001"))
+    assert {index for found in read_manifest(tmp_path / "data").splits.values() for index in found} == {0, 2}

@@ -1,12 +1,20 @@
 """``warehouse-sim generate``: a recipe becomes a dataset folder."""
 
 import os
+import shlex
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
-from warehouse_sim.cli.console import count_progress, finish
+from warehouse_sim.cli.console import count_progress, finish, say
+from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import require_extra
+
+if TYPE_CHECKING:
+    from warehouse_sim.generation.plan import GenerateConfig
 
 
 def generate(
@@ -23,6 +31,8 @@ def generate(
     workers: int | None = None,
     resume: bool = False,
     shard: str | None = None,
+    scene_limit: float | None = None,
+    skip_failed: bool = False,
 ) -> None:
     """Sample, settle, render and label scenes; ``manifest.json`` is written last.
 
@@ -40,6 +50,8 @@ def generate(
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
         shard: Make only every n-th scene, as ``i/n`` with i from 0, into a folder that ``merge`` puts together.
+        scene_limit: Seconds that a try of a scene may take; by default 600 for each of its observations.
+        skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
     """
     require_extra("generate", "to make scenes")
     from warehouse_sim.dataset.shard import parse_shard
@@ -59,11 +71,38 @@ def generate(
         workers=workers or os.cpu_count() or 1,
         resume=resume,
         shard=None if shard is None else parse_shard(shard),
+        scene_limit_s=scene_limit,
+        skip_failed=skip_failed,
     )
     chosen = load_recipe(recipe)
-    with count_progress("scenes") as progress:
-        run(chosen if difficulty is None else with_difficulty(chosen, difficulty), out, config, progress)
+    chosen = chosen if difficulty is None else with_difficulty(chosen, difficulty)
+    alone = partial(_alone, recipe, difficulty, config, scenes or chosen.scenes, out)
+    try:
+        with count_progress("scenes") as progress:
+            manifest = run(chosen, out, config, progress)
+    except WarehouseSimError as problem:
+        _name(problem.scenes, alone)
+        raise
+    _name(manifest.missing, alone)
     if shard is None:
         finish(out, "validate", out)
     else:
         finish(out, "merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
+
+
+def _name(scenes: Sequence[int], alone: Callable[[int], str]) -> None:
+    """Say of each scene that could not be made how to make it alone."""
+    for index in scenes:
+        say(f"scene {index} could not be made; alone: {alone(index)}")
+
+
+def _alone(
+    recipe: str, difficulty: float | None, config: "GenerateConfig", total: int, out: Path, scene_index: int
+) -> str:
+    """Return the command that makes one scene of the dataset, into a folder of its own."""
+    command = ["warehouse-sim", "generate", recipe, "--out", f"{out}-scene-{scene_index}", "--seed", str(config.seed)]
+    command += ["--scenes", str(total), "--shard", f"{scene_index}/{total}", "--workers", "1"]
+    command += ["--formats", *config.formats, "--backend", config.backend]
+    if config.backend_options:
+        command += ["--backend-options", *(f"{key}={value}" for key, value in config.backend_options.items())]
+    return shlex.join([*command, *([] if difficulty is None else ["--difficulty", str(difficulty)])])

@@ -1,6 +1,7 @@
 """manifest.json: what a dataset is and how to make it again; written last, so that it also says "complete"."""
 
 import platform
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -53,7 +54,7 @@ class Manifest:
     observations_per_scene: int
     """Number of observations of every scene, twins included."""
     splits: dict[str, tuple[int, ...]]
-    """Scene indices of "train", "val" and "test"."""
+    """Scene indices of "train", "val" and "test"; those that are ``missing`` are in none."""
     formats: tuple[str, ...]
     """Dataset formats, e.g. ("kitti", "bop")."""
     targets: tuple[str, ...]
@@ -85,6 +86,8 @@ class Manifest:
     checksums: str = ""
     """SHA-256 of the folder's SHA256SUMS, which lists that of every file but the card; filled in at the end, empty in
     manifests of earlier versions."""
+    missing: tuple[int, ...] = ()
+    """Scenes that could not be made and were left out on request; ``scenes`` counts them."""
 
     def __post_init__(self) -> None:
         if self.format_version != FORMAT_VERSION:
@@ -100,11 +103,23 @@ class Manifest:
             )
         if self.twins and len(self.twins) != self.observations_per_scene:
             raise ValueError(f"twins must list {self.observations_per_scene} observations, found {len(self.twins)}")
-        listed = sorted(index for indices in self.splits.values() for index in indices)
+        listed = sorted([*self.missing, *(index for indices in self.splits.values() for index in indices)])
         # Counted before the numbers are written out: a file of one line can claim a thousand million scenes.
         complete = len(listed) == self.scenes and listed == list(range(self.scenes))
         if sorted(self.splits) != sorted(SPLITS) or not complete:
             raise ValueError("splits must hold every scene exactly once, under train, val or test")
+        if len(self.missing) == self.scenes:
+            raise ValueError("every scene is missing")
+
+    @property
+    def scene_indices(self) -> list[int]:
+        """The scenes that there are, in order."""
+        return sorted(index for indices in self.splits.values() for index in indices)
+
+    def without(self, missing: Collection[int]) -> "Manifest":
+        """Return the manifest of the dataset that lacks these scenes."""
+        splits = {name: tuple(i for i in indices if i not in missing) for name, indices in self.splits.items()}
+        return replace(self, splits=splits, missing=tuple(sorted(missing)))
 
     def split_of(self, scene_index: int) -> Split:
         """Return the split that a scene belongs to.

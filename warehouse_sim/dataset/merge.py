@@ -18,7 +18,11 @@ _MOST_NAMED = 12
 
 
 def merge(
-    parts: Sequence[Path], out: Path, resume: bool = False, progress: ProgressCallback = lambda done, total: None
+    parts: Sequence[Path],
+    out: Path,
+    resume: bool = False,
+    progress: ProgressCallback = lambda done, total: None,
+    skip_failed: bool = False,
 ) -> Manifest:
     """Make the dataset folder ``out`` of all shards of a dataset; files are linked where the disk can, else copied.
 
@@ -27,13 +31,14 @@ def merge(
         out: Folder to make; it must be empty unless ``resume``.
         resume: Go on with a merge that was interrupted.
         progress: Called after each shard.
+        skip_failed: Do without scenes that shards lack; the manifest names them.
 
     Raises:
         DatasetError: A folder is no shard or lacks scenes, shards are of different datasets, come twice or are
             missing, or hold different files of one name.
         OutputError: Another process writes the folder, or it cannot be written.
     """
-    manifest = _require_whole(parts)
+    manifest = _require_whole(parts, skip_failed)
     inside = [part for part in parts if out.resolve().is_relative_to(part.resolve())]
     if inside:
         raise DatasetError(f"{out}: lies in the shard {inside[0]}; choose a folder beside it")
@@ -44,10 +49,10 @@ def merge(
             progress(done, len(parts))
             _take_files(part, out)
         progress(len(parts), len(parts))
-        return store.finish()
+        return store.finish(store.pending() if skip_failed else ())
 
 
-def _require_whole(parts: Sequence[Path]) -> Manifest:
+def _require_whole(parts: Sequence[Path], skip_failed: bool) -> Manifest:
     """Return the manifest of the dataset that the shards make together.
 
     Raises:
@@ -58,7 +63,7 @@ def _require_whole(parts: Sequence[Path]) -> Manifest:
     found: dict[int, Path] = {}
     first = manifest = None
     for part in parts:
-        shard, theirs = _read(part)
+        shard, theirs = _read(part, skip_failed)
         first, manifest = first or shard, manifest or theirs
         _require_same(manifest, theirs, parts[0], part)
         if shard.count != first.count:
@@ -74,8 +79,8 @@ def _require_whole(parts: Sequence[Path]) -> Manifest:
     return manifest
 
 
-def _read(part: Path) -> tuple[Shard, Manifest]:
-    """Return which shard a folder is, and the manifest of the dataset, when it has all its scenes.
+def _read(part: Path, skip_failed: bool) -> tuple[Shard, Manifest]:
+    """Return which shard a folder is, and the manifest of the dataset, when it has the scenes that it must.
 
     Raises:
         DatasetError: It is no shard, or lacks scenes.
@@ -87,10 +92,10 @@ def _read(part: Path) -> tuple[Shard, Manifest]:
         )
     manifest = load_manifest(layout.unfinished)
     lacking = [str(index) for index in shard.scenes(manifest.scenes) if not layout.scene_record(index).is_file()]
-    if lacking:
+    if lacking and not skip_failed:
         raise DatasetError(
             f"{part}: shard {shard} lacks the scenes {_listed(lacking)}; "
-            f"go on with warehouse-sim generate --shard {shard} --resume"
+            f"go on with warehouse-sim generate --shard {shard} --resume, or do without them by --skip-failed"
         )
     return shard, manifest
 

@@ -1,6 +1,6 @@
 """A dataset folder while it is made: begun once, written scene by scene in any order, finished once."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.checksums import seal
 from warehouse_sim.dataset.contents import ReadingContents
+from warehouse_sim.dataset.discard import discard_scene
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -90,7 +91,7 @@ class DatasetStore:
 
     def pending(self) -> list[int]:
         """Return the scenes that are not complete, in order."""
-        return [index for index in range(self.manifest.scenes) if not self._layout.scene_record(index).is_file()]
+        return [index for index in self.manifest.scene_indices if not self._layout.scene_record(index).is_file()]
 
     def write_scene(
         self,
@@ -187,29 +188,38 @@ class DatasetStore:
         for scene_writer in scene_writers:
             scene_writer.finish()
 
-    def finish(self) -> Manifest:
+    def finish(self, skipped: Collection[int] = ()) -> Manifest:
         """Store what needs all scenes, the card and, last of all, the manifest.
 
+        Args:
+            skipped: Scenes that the dataset is to do without; what was begun of them is deleted.
+
         Raises:
-            DatasetError: A scene is missing.
+            DatasetError: Another scene is missing, or all are.
         """
         pending = self.pending()
-        if pending:
+        if set(pending) - set(skipped) or len(pending) == self.manifest.scenes:
             raise DatasetError(f"{self.root}: scenes {pending} are missing; go on with --resume")
+        for index in pending:
+            discard_scene(self.root, self.manifest, index)
+        remove_temporaries(self.root)  # of workers that were killed
+        return (self if not pending else DatasetStore(self.root, self.manifest.without(pending)))._finish()
+
+    def _finish(self) -> Manifest:
         for writer in self._writers:
             writer.finish()
-        records = [read_scene_record(self.root, index, objects=False) for index in range(self.manifest.scenes)]
+        records = {index: read_scene_record(self.root, index, objects=False) for index in self.manifest.scene_indices}
         table = split_table(
             {name: [records[index].observations for index in found] for name, found in self.manifest.splits.items()}
         )
-        renderers = {record.renderer for record in records}
+        every = list(records.values())
         manifest = replace(
             self.manifest,
-            renderers=tuple(sorted(renderers)),
+            renderers=tuple(sorted({record.renderer for record in every})),
             split_table=table,
-            contents=replace(self.manifest.contents, readings=self._readings(records)),
+            contents=replace(self.manifest.contents, readings=self._readings(every)),
         )
-        self._write_card(manifest, records)
+        self._write_card(manifest, every)
         manifest = replace(manifest, checksums=seal(self.root))
         write_manifest(self._layout.manifest, manifest)
         with writing(self._layout.unfinished):
@@ -274,6 +284,8 @@ class DatasetStore:
             stored = load_manifest(self._layout.manifest)
             contents = replace(stored.contents, readings={})
             draft = replace(stored, renderers=(), split_table={}, contents=contents, checksums="")
+            if draft.missing and draft == self.manifest.without(draft.missing):
+                draft = self.manifest  # What is missing is tried again.
             self._require_same(draft, self._layout.manifest)
             # Opened again, it is not complete until it is finished again.
             with writing(self._layout.unfinished):

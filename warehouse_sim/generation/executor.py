@@ -1,18 +1,19 @@
 """Scenes are made one after the other in this process, or side by side in several."""
 
-import logging
 import pickle
 import signal
 import threading
+import time
 import traceback
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from typing import Any, Self
 
-from warehouse_sim.errors import WorkerError
+from warehouse_sim.generation.failures import Failures, Skip
+from warehouse_sim.generation.time_limit import time_limit, too_long
 from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
 from warehouse_sim.processes import end_at_once_with_parent
 
@@ -23,17 +24,22 @@ OpenWork = Callable[[], AbstractContextManager[Work]]
 Made = Iterator[tuple[int, Any]]
 """Scene indices with what the work returned."""
 
-_TRIES = 2
-"""Workers that one scene may cost: the first death may be another program's doing."""
+_OPENED = "opened"
+"""What a worker says first of all."""
+_START_S = 120.0
+"""What it may take to say that."""
 _AHEAD = 2
 """Scenes a worker that are begun before the first of them is taken, where order counts."""
-_MOST_LOST = 3
-"""Scenes that are given up before the machine is to blame and no other is begun."""
-
-_log = logging.getLogger(__name__)
 
 
-def make_scenes(open_work: OpenWork, seed: int, scene_indices: Sequence[int], workers: int) -> Made:
+def make_scenes(
+    open_work: OpenWork,
+    seed: int,
+    scene_indices: Sequence[int],
+    workers: int,
+    limit_s: float | None = None,
+    skip: Skip | None = None,
+) -> Made:
     """Yield each scene's index with what the work returned for it, in the order in which they are finished.
 
     Args:
@@ -41,20 +47,21 @@ def make_scenes(open_work: OpenWork, seed: int, scene_indices: Sequence[int], wo
         seed: Seed of the dataset, for messages.
         scene_indices: Scenes to make.
         workers: Processes, >= 1; 1 works in this one.
+        limit_s: How long a try may take; a worker that takes longer is killed. None = as long as it does.
+        skip: Takes scenes that failed twice; None = they end the run.
 
     Raises:
-        WorkerError: A scene ended every worker that made it; the others are made before this is raised.
-        Exception: What the work raised; scenes that other workers are making then are finished before.
+        WorkerError: A scene ended every worker that made it, or took too long twice; the others are made before this
+            is raised. With ``skip``, so many failed that something else is to blame.
+        Exception: What the work raised twice; scenes that other workers are making then are finished before.
     """
     if not scene_indices:
         return
+    failures = Failures(seed, skip)
     if workers == 1:
-        keep_freed_memory()
-        with open_work() as work:
-            for index in scene_indices:
-                yield index, work(index)
+        yield from _make_here(open_work, scene_indices, limit_s, failures)
         return
-    with _Pool(open_work, seed, scene_indices) as pool:
+    with _Pool(open_work, failures, scene_indices, limit_s) as pool:
         yield from pool.run(min(workers, len(scene_indices)))
 
 
@@ -68,13 +75,11 @@ def make_in_order(open_work: OpenWork, seed: int, scene_indices: Iterable[int], 
         WorkerError: As ``make_scenes``; scenes after the one that was lost are not yielded.
         Exception: What the work raised.
     """
+    failures = Failures(seed)
     if workers == 1:
-        keep_freed_memory()
-        with open_work() as work:
-            for index in scene_indices:
-                yield index, work(index)
+        yield from _make_here(open_work, scene_indices, None, failures)
         return
-    with _Pool(open_work, seed, scene_indices, _AHEAD * workers) as pool:
+    with _Pool(open_work, failures, scene_indices, None, _AHEAD * workers) as pool:
         ready: dict[int, Any] = {}
         for made, result in pool.run(workers):
             ready[made] = result
@@ -82,6 +87,27 @@ def make_in_order(open_work: OpenWork, seed: int, scene_indices: Iterable[int], 
                 index = pool.order.popleft()
                 yield index, ready.pop(index)
                 pool.begin_idle()
+
+
+def _make_here(open_work: OpenWork, scene_indices: Iterable[int], limit_s: float | None, failures: Failures) -> Made:
+    """Yield scenes as they are made in this process."""
+    keep_freed_memory()
+    with open_work() as work:
+        for index in scene_indices:
+            again = True
+            while again:
+                try:
+                    with time_limit(limit_s):
+                        result = work(index)
+                except Exception as problem:
+                    again = failures.raised(index, problem)
+                else:
+                    failures.made()
+                    yield index, result
+                    break
+            if failures.stop:
+                break
+    failures.raise_them()
 
 
 class _Worker:
@@ -96,6 +122,9 @@ class _Worker:
         self.pipe, theirs = context.Pipe()
         self.scene_index: int | None = None
         """The scene that it is making."""
+        self.since = 0.0
+        """When that was begun, on the monotonic clock; of the first scene, when it must be."""
+        self.is_open = False
         self._process = context.Process(target=_serve, args=(theirs, _in_main_thread()), daemon=True)
         self._process.start()
         theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
@@ -104,7 +133,7 @@ class _Worker:
 
     def begin(self, scene_index: int) -> None:
         """Ask for a scene."""
-        self.scene_index = scene_index
+        self.scene_index, self.since = scene_index, time.monotonic() + (0.0 if self.is_open else _START_S)
         with suppress(OSError):
             self.pipe.send(scene_index)
 
@@ -118,19 +147,23 @@ class _Worker:
 
 
 class _Pool:
-    """Workers, the scenes that wait for one, and what went wrong."""
+    """Workers, and the scenes that wait for one."""
 
-    def __init__(self, open_work: OpenWork, seed: int, scene_indices: Iterable[int], ahead: int | None = None) -> None:
-        self._open_work, self._seed, self._fresh = pickle.dumps(open_work), seed, iter(scene_indices)
-        self._ahead = ahead
+    def __init__(
+        self,
+        open_work: OpenWork,
+        failures: Failures,
+        scene_indices: Iterable[int],
+        limit_s: float | None,
+        ahead: int | None = None,
+    ) -> None:
+        self._open_work, self._fresh = pickle.dumps(open_work), iter(scene_indices)
+        self._failures, self._limit_s, self._ahead = failures, limit_s, ahead
         self._again: list[int] = []
-        """Scenes whose worker died."""
+        """Scenes that failed once."""
         self.order: deque[int] = deque()
         """With ``ahead``, scenes that are begun; who takes them removes them, and no more than that are there."""
         self._workers: list[_Worker] = []
-        self._deaths: Counter[int] = Counter()
-        self._lost: list[str] = []
-        self._problem: Exception | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -144,30 +177,49 @@ class _Pool:
         for _ in range(workers):
             self._begin_next(self._start_worker())
         while busy := {worker.pipe: worker for worker in self._workers if worker.scene_index is not None}:
-            for pipe in connection.wait(list(busy)):
+            for pipe in connection.wait(list(busy), self._until_limit()):
                 yield from self._take_answer(busy[pipe])  # type: ignore[index]  # wait returns what it was given
-        if self._problem is not None:
-            raise self._problem
-        if self._lost:
-            raise WorkerError(
-                f"{'; '.join(self._lost)}; all else is kept: free some memory, or make it alone with --workers 1 "
-                "(and --resume, which goes on where this run stopped)"
-            )
+            self._end_late()
+        self._failures.raise_them()
 
     def _take_answer(self, worker: _Worker) -> Made:
         """Yield the scene that the worker has finished, if it has, and see that work goes on."""
         index = worker.scene_index
         assert index is not None
         try:
-            result, problem = worker.pipe.recv()
+            answer = worker.pipe.recv()
         except (EOFError, OSError):
-            self._replace(worker, index)
+            self._replace(worker)
             return
+        if answer == _OPENED:
+            worker.is_open, worker.since = True, time.monotonic()
+            return
+        result, problem = answer
         worker.scene_index = None
-        self._problem = self._problem or problem
+        if problem is None:
+            self._failures.made()
+        elif self._failures.raised(index, problem):
+            self._again.append(index)
         self._begin_next(worker)
         if problem is None:
             yield index, result
+
+    def _until_limit(self) -> float | None:
+        """Return the seconds until the first worker has taken too long; None where there is no limit."""
+        if self._limit_s is None:
+            return None
+        first = min(worker.since for worker in self._workers if worker.scene_index is not None)
+        return max(first + self._limit_s - time.monotonic(), 0.0)
+
+    def _end_late(self) -> None:
+        """Kill workers that have taken too long."""
+        if self._limit_s is None:
+            return
+        now = time.monotonic()
+        for worker in list(self._workers):
+            late = worker.scene_index is not None and now - worker.since >= self._limit_s
+            if late and not worker.pipe.poll():  # what it says at the last moment counts
+                self._replace(worker, too_long(self._limit_s))
 
     def _start_worker(self) -> _Worker:
         self._workers.append(_Worker(self._open_work))
@@ -186,7 +238,7 @@ class _Pool:
 
     def _next(self) -> int | None:
         """Take the scene that is to be begun now, if any is."""
-        if self._problem is not None or len(self._lost) >= _MOST_LOST:
+        if self._failures.stop:
             return None
         if self._again:
             return self._again.pop()
@@ -197,19 +249,17 @@ class _Pool:
             self.order.append(index)
         return index
 
-    def _replace(self, dead: _Worker, scene_index: int) -> None:
-        """Take note of what killed a worker, and put another in its place."""
+    def _replace(self, dead: _Worker, cause: str = "") -> None:
+        """Take note of what ended a worker, and put another in its place."""
+        index = dead.scene_index
+        assert index is not None
         self._workers.remove(dead)
-        death = f"the worker that made scene {scene_index} of seed {self._seed} was ended by {_cause(dead.end())}"
-        self._deaths[scene_index] += 1
-        if self._deaths[scene_index] < _TRIES:
-            _log.warning("%s; the scene is made again", death)
-            self._again.append(scene_index)
-        else:
-            self._lost.append(f"{death}, {_TRIES} times")
-        index = self._next()
-        if index is not None:
-            self._start_worker().begin(index)
+        exit_code = dead.end()
+        if self._failures.died(index, cause or _cause(exit_code)):
+            self._again.append(index)
+        following = self._next()
+        if following is not None:
+            self._start_worker().begin(following)
 
 
 def _cause(exit_code: int) -> str:
@@ -233,7 +283,9 @@ def _serve(pipe: Connection, of_main_thread: bool) -> None:
         while True:
             index = pipe.recv()
             try:
-                work = work or opened.enter_context(pickle.loads(open_work)())
+                if work is None:
+                    work = opened.enter_context(pickle.loads(open_work)())
+                    pipe.send(_OPENED)
                 pipe.send((work(index), None))
             except Exception as problem:
                 pipe.send((None, _picklable(problem)))

@@ -20,6 +20,7 @@ from warehouse_sim.one_writer import one_writer
 from warehouse_sim.render import BACKENDS, open_renderer
 from warehouse_sim.render.renderer import Renderer
 
+_OBSERVATION_LIMIT_S = 600.0
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of finished scenes and of all scenes."""
 
@@ -48,10 +49,11 @@ def generate(
     Raises:
         UnknownNameError: A format or the backend is not registered.
         DatasetError: The folder holds something else, a format cannot hold the data, or a setting is out of range.
-        SettleError: A scene does not stand in any attempt.
+        SettleError: A scene does not stand in any attempt, unless ``config.skip_failed``; its ``scenes`` names it.
         RenderError: No renderer can be opened.
         OutputError: Another process writes the folder, or it cannot be written.
-        WorkerError: A scene ended every worker that made it; all else is kept for ``config.resume``.
+        WorkerError: Scenes ended every worker that made them, or took too long; all else is kept for
+            ``config.resume``. With ``config.skip_failed``, more than a tenth of them did.
     """
     BACKENDS.get(config.backend)
     draft = draft_manifest(recipe, config)
@@ -70,10 +72,15 @@ def _write(job: Job, progress: ProgressCallback) -> Manifest:
     wanted = range(manifest.scenes) if config.shard is None else config.shard.scenes(manifest.scenes)
     pending = [index for index in store.pending() if index in wanted]
     progress(len(wanted) - len(pending), len(wanted))
-    made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers)
+    limit_s = config.scene_limit_s or _OBSERVATION_LIMIT_S * manifest.observations_per_scene
+    skipped: list[int] = []
+    skip = (lambda index, why: skipped.append(index)) if config.skip_failed else None
+    made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers, limit_s, skip)
     for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
         progress(finished, len(wanted))
-    return store.finish() if config.shard is None else manifest
+    if config.shard is None:
+        return store.finish(skipped)
+    return manifest.without(skipped) if len(skipped) < manifest.scenes else manifest
 
 
 def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:

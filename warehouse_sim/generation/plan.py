@@ -52,6 +52,11 @@ class GenerateConfig:
     shard: Shard | None = None
     """Make only the scenes of this shard; the folder is one of several that ``dataset.merge`` puts together."""
 
+    scene_limit_s: Annotated[float, Range(1, 10_000_000, "s")] | None = None
+    """How long a try of a scene may take, 1-10,000,000 s; None = ten minutes for each of its observations."""
+    skip_failed: bool = False
+    """Do without scenes that failed twice; the manifest names them."""
+
 
 def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     """Return the manifest of the dataset that ``recipe`` and ``config`` describe.

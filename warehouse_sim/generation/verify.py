@@ -71,9 +71,10 @@ def verify(root: Path, samples: int, progress: ProgressCallback = lambda done, t
 
 def chosen_scenes(manifest: Manifest, samples: int) -> list[int]:
     """Return the scenes that hold ``samples`` observations, drawn by the dataset's own seed."""
-    count = min(-(-samples // manifest.observations_per_scene), manifest.scenes)
+    there = manifest.scene_indices
+    count = min(-(-samples // manifest.observations_per_scene), len(there))
     rng = np.random.default_rng([manifest.seed, manifest.scenes, samples])
-    return sorted(int(index) for index in rng.choice(manifest.scenes, count, replace=False))
+    return sorted(int(index) for index in rng.choice(there, count, replace=False))
 
 
 def _recipe(root: Path, manifest: Manifest) -> Recipe:

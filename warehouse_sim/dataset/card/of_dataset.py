@@ -80,8 +80,11 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
         "LiDAR points": f"{tally.points:,}, {tally.points / tally.observations:,.0f} a sweep" if tally.points else "",
         "twins": ", ".join(dict.fromkeys(twin.variant for twin in manifest.twins)),
     }
-    if tally.scenes < manifest.scenes:
-        facts["not counted"] = f"{manifest.scenes - tally.scenes} scenes that an earlier version made"
+    if tally.scenes < len(manifest.scene_indices):
+        older = len(manifest.scene_indices) - tally.scenes
+        facts["not counted"] = f"{older} scenes that an earlier version made"
+    if manifest.missing:
+        facts["missing"] = f"{len(manifest.missing)} of {manifest.scenes} scenes, which could not be made"
     return {name: text for name, text in facts.items() if text}
 
 

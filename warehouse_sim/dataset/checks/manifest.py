@@ -22,7 +22,8 @@ def contents(subject: Subject) -> Findings:
     """
     manifest = subject.manifest
     splits = ", ".join(f"{name} {len(scenes)}" for name, scenes in manifest.splits.items())
-    findings = Findings(f"{manifest.scenes} scenes ({splits}), disjoint by scene")
+    missing = f"; {len(manifest.missing)} could not be made and are missing" if manifest.missing else ""
+    findings = Findings(f"{manifest.scenes} scenes ({splits}), disjoint by scene{missing}")
     _known_formats(findings, subject)
     _own_targets(findings, subject)
     if not manifest.converted_from:

@@ -30,7 +30,7 @@ def objects(subject: Subject) -> Findings:
 
 def scenes(subject: Subject) -> Findings:
     """Each scene has one record, of the right split, with every observation and unique instance ids."""
-    findings = Findings(f"{subject.manifest.scenes} scene records")
+    findings = Findings(f"{len(subject.manifest.scene_indices)} scene records")
     compare_names(findings, subject.layout.scenes, {f"{index:06d}.json" for _, index in subject.scenes()})
     for split, index in subject.scenes():
         record, where = subject.record(index), str(subject.layout.scene_record(index))

@@ -107,7 +107,7 @@ def _lux(reader: DatasetReader) -> Iterator[float]:
     """Yield the light on each label that a scene record of this package tells."""
     if reader.manifest is None:
         return
-    for index in range(reader.manifest.scenes):
+    for index in reader.manifest.scene_indices:
         try:
             record = read_scene_record(reader.root, index, objects=False)
         except DatasetError:

@@ -77,7 +77,7 @@ class _Pieces:
 def _classes(layout: CocoLayout, manifest: Manifest, name: Table) -> set[str]:
     """Return the classes of a table: the targets', and in the panoptic one all that is seen."""
     found = set(manifest.targets)
-    for scene in range(manifest.scenes):
+    for scene in manifest.scene_indices:
         where = str(layout.part(scene, name))
         for row in _part(layout, scene, name):
             items = take(row, "segments_info", list, where) if name == "panoptic" else [row]

@@ -88,6 +88,10 @@ class KittiWriter:
         for split in SPLITS:
             for kind in self._kinds:
                 make_folder(self._layout.folder(split) / kind)
+        self._list_frames()
+        write_bytes(self._layout.root / "README.md", self._readme().encode("ascii"), durable=True)
+
+    def _list_frames(self) -> None:
         sets: dict[str, tuple[Split, ...]] = {name: (name,) for name in SPLITS}
         sets["trainval"] = ("train", "val")
         make_folder(self._layout.image_set("train").parent)
@@ -100,7 +104,6 @@ class KittiWriter:
             ]
             text = "".join(f"{frame:06d}\n" for frame in frames)
             write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
-        write_bytes(self._layout.root / "README.md", self._readme().encode("ascii"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "KittiSceneWriter":
         """Open a scene anew."""
@@ -112,7 +115,8 @@ class KittiWriter:
         return KittiSceneWriter(self._layout, split, frames, self._manifest.contents.clean)
 
     def finish(self) -> None:
-        """Do nothing: no file of this format needs all scenes."""
+        """Write the lists of frames anew: scenes may be missing in the end."""
+        self._list_frames()
 
     def _readme(self) -> str:
         contents = self._manifest.contents

@@ -62,7 +62,7 @@ class LinemodWriter:
         """Give every frame its number; write the tables and the lists of each split."""
         frames: dict[int, int] = defaultdict(int)
         lists: dict[int, dict[str, list[int]]] = defaultdict(lambda: {split: [] for split in SPLITS})
-        for scene in range(self._manifest.scenes):
+        for scene in self._manifest.scene_indices:
             texts: dict[Path, str] = defaultdict(str)
             for row in read_json(self._layout.scene(scene)):
                 obj_id = take(row, "obj_id", int, str(self._layout.scene(scene)), WHOLE)

@@ -24,7 +24,7 @@ def files(subject: Subject) -> Findings:
     findings, layout = Findings(), mcap_layout(subject.root)
     for split, scenes in subject.manifest.splits.items():
         compare_names(findings, layout.root / split, {layout.scene(split, index).name for index in scenes})
-    findings.examined = f"{subject.manifest.scenes} files"
+    findings.examined = f"{len(subject.manifest.scene_indices)} files"
     return findings
 
 

@@ -1,0 +1,89 @@
+"""What follows from a scene that could not be made: it is tried once more, then named, or skipped on request."""
+
+import logging
+from collections import Counter
+from collections.abc import Callable
+
+from warehouse_sim.errors import ConfigError, MissingPackageError, OutputError, UnknownNameError, WorkerError
+
+Skip = Callable[[int, str], None]
+"""Takes a scene that failed twice, and why."""
+
+_TRIES = 2
+"""What one scene may cost: the first death may be another program's doing."""
+_MOST_LOST, _SHARE_LOST = 3, 10
+"""Scenes that are given up before machine or recipe are to blame and no other is begun; where they are skipped, that
+many and one for every ten that are made."""
+_NOT_OF_A_SCENE = (OutputError, MissingPackageError, ConfigError, UnknownNameError)
+"""Errors that another scene would meet, too."""
+
+_log = logging.getLogger(__name__)
+
+
+class Failures:
+    """The scenes of one run that failed.
+
+    Args:
+        seed: Seed of the dataset, for messages.
+        skip: Called with each scene that failed twice; None = the run ends with an error.
+    """
+
+    def __init__(self, seed: int, skip: Skip | None = None) -> None:
+        self._seed, self._skip = seed, skip
+        self._tries: Counter[int] = Counter()
+        self._lost: dict[int, str] = {}
+        self._made = 0
+        self.problem: Exception | None = None
+        """The error that ends the run when the scenes at work are finished."""
+
+    def made(self) -> None:
+        """Take note of a scene that was made."""
+        self._made += 1
+
+    def died(self, scene_index: int, cause: str) -> bool:
+        """Take note of a worker that was lost; return whether its scene is to be made again."""
+        worker = f"the worker that made scene {scene_index} of seed {self._seed}"
+        return self._again(scene_index, f"{worker} was ended by {cause}")
+
+    def raised(self, scene_index: int, problem: Exception) -> bool:
+        """Take note of what a scene raised; return whether it is to be made again."""
+        last = self._tries[scene_index] + 1 >= _TRIES and self._skip is None
+        if not last and not isinstance(problem, _NOT_OF_A_SCENE):
+            return self._again(scene_index, f"scene {scene_index} of seed {self._seed} failed: {_one_line(problem)}")
+        problem.scenes = (scene_index,)  # type: ignore[attr-defined]
+        self.problem = self.problem or problem
+        return False
+
+    @property
+    def stop(self) -> bool:
+        """Whether no other scene is to be begun."""
+        allowed = _MOST_LOST + (0 if self._skip is None else self._made // _SHARE_LOST)
+        return self.problem is not None or len(self._lost) >= allowed
+
+    def raise_them(self) -> None:
+        """Raise what ends the run, if anything does."""
+        if self.problem is not None:
+            raise self.problem
+        if self._lost and (self._skip is None or self.stop):
+            error = WorkerError(
+                f"{'; '.join(self._lost.values())}; all else is kept: free some memory, or make it alone with "
+                "--workers 1 (and --resume, which goes on where this run stopped)"
+            )
+            error.scenes = tuple(self._lost)
+            raise error
+
+    def _again(self, scene_index: int, text: str) -> bool:
+        self._tries[scene_index] += 1
+        if self._tries[scene_index] < _TRIES:
+            _log.warning("%s; the scene is made again", text)
+            return True
+        self._lost[scene_index] = f"{text}, {_TRIES} times"
+        if self._skip is not None:
+            _log.warning("%s; the scene is skipped", self._lost[scene_index])
+            self._skip(scene_index, self._lost[scene_index])
+        return False
+
+
+def _one_line(problem: Exception) -> str:
+    lines = str(problem).strip().splitlines()
+    return lines[-1] if lines else type(problem).__name__
