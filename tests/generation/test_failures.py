@@ -72,8 +72,9 @@ def test_errors_and_deaths_are_skipped_too_but_not_everything(workers: int, tmp_
     assert sorted(skipped) == [2, 5]
     with pytest.raises(WorkerError, match=r"(failed: scene \d+ of seed 5: object 3 toppled, 2 times.*){3}"):
         run(never, range(50), workers, None, [])
-    with pytest.raises(OutputError, match="No space left"):
+    with pytest.raises(OutputError, match="No space left") as problem:
         run(full_disk, range(50), workers, None, [])
+    assert problem.value.scenes == ()  # It is no scene's fault.
     if workers > 1:
         skipped.clear()
         assert run(partial(killed, tmp_path, {1: 9}), range(4), workers, None, skipped) == [0, 2, 3]

@@ -50,7 +50,8 @@ class Failures:
         last = self._tries[scene_index] + 1 >= _TRIES and self._skip is None
         if not last and not isinstance(problem, _NOT_OF_A_SCENE):
             return self._again(scene_index, f"scene {scene_index} of seed {self._seed} failed: {_one_line(problem)}")
-        problem.scenes = (scene_index,)  # type: ignore[attr-defined]
+        if not isinstance(problem, _NOT_OF_A_SCENE):
+            problem.scenes = (scene_index,)  # type: ignore[attr-defined]
         self.problem = self.problem or problem
         return False
 
