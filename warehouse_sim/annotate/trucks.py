@@ -1,8 +1,8 @@
 """Outlines of the trucks that take pallets, as boxes before a face: what must be free when one drives in.
 
 Frame: x into the pallet, y to the left, z up; x = 0 is the plane of the forks' faces (the heel), z = 0 the floor.
-Counterbalance and reach truck have the measures of the catalog's (``catalog/traffic``); with the mast of the reach
-truck out, its wheel arms end at the heel. The others are practical priors, no single maker's.
+Counterbalance and reach truck have the measures of the catalog's (``catalog/traffic``), but for how far the mast of
+the reach truck goes out. The others are practical priors, no single maker's.
 """
 
 from collections.abc import Iterator
@@ -21,8 +21,9 @@ _GROUND = 0.06
 """Trucks begin here (m): thresholds and what lies flat on the floor are driven over."""
 _ABOVE_FORKS = 1.19
 """How far backrest and inner mast stand above the middle of the tines (m), as on the catalog's truck."""
-_REACH = 0.55
-"""How far a reach truck pushes its mast out (m)."""
+_REACH, _SHORT = 0.75, 0.20
+"""How far a reach truck pushes its mast out, and how far behind the heel its wheel arms end then (m): before the guards
+of uprights, which reach 0.19 m into the aisle. A turret truck keeps that distance, too. Practical priors, no source."""
 
 
 @dataclass(frozen=True)
@@ -123,16 +124,16 @@ TRUCKS: dict[str, TruckOutline] = {
             Piece(-0.24, -0.08, 0.74, _GROUND, REACH_HEIGHT, "up to forks"),
         ),
         body=(
-            Piece(-0.89, 0.0, REACH_WIDTH, _GROUND, 0.30, behind=_REACH),
-            Piece(-1.85, -0.89, REACH_WIDTH, _GROUND, 1.12, behind=_REACH),
-            Piece(-1.80, -0.93, 1.10, 1.12, 2.19, behind=_REACH),
+            Piece(-1.09, -_SHORT, REACH_WIDTH, _GROUND, 0.30, behind=_REACH),
+            Piece(-2.05, -1.09, REACH_WIDTH, _GROUND, 1.12, behind=_REACH),
+            Piece(-2.00, -1.13, 1.10, 1.12, 2.19, behind=_REACH),
         ),
         lift=10.0,
     ),
     # It stands along the aisle and pushes its forks out sideways.
     "very_narrow": TruckOutline(
-        mast=(Piece(-1.35, -0.08, 1.3, -0.1, 2.3, "with forks", behind=np.inf),),
-        body=(Piece(-1.35, -0.08, 1.3, _GROUND, 3.0, "up to forks", behind=np.inf),),
+        mast=(Piece(-1.40, -_SHORT, 1.3, -0.1, 2.3, "with forks", behind=np.inf),),
+        body=(Piece(-1.40, -_SHORT, 1.3, _GROUND, 3.0, "up to forks", behind=np.inf),),
         lift=13.0,
     ),
     # With the one who pulls it.
