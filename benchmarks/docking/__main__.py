@@ -1,0 +1,107 @@
+"""Does the swept test tell the truth? The same estimates, judged by it and by a simulated truck.
+
+    python -m benchmarks.docking industrial mixed_pallets dock_staging --poses 1000 --write
+    python -m benchmarks.docking DATA DATA=PREDICTIONS.csv
+
+A RUN is a recipe (scenes are drawn here, errors planted), a dataset (errors planted) or a dataset with predictions.
+"""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+
+from benchmarks.docking.agreement import MARGINS_MM, Row, by_kind, causes, confusion, disagreements, told
+from benchmarks.docking.pictures import picture
+from benchmarks.docking.record import Record
+from benchmarks.docking.sources import Asked, Source
+from benchmarks.docking.truck import TruckConfig
+from benchmarks.result import RESULTS, rounded, write_result
+
+FOLDER = Path("out") / "docking"
+
+
+def main(
+    runs: Annotated[tuple[str, ...], tyro.conf.Positional],
+    /,
+    poses: int = 1000,
+    seed: int = 0,
+    split: str = "test",
+    folder: Path = FOLDER,
+    show: int = 20,
+    pictures: int = 0,
+    write: bool = False,
+) -> None:
+    """Ask, count and print; what was answered before is not asked again.
+
+    Args:
+        runs: Recipes, datasets, or DATASET=PREDICTIONS.csv.
+        poses: How many in all, the same number of each run as far as it has them.
+        seed: Of drawn scenes and of planted errors.
+        split: Of the datasets.
+        folder: Where answers and pictures are kept.
+        show: How many disagreements to print.
+        pictures: How many of them to draw.
+        write: Store the result file.
+    """
+    truck = TruckConfig()
+    record, rows, asked = Record(folder / "answers.jsonl", truck), [], {}
+    left_out: dict[str, dict[str, int]] = {}
+    for name in runs:
+        source = Source(name, truck, seed, split)
+        for question, station in source.questions(-(-poses // len(runs))):
+            row = record.answer(question, station)
+            rows.append(row)
+            if len(asked) < 50_000:
+                asked[row["key"]] = (question, station)
+        left_out[source.label] = dict(sorted(source.left_out.items()))
+        print(f"{source.label}: {sum(row['source'] == source.label for row in rows)} poses asked", flush=True)
+    _print(rows, left_out, show)
+    _draw(disagreements(rows)[:pictures], asked, truck, folder)
+    if write:
+        command = f"python -m benchmarks.docking {' '.join(runs)} --poses {poses} --seed {seed} --write"
+        write_result(RESULTS / "docking.json", command, rounded(by_kind(rows)), **_facts(rows, left_out, truck))
+
+
+def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> None:
+    for source, reasons in left_out.items():
+        print(f"{source}: sides not asked: {', '.join(f'{why} {count}' for why, count in reasons.items()) or 'none'}")
+    print("| swept test with a margin | both dock | swept only | simulation only | neither | agree |")
+    print("|---|---|---|---|---|---|")
+    for margin in MARGINS_MM:
+        found = confusion(rows, margin)
+        counts = " | ".join(str(found[name]) for name in ("both dock", "swept only", "simulation only", "neither"))
+        low, high = found["agree_95"]
+        print(f"| {margin} mm | {counts} | {found['agree']:.3f} [{low:.3f}, {high:.3f}] |")
+    for group in rounded(by_kind(rows)):
+        print(", ".join(f"{name}: {value}" for name, value in group.items()))
+    for why, count in causes(rows).items():
+        print(f"differ: {count} x {why}")
+    for row in disagreements(rows)[:show]:
+        print(told(row))
+    seconds = [row["cpu_s"] for row in rows]
+    print(f"output: {len(rows)} poses, CPU {np.mean(seconds):.2f} s a pose, at most {max(seconds):.2f} s")
+
+
+def _draw(rows: list[Row], asked: dict[str, Asked], truck: TruckConfig, folder: Path) -> None:
+    for number, row in enumerate(rows):
+        before, _, after = told(row).partition("; ")
+        picture(folder / f"disagreement_{number:02d}.png", *asked[row["key"]], truck, [before, after])
+
+
+def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckConfig) -> dict[str, object]:
+    return {
+        "poses": len(rows),
+        "truck": asdict(truck),
+        "confusion": [rounded(confusion(rows, margin)) for margin in MARGINS_MM],
+        "differ": causes(rows),
+        "sides_not_asked": left_out,
+        "cpu_s_a_pose": rounded(float(np.mean([row["cpu_s"] for row in rows]))),
+        "disagreements": [told(row) for row in disagreements(rows)],
+    }
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

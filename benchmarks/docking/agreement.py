@@ -1,0 +1,109 @@
+"""Swept test against simulation: how often they say the same, and where they do not."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.evaluation.intervals import share_interval
+
+Row = dict[str, Any]
+MARGINS_MM = (0, 10, 20)
+_DRAWS = 2000
+
+
+def swept_docks(row: Row, margin_mm: float = 0.0) -> bool:
+    """Return what the swept test says with pockets shrunk by a margin; the limits of depth stay."""
+    walls = row["swept"]["room_at_walls"]
+    enough = walls is None or walls >= margin_mm / 1000.0
+    return bool(row["swept"]["docks"] and enough)
+
+
+def simulated_docks(row: Row) -> bool:
+    """Return whether the simulated truck took the pallet."""
+    return bool(row["simulated"]["outcome"] == "docked")
+
+
+def confusion(rows: Sequence[Row], margin_mm: float = 0.0) -> dict[str, Any]:
+    """Count how both judge; the share that agrees has a 95 % interval over scenes.
+
+    Args:
+        rows: At least one.
+        margin_mm: Of the swept test.
+    """
+    swept = np.array([swept_docks(row, margin_mm) for row in rows])
+    simulated = np.array([simulated_docks(row) for row in rows])
+    places = [(row["source"], row["scene"]) for row in rows]
+    numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
+    scenes = np.array([numbers[place] for place in places])
+    same = (swept == simulated).astype(float)
+    return {
+        "margin_mm": margin_mm,
+        "both dock": int((swept & simulated).sum()),
+        "swept only": int((swept & ~simulated).sum()),
+        "simulation only": int((~swept & simulated).sum()),
+        "neither": int((~swept & ~simulated).sum()),
+        "agree": float(same.mean()),
+        "agree_95": share_interval(same, scenes, _DRAWS, np.random.default_rng(0)),
+    }
+
+
+def by_kind(rows: Sequence[Row]) -> list[Row]:
+    """Return for each source and kind of estimate the share of agreement, the shares that dock, and what fails."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row["source"], row["kind"]), []).append(row)
+    return [
+        {
+            "name": f"{source}, {kind}",
+            "value": confusion(found)["agree"],
+            "interval": confusion(found)["agree_95"],
+            "poses": len(found),
+            "swept test docks": float(np.mean([swept_docks(row) for row in found])),
+            "simulation docks": float(np.mean([simulated_docks(row) for row in found])),
+            "swept only": sum(swept_docks(row) and not simulated_docks(row) for row in found),
+            "simulation only": sum(simulated_docks(row) and not swept_docks(row) for row in found),
+            "outcomes": dict(Counter(row["simulated"]["outcome"] for row in found)),
+        }
+        for (source, kind), found in groups.items()
+    ]
+
+
+def disagreements(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows on which they differ, the ones that the swept test was surest of first."""
+    return sorted(
+        (row for row in rows if swept_docks(row) != simulated_docks(row)), key=lambda row: -abs(least_room(row))
+    )
+
+
+def causes(rows: Sequence[Row]) -> dict[str, int]:
+    """Count disagreements by what each side says: the limiting error, or what failed in the simulation and on what."""
+    found: Counter[str] = Counter()
+    for row in disagreements(rows):
+        if simulated_docks(row):
+            found[f"docks although {row['swept']['limiting_error']}"] += 1
+        else:
+            found[f"{row['simulated']['outcome']}: {row['simulated']['by'] or '-'}"] += 1
+    return dict(found.most_common())
+
+
+def least_room(row: Row) -> float:
+    """Return the smallest room (m) that the swept test found; -1 where the estimate is astray."""
+    rooms = [value for value in row["swept"]["room"].values() if value is not None]
+    return min(rooms) if len(rooms) == len(row["swept"]["room"]) else -1.0
+
+
+def told(row: Row) -> str:
+    """Return a disagreement as a line."""
+    errors = row["swept"]["errors"]
+    offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))
+    turns = " ".join(f"{name} {np.rad2deg(errors[name]):+.1f} deg" for name in ("yaw", "pitch"))
+    simulated = row["simulated"]
+    return (
+        f"{row['source']} scene {row['scene']} pallet {row['instance']} {row['face']} ({row['kind']}): "
+        f"{offsets} {turns}; "
+        f"swept {'docks' if swept_docks(row) else 'fails: ' + row['swept']['limiting_error']}, "
+        f"room {1000 * least_room(row):+.1f} mm; simulation {simulated['outcome']} "
+        f"{simulated['by']} ({simulated['force']:.0f} N, {1000 * simulated['push']:.1f} mm)"
+    )

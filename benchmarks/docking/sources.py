@@ -1,0 +1,181 @@
+"""Where questions come from: scenes of a recipe, drawn here, or a dataset with or without a predictions file."""
+
+import json
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.docking.planted import KINDS, planted
+from benchmarks.docking.questions import Question, why_not
+from benchmarks.docking.station import Station, station_of
+from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset import predictions as prediction_file
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
+from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.evaluation.docking import approached_face, docking_faces
+from warehouse_sim.evaluation.pairing import pair_up
+from warehouse_sim.evaluation.pose_error import estimates_in_object, nearest_symmetry
+from warehouse_sim.evaluation.surface import ErrorModels
+from warehouse_sim.generation.drawn import draw_scene
+from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.scene import sample_scene, scene_rng
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.schema import ObjectModel, SceneSpec
+
+_LEAST_VISIBLE = 0.1
+"""As the scores have it."""
+_FARTHEST, _LEAST_AHEAD = 10.0, 0.5
+"""Pallets between these distances before a viewpoint (m) are asked in a drawn scene, seen or hidden."""
+
+Asked = tuple[Question, Station]
+Seen = tuple[int, int, str, str, Transform | None]
+"""Image, instance, face, kind and estimate; without an estimate errors are planted."""
+
+
+@dataclass
+class Source:
+    """One RUN of the command line: ``RECIPE``, ``DATA`` or ``DATA=PREDICTIONS.csv``."""
+
+    name: str
+    truck: TruckConfig
+    seed: int = 0
+    split: str = "test"
+
+    def __post_init__(self) -> None:
+        data, _, file = self.name.partition("=")
+        self.root, self.predictions = Path(data), Path(file) if file else None
+        self.is_dataset = is_dataset(self.root)
+        self.left_out: dict[str, int] = {}
+        """How many pallets were not asked, by reason."""
+        self.label = (Path(data).name if self.is_dataset else Path(data).stem) + (
+            f" {self.root_method}" if file else ""
+        )
+
+    @property
+    def root_method(self) -> str:
+        """What the predictions are called: the folders that a score keeps them in, else the file."""
+        path = self.predictions
+        return "" if path is None else "/".join(path.parts[-4:-1] if path.stem == "predictions" else (path.stem,))
+
+    def questions(self, most: int) -> Iterator[Asked]:
+        """Yield up to ``most`` questions, scene by scene; the same ones for the same arguments."""
+        found = 0
+        for scene, seen in self._scenes():
+            solids = Solids.of(scene.instances, scene.models)
+            for question, station in self._of_scene(scene, solids, seen):
+                yield question, station
+                found += 1
+                if found == most:
+                    return
+
+    def _of_scene(self, scene: SceneSpec, solids: Solids, seen: list[Seen]) -> Iterator[Asked]:
+        asked: dict[tuple[int, str], str] = {}
+        for image, instance, name, kind, estimate in seen:
+            station = station_of(scene, instance, solids)
+            face = station.face(name)
+            if (instance, name) not in asked:
+                asked[instance, name] = why_not(station, face, self.truck)
+                reason = asked[instance, name]
+                if reason:
+                    self.left_out[reason] = self.left_out.get(reason, 0) + 1
+            if asked[instance, name]:
+                continue
+            for kind_asked in KINDS if estimate is None else (kind,):
+                # Each question has a stream of its own, so that it is the same whatever was asked before.
+                stream = [self.seed, scene.scene_index, instance, zlib.crc32(f"{name} {kind_asked}".encode())]
+                rng = np.random.default_rng(stream)
+                T = planted(kind_asked, face, self.truck.fork, rng) if estimate is None else estimate
+                yield Question(self.label, scene.scene_index, image, instance, name, kind_asked, T), station
+
+    def _scenes(self) -> Iterator[tuple[SceneSpec, list[Seen]]]:
+        if self.is_dataset:
+            yield from self._recorded()
+            return
+        recipe = load_recipe(self.name)
+        for index in range(1_000_000):
+            scene = draw_scene(recipe, self.seed, index).scene
+            yield scene, list(_before_viewpoints(scene))
+
+    def _recorded(self) -> Iterator[tuple[SceneSpec, list[Seen]]]:
+        reader = DatasetReader(self.root)
+        images = reader.images(self.split)
+        rows = self._predicted(reader, images) if self.predictions else _labelled(reader, images)
+        for index in sorted(rows):
+            yield recorded_scene(self.root, index), rows[index]
+
+    def _predicted(self, reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:
+        estimates = prediction_file.read(self.predictions)
+        models = ErrorModels(reader.objects, 0)
+        rows: dict[int, list[Seen]] = {}
+        for pair in pair_up(estimates, images, models, _LEAST_VISIBLE):
+            info, target = models.info(pair.target), pair.target
+            if not info.pockets or pair.prediction < 0 or not target.instance_id:
+                continue
+            estimated = estimates[pair.prediction].T_camera_object[None]
+            alike = estimates_in_object(estimated, target.T_camera_object[None], info.symmetry)
+            best, _ = nearest_symmetry(alike, models.points(target).hull)
+            face = _face_before(info, target.T_camera_object)
+            row = (pair.image.image_id, target.instance_id, face, "predicted", best[0])
+            rows.setdefault(pair.image.scene_id, []).append(row)
+        return rows
+
+
+def recorded_scene(root: Path, scene_index: int) -> SceneSpec:
+    """Return a scene of a dataset: its models drawn again, its objects where its record says that they came to rest.
+
+    Raises:
+        DatasetError: This version draws another scene.
+    """
+    path = DatasetLayout(root).scene_record(scene_index)
+    record = read_scene_record(root, scene_index)
+    attempt = json.loads(path.read_text(encoding="utf-8")).get("attempt", 0)
+    manifest = DatasetReader(root).manifest
+    recipe = from_mapping(Recipe, manifest.recipe if manifest else {}, f"{root}: recipe")
+    stream = partial(scene_rng, record.seed, scene_index, attempt=attempt)
+    scene = sample_scene(recipe.scene.drawn(stream), record.seed, scene_index, attempt)
+    stored = {item.instance_id: item for item in record.objects}
+    drawn = {item.instance_id: item.model for item in scene.instances}
+    if drawn != {key: item.model for key, item in stored.items()}:
+        raise DatasetError(f"{path}: this version draws other objects for this scene; generate the dataset again")
+    placed = tuple(replace(item, T_world_object=stored[item.instance_id].T_world_object) for item in scene.instances)
+    return replace(scene, instances=placed, settled=True)
+
+
+def _labelled(reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:
+    """Return each labelled pallet once from each side that it was seen from."""
+    rows: dict[int, dict[tuple[int, str], Seen]] = {}
+    for image in images:
+        for target in image.targets:
+            info = target.info(reader.objects)
+            if info.pockets and target.instance_id and target.visible_fraction >= _LEAST_VISIBLE:
+                face = _face_before(info, target.T_camera_object)
+                row = (image.image_id, target.instance_id, face, "", None)
+                rows.setdefault(image.scene_id, {}).setdefault((target.instance_id, face), row)
+    return {scene: list(found.values()) for scene, found in rows.items()}
+
+
+def _before_viewpoints(scene: SceneSpec) -> Iterator[Seen]:
+    seen = set()
+    for number, view in enumerate(scene.viewpoints):
+        for item in scene.target_instances():
+            model = scene.model_of(item)
+            T = invert(view.T_world_camera) @ item.T_world_object
+            if not model.pockets or T[2, 3] < _LEAST_AHEAD or np.linalg.norm(T[:3, 3]) > _FARTHEST:
+                continue
+            face = _face_before(model, T)
+            if (item.instance_id, face) not in seen:
+                seen.add((item.instance_id, face))
+                yield number, item.instance_id, face, "", None
+
+
+def _face_before(thing: ObjectInfo | ObjectModel, T_camera_object: Transform) -> str:
+    faces = docking_faces(thing.size, thing.pockets)
+    return faces[int(approached_face(T_camera_object[None], faces)[0])].name

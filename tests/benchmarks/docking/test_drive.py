@@ -1,0 +1,103 @@
+"""The simulated truck against what can be said with a pencil."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.docking.drive import Docking, dock
+from benchmarks.docking.truck import TruckConfig
+from tests.benchmarks.docking.stations import at, estimate, station
+from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
+
+TRUCK = TruckConfig()
+PATIENT = replace(TRUCK, most_force=1e9, most_push=10.0)
+"""Goes on whatever it strikes."""
+
+
+def drive(place, face: str, truck: TruckConfig = TRUCK, **errors: float) -> Docking:
+    return dock(place, place.face(face), estimate(place, face, **errors), truck, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("face", ["-x", "+x", "-y", "+y"])
+@pytest.mark.parametrize("load", [0.0, 400.0])
+def test_the_truth_docks(face: str, load: float) -> None:
+    found = drive(station(load, pose=at(0.4, -0.3, 0.072, 0.7)), face)
+    assert found.outcome == "docked"
+    assert found.inside == pytest.approx(1.10, abs=0.002)
+    assert (found.force, found.push) == (0.0, pytest.approx(0.0, abs=1e-4))
+
+
+@pytest.mark.parametrize("load", [0.0, 400.0])
+@pytest.mark.parametrize("face", ["-x", "+y"])
+def test_a_heel_that_passes_the_face_pushes(face: str, load: float) -> None:
+    assert drive(station(load), face, depth=0.045).docked
+    found = drive(station(load), face, depth=0.2)
+    assert found.outcome in ("pushed", "struck")
+    assert found.by.startswith(("shank", "backrest"))
+
+
+def test_the_push_is_what_the_estimate_is_too_deep_by() -> None:
+    found = drive(station(), "-x", PATIENT, depth=0.2)
+    assert found.push == pytest.approx(0.2 - TRUCK.fork.heel_gap, abs=0.005)
+
+
+def test_the_force_of_a_slow_push_is_the_friction_of_the_floor() -> None:
+    place = station(load_kg=100.0)
+    mass = 100.0 + place.scene.model_of(place.pallet).mass
+    slow = replace(PATIENT, speed=0.05, force_time=2.0)  # 3 s of pushing
+    found = drive(place, "-x", slow, depth=0.2)
+    # The heels hold the pallet down by their own friction, which the floor answers with more: at most 1 / (1 - mu mu').
+    weight, floor, steel = mass * 9.81, TRUCK.friction_floor, TRUCK.friction_steel
+    most = floor * weight / (1.0 - floor * steel) * np.hypot(1.0, steel)
+    assert floor * weight < found.force < most
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(
+    ("face", "error", "room"),
+    [
+        # Half of what the opening is wider or higher than a tine: EPAL's 227.5 x 100 and 382.5 x 78 mm.
+        ("-x", "lateral", 0.06375),
+        ("+y", "lateral", 0.14125),
+    ],
+)
+def test_tines_that_pass_beside_the_blocks_dock_and_others_strike_them(face, error, room, side) -> None:
+    play = TRUCK.side_play + 0.001
+    assert drive(station(300.0), face, **{error: side * (room - play)}).docked
+    found = drive(station(300.0), face, **{error: side * (room + play + 0.002)})
+    assert not found.docked
+    assert found.by.endswith("block")
+
+
+def test_tines_too_high_strike_the_deck_and_too_low_the_base_boards() -> None:
+    # Over the base boards of the long side lie 78 mm up to the stringer boards' upper end; a tine is 40 mm.
+    high, low = drive(station(300.0), "+y", vertical=0.045), drive(station(300.0), "+y", vertical=-0.045)
+    assert not high.docked
+    assert not low.docked
+    assert low.by.endswith("base")
+
+
+def test_yaw_uses_up_the_room_beside_the_tines() -> None:
+    # About the entry the tips move by 1.1 m x yaw: 63.75 mm at 3.3 degrees.
+    assert drive(station(300.0), "-x", yaw=np.deg2rad(3.1)).docked
+    assert not drive(station(300.0), "-x", yaw=np.deg2rad(4.0)).docked
+
+
+def test_a_pallet_is_held_when_the_tips_reach_beyond_its_middle() -> None:
+    # Statics: the tips must pass the centre of mass, 0.6 m behind the face.
+    assert drive(station(200.0), "-x", depth=-0.40).docked  # 0.70 m inside
+    assert drive(station(200.0), "-x", depth=-0.60).outcome in ("fell", "not lifted")  # 0.50 m
+
+
+def test_what_a_level_truck_cannot_drive_to_is_refused() -> None:
+    place = station()
+    face = place.face("-x")
+    over, around = make_transform(rotation_x(np.pi)), make_transform(rotation_z(np.pi))
+    asked = [dock(place, face, T, TRUCK, np.random.default_rng(0)) for T in (over, around)]
+    assert [(found.outcome, found.by) for found in asked] == [("refused", "upside down"), ("refused", "reversed")]
+
+
+def test_the_same_question_has_the_same_answer() -> None:
+    asked = [drive(station(200.0), "-x", lateral=0.06, yaw=0.01) for _ in range(2)]
+    assert asked[0] == asked[1]

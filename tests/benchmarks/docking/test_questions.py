@@ -1,0 +1,107 @@
+"""What is asked, what is left out, what is kept, and how two judges are compared."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.docking.agreement import causes, confusion, disagreements
+from benchmarks.docking.planted import AXES, KINDS, limits, misplaced, planted
+from benchmarks.docking.questions import Question, swept_answer, why_not
+from benchmarks.docking.record import Record
+from benchmarks.docking.station import station_of
+from benchmarks.docking.truck import TruckConfig
+from benchmarks.docking.world import pieces
+from tests.benchmarks.docking.stations import at, station
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.schema import ObjectInstance, ObjectModel
+
+TRUCK = TruckConfig()
+
+
+def asked(face, kind: str = "truth", **errors: float) -> Question:
+    T = misplaced(face, **dict.fromkeys(AXES, 0.0) | errors)
+    return Question("made", 0, 0, 1, face.name, kind, T)
+
+
+# Yaw turns the wide pair of tines of the long side past the face before it uses up the room beside them.
+@pytest.mark.parametrize(("name", "axis"), [*(("-x", axis) for axis in AXES), ("+y", "lateral"), ("+y", "vertical")])
+def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
+    face = station().face(name)
+    for sign, limit in zip((-1.0, 1.0), limits(face, TRUCK.fork)[axis], strict=True):
+        for share, docks in ((0.97, True), (1.03, False)):
+            answer = swept_answer(asked(face, **{axis: sign * share * limit}), face, TRUCK)
+            assert answer["docks"] is docks, (sign, share)
+
+
+def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> None:
+    face = station().face("-x")
+    draws = [planted("lateral", face, TRUCK.fork, np.random.default_rng(seed)) for seed in range(200)]
+    aside = [abs(float(np.linalg.inv(face.T_object_dock)[1] @ T @ face.T_object_dock[:, 3])) for T in draws]
+    assert max(aside) == pytest.approx(0.1275, rel=0.03)
+    assert 0.4 < np.mean(np.array(aside) < 0.06375) < 0.6
+    for kind in KINDS:
+        one, two = (planted(kind, face, TRUCK.fork, np.random.default_rng(5)) for _ in range(2))
+        np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(planted("truth", face, TRUCK.fork, np.random.default_rng(0)), np.eye(4))
+
+
+def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
+    model = catalog_object("epal1")
+    shapes = [shape for _, shape in pieces(model) if isinstance(shape, OrientedBox)]
+    assert len(shapes) == len(model.parts) == 5 + 3 + 9 + 3  # deck, stringers, blocks, skids
+    found, built = (
+        sorted(tuple(np.sort(size).round(4).tolist()) for size in sizes)
+        for sizes in ([shape.size for shape in shapes], [part.scale for part in model.parts])
+    )
+    assert found == built
+
+
+def test_a_side_before_a_wall_is_left_out_and_the_others_are_not() -> None:
+    made = station()
+    size = (0.1, 4.0, 2.0)
+    wall = ObjectModel("wall", "wall", 98, np.array(size), (), (solid_box(size),))
+    scene = replace(
+        made.scene,
+        models={**made.scene.models, "wall": wall},
+        instances=(*made.scene.instances, ObjectInstance(3, "wall", at(-1.5, 0.0, 1.0))),
+    )
+    place = station_of(scene, 1)
+    reasons = {face.name: why_not(place, face, TRUCK) for face in place.faces}
+    assert reasons == {"-x": "no room", "+x": "", "-y": "", "+y": ""}
+
+
+def test_what_was_answered_is_not_asked_again(tmp_path) -> None:
+    place, path = station(), tmp_path / "answers.jsonl"
+    face = place.face("-x")
+    first = Record(path, TRUCK).answer(asked(face), place)
+    with path.open("a") as file:
+        file.write('{"key": "cut sho')  # a run that was stopped
+    again = Record(path, TRUCK)
+    assert again.answer(asked(face), place) == json.loads(json.dumps(first))
+    assert len(path.read_text().splitlines()) == 2
+    other = Record(path, replace(TRUCK, speed=0.15)).answer(asked(face), place)
+    assert other["key"] != first["key"]
+
+
+def row(swept: bool, outcome: str, room: float, scene: int) -> dict:
+    found = dict.fromkeys(("lateral", "vertical", "heel", "tips"), room)
+    return {
+        "source": "made", "scene": scene, "kind": "all",
+        "swept": {"docks": swept, "room": found, "room_at_walls": room, "limiting_error": "yaw"},
+        "simulated": {"outcome": outcome, "by": "tip > block"},
+    }  # fmt: skip
+
+
+def test_the_table_counts_who_says_what() -> None:
+    rows = [row(True, "docked", 0.015, 0), row(True, "struck", 0.03, 0), row(False, "docked", -0.04, 1)]
+    rows += [row(False, "fell", -0.1, 1), row(True, "docked", 0.025, 2)]
+    names = ("both dock", "swept only", "simulation only", "neither")
+    assert [confusion(rows)[name] for name in names] == [2, 1, 1, 1]
+    assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 2, 1]
+    assert confusion(rows)["agree"] == pytest.approx(0.6)
+    assert disagreements(rows) == [rows[2], rows[1]]
+    assert causes(rows) == {"docks although yaw": 1, "struck: tip > block": 1}
