@@ -32,6 +32,8 @@ from warehouse_sim.schema import ObjectModel, SceneSpec
 
 _LEAST_VISIBLE = 0.1
 """As the scores have it."""
+_SIDES_A_SCENE = 5
+"""Sides of pallets on which errors are planted in one scene: poses of one scene are alike, so more scenes say more."""
 _FARTHEST, _LEAST_AHEAD = 10.0, 0.5
 """Pallets between these distances before a viewpoint (m) are asked in a drawn scene, seen or hidden."""
 
@@ -79,6 +81,8 @@ class Source:
     def _of_scene(self, scene: SceneSpec, solids: Solids, seen: list[Seen]) -> Iterator[Asked]:
         asked: dict[tuple[int, str], str] = {}
         for image, instance, name, kind, estimate in seen:
+            if estimate is None and sum(not reason for reason in asked.values()) == _SIDES_A_SCENE:
+                return
             station = station_of(scene, instance, solids)
             face = station.face(name)
             if (instance, name) not in asked:
