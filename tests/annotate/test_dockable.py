@@ -162,3 +162,18 @@ def test_driving_in_step_by_step_meets_the_same(seed: int) -> None:
                     deepest = max(deepest, float(inside.min(axis=1).max()))
         assert (deepest > 0.0) <= (found[entry.face] != FREE), entry.face
         assert (found[entry.face] != FREE) <= (deepest > -0.05), entry.face
+
+
+def test_the_reach_truck_is_the_catalogs_with_its_mast_pushed_out() -> None:
+    """From tips to arms and from arms to rear it is as long as the catalog's, but for the 0.75 m of the mast."""
+    boxes = [box.corners() for box in catalog_object("reach_truck").collision]
+    tips = max(corners[:, 0].max() for corners in boxes)
+    arms = max(corners[:, 0].max() for corners in boxes if corners[:, 0].max() < tips - 0.5)
+    rear = min(corners[:, 0].min() for corners in boxes)
+    body = TRUCKS["reach"].body
+    front = max(piece.front for piece in body)
+    assert TRUCKS["reach"].tine_length - front == pytest.approx(tips - arms + 0.75)
+    assert front - min(piece.rear for piece in body) == pytest.approx(arms - rear)
+    assert {piece.behind for piece in body} == {0.75}
+    # It drives the last 0.45 m; from rear to face it needs 2.55 m.
+    assert TRUCKS["reach"].rear == pytest.approx(-2.55)

@@ -22,8 +22,11 @@ _GROUND = 0.06
 _ABOVE_FORKS = 1.19
 """How far backrest and inner mast stand above the middle of the tines (m), as on the catalog's truck."""
 _REACH, _SHORT = 0.75, 0.20
-"""How far a reach truck pushes its mast out, and how far behind the heel its wheel arms end then (m): before the guards
-of uprights, which reach 0.19 m into the aisle. A turret truck keeps that distance, too. Practical priors, no source."""
+"""How far a reach truck pushes its mast out, and how far behind the heel its wheel arms end then (m).
+
+Drawn in, the arms of the catalog's truck end 0.55 m before the heel: what they lack to the guards of uprights, 0.16 m
+before the rack, the mast goes out. The way is a practical prior; a turret truck keeps that distance, too.
+"""
 
 
 @dataclass(frozen=True)

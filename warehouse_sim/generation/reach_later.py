@@ -23,7 +23,8 @@ from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
 from warehouse_sim.scene import sample_scene, scene_rng
-from warehouse_sim.schema import Reachability, SceneSpec
+from warehouse_sim.scene.layouts.site import Truck
+from warehouse_sim.schema import SceneSpec
 
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of finished scenes and of all scenes."""
@@ -71,7 +72,8 @@ def _add_to_scene(root: Path, recipe: Recipe, number: int) -> bool:
     record = read_scene_record(root, number)
     if any(item.reachability is not None for item in record.objects):
         return False
-    found = reach_of_record(recipe, record, int(data.get("attempt", 0)), f"{path}")
+    scene, truck = recorded_scene(recipe, record, int(data.get("attempt", 0)), f"{path}")
+    found = reachability(scene, TRUCKS[truck])
     rows: list[dict[str, Any]] = data["objects"]
     for row in rows:
         row.update(reach_row(found.get(row["instance_id"])))
@@ -80,8 +82,14 @@ def _add_to_scene(root: Path, recipe: Recipe, number: int) -> bool:
     return bool(found)
 
 
-def reach_of_record(recipe: Recipe, record: SceneRecord, attempt: int, where: str) -> dict[int, Reachability]:
-    """Return which sides of its pallets a truck can take a recorded scene's by, by instance id.
+def recorded_scene(recipe: Recipe, record: SceneRecord, attempt: int, where: str) -> tuple[SceneSpec, Truck]:
+    """Draw a recorded scene again, everything where the record has it, and say what takes pallets in its aisle.
+
+    Args:
+        recipe: What the dataset was made by.
+        record: Of the scene.
+        attempt: Which draw of the scene stood, as the record's file says.
+        where: The record's file, for errors.
 
     Raises:
         DatasetError: The recipe does not give the scene that is recorded.
@@ -94,7 +102,7 @@ def reach_of_record(recipe: Recipe, record: SceneRecord, attempt: int, where: st
             drawn = prepare_scene(recipe, record.seed, record.scene_index).scene
     except (ConfigError, PlacementError) as problem:
         raise DatasetError(f"{where}: {problem}; generate the dataset again with this version") from problem
-    return reachability(_as_recorded(drawn, record, where), TRUCKS[settings.layout.truck])
+    return _as_recorded(drawn, record, where), settings.layout.truck
 
 
 def _as_recorded(drawn: SceneSpec, record: SceneRecord, where: str) -> SceneSpec:
@@ -110,4 +118,4 @@ def _as_recorded(drawn: SceneSpec, record: SceneRecord, where: str) -> SceneSpec
         )
     places = {item.instance_id: np.asarray(item.T_world_object) for item in record.objects}
     instances = tuple(replace(item, T_world_object=places[item.instance_id]) for item in drawn.instances)
-    return replace(drawn, instances=instances)
+    return replace(drawn, instances=instances, settled=True)
