@@ -21,6 +21,7 @@ from benchmarks.docking.truck import TruckConfig
 from benchmarks.result import RESULTS, rounded, write_result
 
 FOLDER = Path("out") / "docking"
+_TABLES = [(margin, nominal) for nominal in (False, True) for margin in MARGINS_MM]
 
 
 def main(
@@ -70,11 +71,11 @@ def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> N
         print(f"{source}: sides not asked: {', '.join(f'{why} {count}' for why, count in reasons.items()) or 'none'}")
     print("| swept test with a margin | both dock | swept only | simulation only | neither | agree |")
     print("|---|---|---|---|---|---|")
-    for margin in MARGINS_MM:
-        found = confusion(rows, margin)
+    for margin, nominal in _TABLES:
+        found = confusion(rows, margin, nominal)
         counts = " | ".join(str(found[name]) for name in ("both dock", "swept only", "simulation only", "neither"))
         low, high = found["agree_95"]
-        print(f"| {margin} mm | {counts} | {found['agree']:.3f} [{low:.3f}, {high:.3f}] |")
+        print(f"| {margin} mm, {found['pockets']} | {counts} | {found['agree']:.3f} [{low:.3f}, {high:.3f}] |")
     for group in rounded(by_kind(rows)):
         print(", ".join(f"{name}: {value}" for name, value in group.items()))
     for why, count in causes(rows).items():
@@ -95,7 +96,7 @@ def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckCon
     return {
         "poses": len(rows),
         "truck": asdict(truck),
-        "confusion": [rounded(confusion(rows, margin)) for margin in MARGINS_MM],
+        "confusion": [rounded(confusion(rows, margin, nominal)) for margin, nominal in _TABLES],
         "differ": causes(rows),
         "sides_not_asked": left_out,
         "cpu_s_a_pose": rounded(float(np.mean([row["cpu_s"] for row in rows]))),

@@ -13,11 +13,25 @@ MARGINS_MM = (0, 10, 20)
 _DRAWS = 2000
 
 
-def swept_docks(row: Row, margin_mm: float = 0.0) -> bool:
-    """Return what the swept test says with pockets shrunk by a margin; the limits of depth stay."""
-    walls = row["swept"]["room_at_walls"]
-    enough = walls is None or walls >= margin_mm / 1000.0
-    return bool(row["swept"]["docks"] and enough)
+def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
+    """Return what the swept test says with a margin to the very pallet; the limits of depth stay.
+
+    Args:
+        row: An answer.
+        margin_mm: Of the swept test.
+        nominal: To the walls of the nominal pockets instead.
+    """
+    room = dict(row["swept"]["room"])
+    if nominal:
+        room["mesh"] = row["swept"]["room_nominal"]
+    if any(value is None for value in room.values()):
+        return False
+    return bool(room["mesh"] >= margin_mm / 1000.0 and min(room["heel"], room["tips"]) >= 0.0)
+
+
+def asked(rows: Sequence[Row], margin_mm: float) -> list[Row]:
+    """Return the rows of pallets that leave a margin at their true pose."""
+    return [row for row in rows if row["swept"]["room_of_truth"] >= margin_mm / 1000.0]
 
 
 def simulated_docks(row: Row) -> bool:
@@ -25,21 +39,24 @@ def simulated_docks(row: Row) -> bool:
     return bool(row["simulated"]["outcome"] == "docked")
 
 
-def confusion(rows: Sequence[Row], margin_mm: float = 0.0) -> dict[str, Any]:
+def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False) -> dict[str, Any]:
     """Count how both judge; the share that agrees has a 95 % interval over scenes.
 
     Args:
         rows: At least one.
-        margin_mm: Of the swept test.
+        margin_mm: Of the swept test; pallets that cannot leave it at their true pose are left out.
+        nominal: Judge by nominal pockets.
     """
-    swept = np.array([swept_docks(row, margin_mm) for row in rows])
-    simulated = np.array([simulated_docks(row) for row in rows])
+    rows = asked(rows, margin_mm)
+    swept = np.array([swept_docks(row, margin_mm, nominal) for row in rows], dtype=bool)
+    simulated = np.array([simulated_docks(row) for row in rows], dtype=bool)
     places = [(row["source"], row["scene"]) for row in rows]
     numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
     scenes = np.array([numbers[place] for place in places])
     same = (swept == simulated).astype(float)
     return {
         "margin_mm": margin_mm,
+        "pockets": "nominal" if nominal else "of the very pallet",
         "both dock": int((swept & simulated).sum()),
         "swept only": int((swept & ~simulated).sum()),
         "simulation only": int((~swept & simulated).sum()),

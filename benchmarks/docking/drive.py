@@ -60,7 +60,7 @@ def dock(
     """Simulate what an estimate of a pallet leads to.
 
     The truck stands level: it takes yaw, place and pitch of the estimated dock frame, and no roll. The lift follows the
-    drive, so that the heels stay on the estimated axis.
+    drive, so that the heels stay on the estimated axis, as far down as the lift goes.
 
     Args:
         station: The true pallet and what is around it.
@@ -79,7 +79,7 @@ def dock(
     corners = transform_points(station.pallet.T_world_object, box_corners(station.scene.model_of(station.pallet).size))
     stop = -truck.fork.heel_gap
     start = min(nearest_along(T_world_dock, corners) - truck.start_gap - truck.fork.tine_length, stop)
-    run = _Run(model, station, truck, heading(T_world_dock)[1], watch)
+    run = _Run(model, station, truck, T_world_dock, watch)
     return run.all(start, stop, float(rng.uniform(-truck.side_play, truck.side_play)), face)
 
 
@@ -94,13 +94,27 @@ def _refusal(station: Station, face: DockingFace, T_world_dock: Transform, truck
     return "" if low <= heading(T_world_dock)[1] <= high else "beyond the tilt of the mast"
 
 
+def _lowest(T_world_dock: Transform, truck: TruckConfig) -> float:
+    """Return the least way of the lift, counted from the dock frame (m)."""
+    pitch, thickness = heading(T_world_dock)[1], truck.fork.tine_thickness
+    under = thickness / 2.0 * np.cos(pitch) + thickness * max(np.sin(pitch), 0.0)
+    return float(truck.lowest + under - T_world_dock[2, 3])
+
+
 class _Run:
     """The simulation of one docking."""
 
     def __init__(
-        self, model: mujoco.MjModel, station: Station, truck: TruckConfig, pitch: float, watch: Watcher | None
+        self,
+        model: mujoco.MjModel,
+        station: Station,
+        truck: TruckConfig,
+        T_world_dock: Transform,
+        watch: Watcher | None,
     ) -> None:
-        self.model, self.data, self.truck, self.pitch, self.watch = model, mujoco.MjData(model), truck, pitch, watch
+        self.model, self.data, self.truck, self.watch = model, mujoco.MjData(model), truck, watch
+        self.pitch = heading(T_world_dock)[1]
+        self.lowest = _lowest(T_world_dock, truck)
         self.corners = box_corners(station.scene.model_of(station.pallet).size)
         self.of_forks = np.array([model.geom(index).name.startswith(FORKS) for index in range(model.ngeom)])
         self.recent: deque[float] = deque(maxlen=max(round(truck.force_time / model.opt.timestep), 1))
@@ -215,9 +229,9 @@ class _Run:
         return float((invert(self._pose(PALLET) @ face.T_object_dock) @ np.append(tips, 1.0))[0])
 
     def _send(self, place: float) -> None:
-        """Send the heels to a place on the estimated axis (m)."""
+        """Send the heels to a place on the estimated axis (m), or over it where the lift goes no lower."""
         self.data.actuator("drive").ctrl = place * np.cos(self.pitch)
-        self.data.actuator("lift").ctrl = place * np.sin(self.pitch)
+        self.data.actuator("lift").ctrl = max(place * np.sin(self.pitch), self.lowest)
 
     def _steps(self, count: int) -> None:
         mujoco.mj_step(self.model, self.data, nstep=count)

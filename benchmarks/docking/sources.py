@@ -2,9 +2,8 @@
 
 import json
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,22 +12,25 @@ from benchmarks.docking.planted import KINDS, planted
 from benchmarks.docking.questions import Question, why_not
 from benchmarks.docking.station import Station, station_of
 from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset import predictions as prediction_file
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
 from warehouse_sim.dataset.scene_record import read_scene_record
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.docking import approached_face, docking_faces
 from warehouse_sim.evaluation.pairing import pair_up
 from warehouse_sim.evaluation.pose_error import estimates_in_object, nearest_symmetry
 from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.generation.drawn import draw_scene
+from warehouse_sim.generation.reach_later import recorded_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.scene import sample_scene, scene_rng
+from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.schema import ObjectModel, SceneSpec
+from warehouse_sim.schema import ObjectModel, Reachability, SceneSpec
 
 _LEAST_VISIBLE = 0.1
 """As the scores have it."""
@@ -70,23 +72,24 @@ class Source:
     def questions(self, most: int) -> Iterator[Asked]:
         """Yield up to ``most`` questions, scene by scene; the same ones for the same arguments."""
         found = 0
-        for scene, seen in self._scenes():
-            solids = Solids.of(scene.instances, scene.models)
-            for question, station in self._of_scene(scene, solids, seen):
+        for scene, truck, seen in self._scenes():
+            reach = reachability(scene, TRUCKS[truck])
+            for question, station in self._of_scene(scene, reach, seen):
                 yield question, station
                 found += 1
                 if found == most:
                     return
 
-    def _of_scene(self, scene: SceneSpec, solids: Solids, seen: list[Seen]) -> Iterator[Asked]:
+    def _of_scene(self, scene: SceneSpec, reach: Mapping[int, Reachability], seen: list[Seen]) -> Iterator[Asked]:
         asked: dict[tuple[int, str], str] = {}
+        solids = Solids.of(scene.instances, scene.models)
         for image, instance, name, kind, estimate in seen:
             if estimate is None and sum(not reason for reason in asked.values()) == _SIDES_A_SCENE:
                 return
             station = station_of(scene, instance, solids)
             face = station.face(name)
             if (instance, name) not in asked:
-                asked[instance, name] = why_not(station, face, self.truck)
+                asked[instance, name] = why_not(station, face, self.truck, reach[instance].faces[name])
                 reason = asked[instance, name]
                 if reason:
                     self.left_out[reason] = self.left_out.get(reason, 0) + 1
@@ -99,21 +102,21 @@ class Source:
                 T = planted(kind_asked, face, self.truck.fork, rng) if estimate is None else estimate
                 yield Question(self.label, scene.scene_index, image, instance, name, kind_asked, T), station
 
-    def _scenes(self) -> Iterator[tuple[SceneSpec, list[Seen]]]:
+    def _scenes(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         if self.is_dataset:
             yield from self._recorded()
             return
         recipe = load_recipe(self.name)
         for index in range(1_000_000):
-            scene = draw_scene(recipe, self.seed, index).scene
-            yield scene, list(_before_viewpoints(scene))
+            drawn = draw_scene(recipe, self.seed, index)
+            yield drawn.scene, drawn.settings.layout.truck, list(_before_viewpoints(drawn.scene))
 
-    def _recorded(self) -> Iterator[tuple[SceneSpec, list[Seen]]]:
+    def _recorded(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         reader = DatasetReader(self.root)
         images = reader.images(self.split)
         rows = self._predicted(reader, images) if self.predictions else _labelled(reader, images)
         for index in sorted(rows):
-            yield recorded_scene(self.root, index), rows[index]
+            yield *scene_of(self.root, index), rows[index]
 
     def _predicted(self, reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:
         estimates = prediction_file.read(self.predictions)
@@ -132,25 +135,16 @@ class Source:
         return rows
 
 
-def recorded_scene(root: Path, scene_index: int) -> SceneSpec:
-    """Return a scene of a dataset: its models drawn again, its objects where its record says that they came to rest.
+def scene_of(root: Path, scene_index: int) -> tuple[SceneSpec, Truck]:
+    """Return a scene of a dataset as its record says that it came to rest, and what takes pallets there.
 
     Raises:
         DatasetError: This version draws another scene.
     """
     path = DatasetLayout(root).scene_record(scene_index)
-    record = read_scene_record(root, scene_index)
     attempt = json.loads(path.read_text(encoding="utf-8")).get("attempt", 0)
-    manifest = DatasetReader(root).manifest
-    recipe = from_mapping(Recipe, manifest.recipe if manifest else {}, f"{root}: recipe")
-    stream = partial(scene_rng, record.seed, scene_index, attempt=attempt)
-    scene = sample_scene(recipe.scene.drawn(stream), record.seed, scene_index, attempt)
-    stored = {item.instance_id: item for item in record.objects}
-    drawn = {item.instance_id: item.model for item in scene.instances}
-    if drawn != {key: item.model for key, item in stored.items()}:
-        raise DatasetError(f"{path}: this version draws other objects for this scene; generate the dataset again")
-    placed = tuple(replace(item, T_world_object=stored[item.instance_id].T_world_object) for item in scene.instances)
-    return replace(scene, instances=placed, settled=True)
+    recipe = from_mapping(Recipe, read_manifest(root).recipe, f"{root}: recipe")
+    return recorded_scene(recipe, read_scene_record(root, scene_index), attempt, str(path))
 
 
 def _labelled(reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:

@@ -98,6 +98,24 @@ def test_what_a_level_truck_cannot_drive_to_is_refused() -> None:
     assert [(found.outcome, found.by) for found in asked] == [("refused", "upside down"), ("refused", "reversed")]
 
 
+@pytest.mark.parametrize("pitch_deg", [2.0, 4.0])
+def test_the_lift_stops_over_the_floor_where_an_estimate_points_up(pitch_deg: float) -> None:
+    """The axis of such an estimate begins below the floor: 1.2 m before the face by 4 or 8 cm."""
+    place, lowest = station(200.0), []
+
+    def watch(model, data) -> None:
+        at = data.body("forks")
+        half = TRUCK.fork.tine_thickness / 2.0
+        for x in (-2 * half, 0.0):
+            lowest.append(float((at.xpos + at.xmat.reshape(3, 3) @ [x, 0.0, -half])[2]))
+
+    T = estimate(place, "-x", pitch=np.deg2rad(pitch_deg))
+    found = dock(place, place.face("-x"), T, TRUCK, np.random.default_rng(0), watch)
+    assert "floor" not in found.by
+    assert not found.docked  # 1.1 m x 2 deg = 38 mm is more than the room above
+    assert min(lowest) > 0.0
+
+
 def test_the_same_question_has_the_same_answer() -> None:
     asked = [drive(station(200.0), "-x", lateral=0.06, yaw=0.01) for _ in range(2)]
     assert asked[0] == asked[1]

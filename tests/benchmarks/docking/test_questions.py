@@ -6,18 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.agreement import causes, confusion, disagreements
+from benchmarks.docking.agreement import causes, confusion, disagreements, swept_docks
 from benchmarks.docking.planted import AXES, KINDS, limits, misplaced, planted
 from benchmarks.docking.questions import Question, swept_answer, why_not
 from benchmarks.docking.record import Record
-from benchmarks.docking.station import station_of
 from benchmarks.docking.truck import TruckConfig
 from benchmarks.docking.world import pieces
-from tests.benchmarks.docking.stations import at, station
+from tests.benchmarks.docking.stations import station
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.parts import solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.schema import ObjectInstance, ObjectModel
 
 TRUCK = TruckConfig()
 
@@ -30,11 +27,13 @@ def asked(face, kind: str = "truth", **errors: float) -> Question:
 # Yaw turns the wide pair of tines of the long side past the face before it uses up the room beside them.
 @pytest.mark.parametrize(("name", "axis"), [*(("-x", axis) for axis in AXES), ("+y", "lateral"), ("+y", "vertical")])
 def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
-    face = station().face(name)
+    place = station()
+    face = place.face(name)
     for sign, limit in zip((-1.0, 1.0), limits(face, TRUCK.fork)[axis], strict=True):
         for share, docks in ((0.97, True), (1.03, False)):
-            answer = swept_answer(asked(face, **{axis: sign * share * limit}), face, TRUCK)
-            assert answer["docks"] is docks, (sign, share)
+            answer = swept_answer(asked(face, **{axis: sign * share * limit}), place, TRUCK)
+            room = answer["room"] | {"mesh": answer["room_nominal"]}
+            assert swept_docks({"swept": answer}, nominal=True) is docks is (min(room.values()) >= 0.0), (sign, share)
 
 
 def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> None:
@@ -60,18 +59,13 @@ def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
     assert found == built
 
 
-def test_a_side_before_a_wall_is_left_out_and_the_others_are_not() -> None:
-    made = station()
-    size = (0.1, 4.0, 2.0)
-    wall = ObjectModel("wall", "wall", 98, np.array(size), (), (solid_box(size),))
-    scene = replace(
-        made.scene,
-        models={**made.scene.models, "wall": wall},
-        instances=(*made.scene.instances, ObjectInstance(3, "wall", at(-1.5, 0.0, 1.0))),
-    )
-    place = station_of(scene, 1)
-    reasons = {face.name: why_not(place, face, TRUCK) for face in place.faces}
-    assert reasons == {"-x": "no room", "+x": "", "-y": "", "+y": ""}
+def test_what_scores_do_not_ask_for_is_left_out() -> None:
+    place = station()
+    face = place.face("-x")
+    assert [why_not(place, face, TRUCK, word) for word in ("free", "under a stack")] == ["", ""]
+    assert why_not(place, face, TRUCK, "blocked by rack") == "blocked by rack"
+    thick = replace(TRUCK, fork=replace(TRUCK.fork, tine_thickness=0.11))
+    assert why_not(place, face, thick, "free") == "no room for the tines"
 
 
 def test_what_was_answered_is_not_asked_again(tmp_path) -> None:
@@ -88,10 +82,16 @@ def test_what_was_answered_is_not_asked_again(tmp_path) -> None:
 
 
 def row(swept: bool, outcome: str, room: float, scene: int) -> dict:
-    found = dict.fromkeys(("lateral", "vertical", "heel", "tips"), room)
+    found = dict.fromkeys(("mesh", "heel", "tips"), room)
+    swept = {
+        "docks": swept,
+        "room": found,
+        "room_nominal": room - 0.004,
+        "room_of_truth": 0.03,
+        "limiting_error": "yaw",
+    }
     return {
-        "source": "made", "scene": scene, "kind": "all",
-        "swept": {"docks": swept, "room": found, "room_at_walls": room, "limiting_error": "yaw"},
+        "source": "made", "scene": scene, "kind": "all", "swept": swept,
         "simulated": {"outcome": outcome, "by": "tip > block"},
     }  # fmt: skip
 
@@ -102,6 +102,10 @@ def test_the_table_counts_who_says_what() -> None:
     names = ("both dock", "swept only", "simulation only", "neither")
     assert [confusion(rows)[name] for name in names] == [2, 1, 1, 1]
     assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 2, 1]
+    assert [confusion(rows, 20.0, nominal=True)[name] for name in names] == [1, 1, 2, 1]
+    assert [confusion(rows, 10.0, nominal=True)[name] for name in names] == [2, 1, 1, 1]
+    rows[0]["swept"]["room_of_truth"] = 0.015  # can never have 20 mm
+    assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 1, 1]
     assert confusion(rows)["agree"] == pytest.approx(0.6)
     assert disagreements(rows) == [rows[2], rows[1]]
     assert causes(rows) == {"docks although yaw": 1, "struck: tip > block": 1}
