@@ -33,6 +33,7 @@ from benchmarks.speed.memory import memory
 from benchmarks.speed.rgbd_ids import compare
 from benchmarks.speed.rgbd_models import rgbd_models
 from benchmarks.speed.scaling import scaling
+from benchmarks.speed.scoring import scoring
 from benchmarks.speed.silhouettes import silhouettes
 from benchmarks.speed.subject import Settings
 from benchmarks.speed.training import training
@@ -54,6 +55,7 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "inference": inference,
     "latency": latency,
     "training": training,
+    "scoring": scoring,
 }
 
 

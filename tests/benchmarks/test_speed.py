@@ -28,6 +28,8 @@ ROWS = {
     "inference",
     "latency",
     "training",
+    "formats",
+    "scoring",
 }
 
 

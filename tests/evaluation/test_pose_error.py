@@ -10,6 +10,7 @@ from warehouse_sim.evaluation.pose_error import (
     mssd,
     nearest_symmetry,
     rotation_error,
+    surface_rms,
     translation_error,
 )
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
@@ -120,3 +121,16 @@ def test_many_estimates_at_once_give_what_they_give_one_by_one():
     rng = np.random.default_rng(0)
     T = np.stack([random_motion(rng, 1.0, 0.5) for _ in range(600)])
     assert add(T, CORNERS) == pytest.approx([float(add(one, CORNERS)) for one in T])
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-9, 1e-6, 1e-3, 0.1, 3.0])
+def test_add_and_rms_are_those_of_points_that_are_moved_one_by_one(scale: float) -> None:
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-0.6, 0.6, (400, 3))
+    fixed = points[7]
+    for turn in (rotation_x(scale * 0.3), rotation_z(scale) @ rotation_x(-0.7 * scale)):
+        for t in (scale * rng.normal(size=3), fixed - turn @ fixed):  # the latter leaves one point where it is
+            T = make_transform(turn, t)
+            distance = np.linalg.norm(points @ turn.T + t - points, axis=1)
+            assert add(T, points) == pytest.approx(distance.mean(), abs=1e-9 * max(scale, 1e-6), rel=1e-9)
+            assert surface_rms(T, points) == pytest.approx(np.sqrt((distance**2).mean()), abs=1e-11, rel=1e-9)

@@ -45,7 +45,12 @@ def add(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Flo
         T_object_estimated: "*batch 4 4".
         points: Surface points in the object frame (m).
     """
-    return _over_points(T_object_estimated, points, lambda distance: distance.mean(axis=-1))
+    flat = T_object_estimated.reshape(-1, 4, 4)
+    terms, result = _terms(points), np.empty(len(flat))
+    for start in range(0, len(flat), _BLOCK):
+        squared = _weights(flat[start : start + _BLOCK]) @ terms
+        result[start : start + _BLOCK] = np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared).mean(axis=-1)
+    return result.reshape(T_object_estimated.shape[:-2])
 
 
 def surface_rms(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
@@ -55,7 +60,9 @@ def surface_rms(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]
         T_object_estimated: "*batch 4 4".
         points: Surface points in the object frame (m).
     """
-    return _over_points(T_object_estimated, points, lambda distance: np.sqrt((distance**2).mean(axis=-1)))
+    flat = T_object_estimated.reshape(-1, 4, 4)
+    squared = _weights(flat) @ _terms(points).mean(axis=1)
+    return np.sqrt(np.maximum(squared, 0.0)).reshape(T_object_estimated.shape[:-2])
 
 
 def mssd(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "*batch"]:
@@ -87,7 +94,7 @@ def add_s(
     """
     # The estimate is rigid: asking the resting points for their distance to x, moved back, needs one tree for all.
     moved_back = transform_points(invert(T_object_estimated), points)
-    distance, _ = tree.query(moved_back)
+    distance, _ = tree.query(moved_back, workers=-1)
     return np.asarray(distance).mean(axis=-1)
 
 
@@ -115,6 +122,25 @@ def nearest_symmetry(
     """
     best = np.argmin(mssd(T_object_estimated, points), axis=-1)
     return np.take_along_axis(T_object_estimated, best[..., None, None, None], axis=-3)[..., 0, :, :], best
+
+
+def _weights(T_object_estimated: Transforms) -> Float[np.ndarray, "k 10"]:
+    """Return what the ``_terms`` of a point are multiplied with to give its squared distance from its estimated place.
+
+    With M = R - I and p a point, that is |M p + t|^2 = p^T M^T M p + 2 (M^T t) p + t^T t. For a good estimate each term
+    is small, so that no digits are lost; and one product of matrices serves all points.
+    """
+    M, t = T_object_estimated[:, :3, :3] - np.eye(3), T_object_estimated[:, :3, 3]
+    A, b = np.swapaxes(M, 1, 2) @ M, np.einsum("kji,kj->ki", M, t)
+    row, column = np.triu_indices(3)
+    quadratic = np.where(row == column, 1.0, 2.0) * A[:, row, column]
+    return np.concatenate([quadratic, 2.0 * b, np.einsum("ki,ki->k", t, t)[:, None]], axis=1)
+
+
+def _terms(points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "10 m"]:
+    """Return products of coordinates in the order of ``_weights``."""
+    row, column = np.triu_indices(3)
+    return np.concatenate([(points[:, row] * points[:, column]).T, points.T, np.ones((1, len(points)))])
 
 
 def _over_points(

@@ -1,0 +1,80 @@
+"""Questions of a recipe and of a dataset with predictions, asked by the command, answered once, and drawn."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.docking.__main__ import main
+from benchmarks.docking.pictures import picture
+from benchmarks.docking.planted import KINDS
+from benchmarks.docking.sources import Source
+from benchmarks.docking.truck import TruckConfig
+from tests.evaluation.made_dataset import estimates_of, write_estimates
+from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.trucks import TRUCKS
+from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.generation.drawn import draw_scene
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.geometry.pose import make_transform
+
+TRUCK = TruckConfig()
+
+
+def test_a_recipe_asks_every_kind_of_the_sides_that_a_truck_reaches() -> None:
+    source = Source("smoke", TRUCK, seed=1)
+    asked = list(source.questions(2 * len(KINDS)))
+    assert [question.kind for question, _ in asked] == [*KINDS, *KINDS]
+    assert len({(question.scene, question.instance, question.face) for question, _ in asked}) == 2
+    for question, station in asked:
+        drawn = draw_scene(load_recipe("smoke"), 1, question.scene)
+        verdicts = reachability(drawn.scene, TRUCKS[drawn.settings.layout.truck])[question.instance]
+        assert verdicts.faces[question.face] in ("free", "under a stack")
+        assert station.pallet.instance_id == question.instance
+    again = list(Source("smoke", TRUCK, seed=1).questions(2 * len(KINDS)))
+    for (one, _), (other, _) in zip(asked, again, strict=True):
+        assert one.place == other.place
+        np.testing.assert_array_equal(one.T_object_estimated, other.T_object_estimated)
+
+
+@pytest.mark.gl
+def test_predictions_for_a_dataset_are_asked_where_its_records_have_the_pallets(tmp_path: Path, capsys) -> None:
+    recipe = load_recipe("smoke")
+    recipe = replace(recipe, scene=replace(recipe.scene, observations_per_scene=2), split=SplitConfig(0.0, 0.0, 1.0))
+    data = tmp_path / "data"
+    generate(recipe, data, GenerateConfig(seed=1, scenes=1, formats=("bop",), workers=1))
+    off = make_transform(None, np.array([0.02, 0.0, 0.0]))
+    moved = [replace(item, T_camera_object=item.T_camera_object @ off) for item in estimates_of(data)]
+    poses = write_estimates(moved, tmp_path / "method_smoke-test.csv")
+    main((f"{data}={poses}",), poses=3, folder=tmp_path / "out", pictures=0)
+    assert "| 0 mm, of the very pallet |" in capsys.readouterr().out
+    rows = [json.loads(line) for line in (tmp_path / "out" / "answers.jsonl").read_text().splitlines()]
+    stored = {item.instance_id: item for item in read_scene_record(data, 0).objects}
+    assert rows
+    for row in rows:
+        assert (row["kind"], row["source"]) == ("predicted", "data method_smoke-test")
+        assert stored[row["instance"]].reachability.faces[row["face"]] in ("free", "under a stack")
+        errors = row["swept"]["errors"]
+        assert np.linalg.norm([errors[name] for name in ("depth", "lateral", "vertical")]) == pytest.approx(
+            0.02, abs=1e-4
+        )
+    # Asked again, nothing is simulated again.
+    before = (tmp_path / "out" / "answers.jsonl").read_bytes()
+    main((f"{data}={poses}",), poses=3, folder=tmp_path / "out")
+    assert (tmp_path / "out" / "answers.jsonl").read_bytes() == before
+
+
+@pytest.mark.gl
+def test_disagreements_are_drawn(tmp_path: Path) -> None:
+    question, station = next(iter(Source("smoke", TRUCK, seed=1).questions(1)))
+    picture(tmp_path / "made.png", question, station, TRUCK, ["before", "after"])
+    image = cv2.imread(str(tmp_path / "made.png"))
+    assert image.shape == (480 + 58, 1280, 3)
+    assert image[:480, :640].std() > 10.0
+    assert image[:480, 640:].std() > 10.0
