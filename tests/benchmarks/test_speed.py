@@ -28,7 +28,6 @@ ROWS = {
     "inference",
     "latency",
     "training",
-    "formats",
     "scoring",
 }
 
