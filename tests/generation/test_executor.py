@@ -63,6 +63,15 @@ def test_a_machine_that_kills_every_worker_is_not_asked_again_and_again(tmp_path
     assert len(list(tmp_path.iterdir())) < 10
 
 
+def interrupts_held(index: int) -> bool:
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_workers_never_see_an_interrupt_and_their_parent_still_does() -> None:
+    assert made(interrupts_held, range(2), 2) == {0: True, 1: True}
+    assert not interrupts_held(0)
+
+
 def refuse(index: int) -> int:
     if index == 1:
         raise UnknownNameError("pallet", "epal9", ["epal1"])

@@ -7,7 +7,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from typing import Any, Self
@@ -126,7 +126,8 @@ class _Worker:
         """When that was begun, on the monotonic clock; of the first scene, when it must be."""
         self.is_open = False
         self._process = context.Process(target=_serve, args=(theirs, _in_main_thread()), daemon=True)
-        self._process.start()
+        with _interrupts_later():
+            self._process.start()
         theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
         with suppress(OSError):
             self.pipe.send_bytes(open_work)
@@ -260,6 +261,16 @@ class _Pool:
         following = self._next()
         if following is not None:
             self._start_worker().begin(following)
+
+
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C back while the block runs; a process that it starts never sees one, nor ends in a traceback by it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _cause(exit_code: int) -> str:
