@@ -15,10 +15,10 @@ from benchmarks.docking.truck import TruckConfig
 from warehouse_sim.annotate.dockable import reachability
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import from_mapping
-from warehouse_sim.dataset import predictions as prediction_file
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
+from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.evaluation.docking import approached_face, docking_faces
 from warehouse_sim.evaluation.pairing import pair_up

@@ -11,8 +11,8 @@ import numpy as np
 import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader, TargetRecord
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.estimators.tracking.belief import difference
 from warehouse_sim.estimators.tracking.drives import drives, tracked

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim import evaluate, load_estimator
-from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig

@@ -18,7 +18,7 @@ from benchmarks.estimators.shifts import SEED, SHIFTS, Shift, made
 from benchmarks.estimators.slices import docking_rows
 from benchmarks.estimators.stress import opened, predict, scored
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import Onboarding, PoseEstimator
 from warehouse_sim.estimators.predict import read_images

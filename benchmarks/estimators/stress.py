@@ -18,8 +18,8 @@ from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
 from benchmarks.estimators.score import rows
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import evaluate, generate, load_estimator, load_recipe
-from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators import Onboarding, PoseEstimator
 from warehouse_sim.estimators.predict import read_images

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, draw_subject
-from warehouse_sim.dataset.image_io import encode_depth, encode_ids, encode_rgb
+from warehouse_sim.dataset.files.image_io import encode_depth, encode_ids, encode_rgb
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation

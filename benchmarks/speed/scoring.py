@@ -12,10 +12,10 @@ from benchmarks.speed.cost import Cost
 from benchmarks.speed.cost import measure as cost_of
 from benchmarks.speed.subject import Settings
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig
 from warehouse_sim.evaluation.scoring import docking_failures, docking_left_out

@@ -8,7 +8,7 @@ import pytest
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.results import pose_csv
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import RENDERER, make_scene
+from warehouse_sim.dataset.files.light_row import light_row
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.light_row import light_row
 from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import FREE, IntensityDistribution, Light, Material, Reachability

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from tests.dataset.toy import CAMERA, MODELS, PALLET, make_manifest, make_scene, observe
-from warehouse_sim.dataset.ply import write_ply
+from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_dataset, make_manifest, make_scene, observe
+from warehouse_sim.dataset.files.point_table import Table, camera_table, places, sweep_table
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import read_ply_cloud
-from warehouse_sim.dataset.point_table import Table, camera_table, places, sweep_table
 
 pytestmark = pytest.mark.ecosystem
 READ = {"ply": read_ply_cloud, "pcd": read_pcd_cloud}

@@ -9,7 +9,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observe
 from warehouse_sim.cli.main import main
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.scene_record import read_scene_record

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset import front_file, pose_csv
+from warehouse_sim.dataset.results import front_file, pose_csv
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.docking import ForkConfig, docking_faces
 from warehouse_sim.evaluation.front_docking import front_columns

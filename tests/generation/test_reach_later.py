@@ -10,7 +10,7 @@ import pytest
 from warehouse_sim.annotate.dockable import reachability
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.cli.main import main
-from warehouse_sim.dataset.json_file import write_json
+from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest, write_manifest
 from warehouse_sim.dataset.scene_record import write_scene_record

@@ -13,7 +13,7 @@ import pytest
 from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.checks.findings import Check
-from warehouse_sim.dataset.checksums import seal
+from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.manifest import read_manifest, write_manifest
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.generate import generate

@@ -28,7 +28,7 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
         json: File for the same numbers, with each contact that breaks the rule.
     """
     require_extra("generate", "to make scenes")
-    from warehouse_sim.dataset.json_file import write_json
+    from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
     from warehouse_sim.generation.drawn import ATTEMPTS
     from warehouse_sim.generation.recipe import load_recipe

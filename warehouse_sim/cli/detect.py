@@ -32,9 +32,9 @@ def detect(
         height_px: Least height of what is to be found (px).
     """
     require_extra("learn", "to detect")
-    from warehouse_sim.dataset.detection_file import write_results
-    from warehouse_sim.dataset.detection_labels import write_labels
     from warehouse_sim.dataset.reader import DatasetReader
+    from warehouse_sim.dataset.results.detection_file import write_results
+    from warehouse_sim.dataset.results.detection_labels import write_labels
     from warehouse_sim.estimators.detect import detect as find
     from warehouse_sim.evaluation.detection_scores import Asked, score_detections
 

@@ -54,7 +54,7 @@ def generate(
         skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
     """
     require_extra("generate", "to make scenes")
-    from warehouse_sim.dataset.shard import parse_shard
+    from warehouse_sim.dataset.shards.shard import parse_shard
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.generate import generate as run
     from warehouse_sim.generation.plan import GenerateConfig

@@ -18,7 +18,7 @@ def merge(
         resume: Go on with a merge that was interrupted.
         skip_failed: Do without scenes that shards lack; the manifest names them.
     """
-    from warehouse_sim.dataset.merge import merge as run
+    from warehouse_sim.dataset.shards.merge import merge as run
 
     with count_progress("shards") as progress:
         run(shards, out, resume, progress, skip_failed)

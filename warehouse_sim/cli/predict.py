@@ -27,7 +27,7 @@ def predict(
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
-    from warehouse_sim.dataset import predictions
+    from warehouse_sim.dataset.results import predictions
     from warehouse_sim.estimators.predict import predict as estimate
 
     with share_progress("predicting") as progress:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float32
 
+from warehouse_sim.dataset.files.image_io import depth_steps, fitting_depth
 from warehouse_sim.dataset.frame_files import MILLIMETRES
-from warehouse_sim.dataset.image_io import depth_steps, fitting_depth
 from warehouse_sim.schema import CAMERA, MountedReading, Observation
 
 

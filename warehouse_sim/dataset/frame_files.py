@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int32
 
-from warehouse_sim.dataset.image_io import encode_clean_depth, encode_depth, encode_mask, encode_rgb
-from warehouse_sim.dataset.run_lengths import run_lengths
+from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_mask, encode_rgb
+from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.output import share_file, write_bytes
 from warehouse_sim.schema import ObjectAnnotation, Observation
 

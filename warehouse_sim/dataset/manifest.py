@@ -9,7 +9,7 @@ from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.contents import Contents
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS, Split

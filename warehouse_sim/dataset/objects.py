@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.json_file import read_table, write_json
-from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.plain import (
+from warehouse_sim.dataset.files.json_file import read_table, write_json
+from warehouse_sim.dataset.files.plain import (
     LENGTHS,
     plain,
     read_transform,
@@ -21,6 +20,7 @@ from warehouse_sim.dataset.plain import (
     take_name,
     take_numbers,
 )
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.symmetry import SymmetryGroup

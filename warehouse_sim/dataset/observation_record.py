@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.light_row import light_row
-from warehouse_sim.dataset.plain import (
+from warehouse_sim.dataset.files.light_row import light_row
+from warehouse_sim.dataset.files.plain import (
     PLACES,
     SHARES,
     WHOLE,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.dataset.contents import SENSOR_NAME, ChannelContents, ReadingContents
-from warehouse_sim.dataset.plain import is_rigid
+from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.schema import CAMERA, RIGHT, ChannelReading, LidarScan, MountedReading, Observation, Reading
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.contents import CameraContents, Contents, LidarContents
-from warehouse_sim.dataset.plain import LENGTHS, NUMBERS, PIXELS, PLACES, Span, take, take_if_given
+from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PIXELS, PLACES, Span, take, take_if_given
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.ranges import ranges_of
 from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT

@@ -11,12 +11,12 @@ from typing import Any
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.card.tally import Tally, read_tally
 from warehouse_sim.dataset.contents import ReadingContents
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.files.light_row import light_row
+from warehouse_sim.dataset.files.plain import WHOLE, plain, read_transform, shown, take, take_if_given, take_name
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.light_row import light_row
 from warehouse_sim.dataset.objects import FACES
 from warehouse_sim.dataset.observation_record import RecordedObservation, read_observation
-from warehouse_sim.dataset.plain import WHOLE, plain, read_transform, shown, take, take_if_given, take_name
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from warehouse_sim.dataset.lens_row import lens_row, read_lens
-from warehouse_sim.dataset.plain import PIXELS, Span, read_transform, take
+from warehouse_sim.dataset.files.lens_row import lens_row, read_lens
+from warehouse_sim.dataset.files.plain import PIXELS, Span, read_transform, take
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import StatedCalibration

@@ -11,9 +11,9 @@ from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, wr
 from warehouse_sim.dataset.card.scene_tally import SceneTally
 from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
-from warehouse_sim.dataset.checksums import seal
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.discard import discard_scene
+from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -22,7 +22,7 @@ from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.observation_record import observation_row
 from warehouse_sim.dataset.readings import Described, describe, encode_reading, merged, other_readings
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
-from warehouse_sim.dataset.shard import Shard, read_shard, write_shard
+from warehouse_sim.dataset.shards.shard import Shard, read_shard, write_shard
 from warehouse_sim.dataset.split_table import split_table
 from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError

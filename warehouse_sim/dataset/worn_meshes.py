@@ -6,8 +6,8 @@ can strike, has boards missing, broken or out of place.
 
 from pathlib import Path
 
+from warehouse_sim.dataset.files.ply import read_ply, write_ply
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.ply import read_ply, write_ply
 from warehouse_sim.dataset.scene_record import RecordedObject, is_worn
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.output import make_folder

@@ -4,8 +4,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from warehouse_sim.dataset.found_object import FoundObject
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.detections import open_stages, read_image, stage_depth, with_depth_of
 from warehouse_sim.estimators.found_objects import found_object

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import predictions
-from warehouse_sim.dataset.json_file import read_json, write_json
-from warehouse_sim.dataset.plain import NUMBERS, take, take_if_given
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.files.plain import NUMBERS, take, take_if_given
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
 from warehouse_sim.evaluation.measure import MeasureConfig

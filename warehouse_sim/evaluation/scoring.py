@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset import predictions as prediction_file
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
+from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, median_values, pass_values, posecnn_auc

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.evaluation.selective import auroc, auroc_interval, least_area, risk_coverage, succeeded

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from warehouse_sim.dataset.cloud_overlay import draw_cloud
-from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.reading_panels import reading_panels

@@ -38,7 +38,7 @@ class Job:
 def generate(
     recipe: Recipe, out: Path, config: GenerateConfig, progress: ProgressCallback = lambda done, total: None
 ) -> Manifest:
-    """Make the dataset folder ``out``; its manifest is written last, that of a shard by ``dataset.merge`` alone.
+    """Make the dataset folder ``out``; its manifest is written last, that of a shard by ``dataset.shards.merge`` alone.
 
     Args:
         recipe: Where scenes are drawn from.

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from warehouse_sim.dataset.json_file import read_json
+from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.licences import data_licences
 from warehouse_sim.resources import data_folder
 

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
-from warehouse_sim.dataset.shard import Shard
+from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.licences import recipe_licences
@@ -50,7 +50,7 @@ class GenerateConfig:
     resume: bool = False
     """Keep the finished scenes of an interrupted run."""
     shard: Shard | None = None
-    """Make only the scenes of this shard; the folder is one of several that ``dataset.merge`` puts together."""
+    """Make only the scenes of this shard; the folder is one of several that ``dataset.shards.merge`` puts together."""
 
     scene_limit_s: Annotated[float, Range(1, 10_000_000, "s")] | None = None
     """How long a try of a scene may take, 1-10,000,000 s; None = ten minutes for each of its observations."""

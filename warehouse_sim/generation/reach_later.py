@@ -14,7 +14,7 @@ import numpy as np
 from warehouse_sim.annotate.dockable import reachability
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import from_mapping
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.scene_record import SceneRecord, reach_row, read_scene_record

@@ -9,8 +9,8 @@ import numpy as np
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.checks.findings import Check, Findings
-from warehouse_sim.dataset.checksums import broken_seals
-from warehouse_sim.dataset.json_file import read_json
+from warehouse_sim.dataset.files.checksums import broken_seals
+from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, package_versions, read_manifest
 from warehouse_sim.dataset.scene_record import read_scene_record

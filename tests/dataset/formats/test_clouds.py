@@ -21,9 +21,9 @@ from tests.dataset.toy import (
 )
 from warehouse_sim.catalog import shipped_classes
 from warehouse_sim.dataset.class_numbers import CLASS_NUMBERS, class_labels, class_number
+from warehouse_sim.dataset.files.point_table import SWEEP_FIELDS, camera_table, sweep_table
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd, read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply, read_ply_cloud
-from warehouse_sim.dataset.point_table import SWEEP_FIELDS, camera_table, sweep_table
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate

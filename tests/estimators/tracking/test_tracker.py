@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
-from warehouse_sim.dataset import predictions
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.settings import PredictConfig

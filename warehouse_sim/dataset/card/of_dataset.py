@@ -11,9 +11,9 @@ from warehouse_sim.dataset.card.limits import limits
 from warehouse_sim.dataset.card.tally import Tally
 from warehouse_sim.dataset.card.text import Card
 from warehouse_sim.dataset.card.thumbnails import SHEET
+from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.plain import plain
 from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.output import make_folder, write_bytes

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from warehouse_sim.dataset.plain import WHOLE, Span, take, take_name
+from warehouse_sim.dataset.files.plain import WHOLE, Span, take, take_name
 from warehouse_sim.dataset.split_table import BINS
 from warehouse_sim.errors import DatasetError
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from warehouse_sim.dataset.image_io import decode_any_rgb
+from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.output import make_folder, write_bytes
 
 SHEET = "thumbnails.jpg"

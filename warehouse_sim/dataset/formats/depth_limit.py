@@ -1,7 +1,7 @@
 """Formats whose depth images have 16 bits refuse depth cameras that read farther."""
 
 from warehouse_sim.dataset.contents import Contents
-from warehouse_sim.dataset.image_io import farthest_depth
+from warehouse_sim.dataset.files.image_io import farthest_depth
 from warehouse_sim.errors import DatasetError
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from warehouse_sim.dataset.image_io import encode_rgb
+from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.inspect.oddities import Oddities
 from warehouse_sim.dataset.inspect.sheet import dataset_sheet
 from warehouse_sim.dataset.inspect.survey import spread, survey

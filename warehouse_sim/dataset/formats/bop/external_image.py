@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
+from warehouse_sim.dataset.files.plain import PLACES, SHARES, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
-from warehouse_sim.dataset.plain import PLACES, SHARES, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, UInt8
 
+from warehouse_sim.dataset.files.image_io import any_depth, any_rgb, any_size_wh
+from warehouse_sim.dataset.files.json_file import parse_json
+from warehouse_sim.dataset.files.png import is_rgb_png
+from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.external_image import ExternalRows, external_image
 from warehouse_sim.dataset.formats.bop.shards.archive import Extent
 from warehouse_sim.dataset.formats.bop.shards.keyed import ImagewiseFolder, Keyed, ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.layout import MEMBER, SHARD
-from warehouse_sim.dataset.image_io import any_depth, any_rgb, any_size_wh
-from warehouse_sim.dataset.json_file import parse_json
-from warehouse_sim.dataset.png import is_rgb_png
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.run_lengths import mask_of_runs
 from warehouse_sim.errors import DatasetError
 
 _COLOUR = ("rgb.png", "rgb.jpg", "gray.tiff", "gray.tif", "gray.png", "gray.jpg")

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.json_file import read_table
+from warehouse_sim.dataset.files.json_file import read_table
+from warehouse_sim.dataset.files.plain import LENGTHS, Span, take_if_given, take_name, take_numbers
 from warehouse_sim.dataset.objects import MeshReader, ObjectInfo
-from warehouse_sim.dataset.plain import LENGTHS, Span, take_if_given, take_name, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
 from warehouse_sim.geometry.mesh_file import load_mesh

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.json_file import read_table
+from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import ExternalRows, external_image
-from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
-from warehouse_sim.dataset.json_file import read_table
-from warehouse_sim.dataset.png import is_rgb_png
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
 

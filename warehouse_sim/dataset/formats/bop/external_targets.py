@@ -4,9 +4,9 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import WHOLE, take
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
 

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from warehouse_sim.dataset.files.json_file import write_json
+from warehouse_sim.dataset.files.lens_row import lens_row
 from warehouse_sim.dataset.formats.bop.labels import DEPTH_SCALE
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
 from warehouse_sim.dataset.formats.bop.models import write_models
-from warehouse_sim.dataset.json_file import write_json
-from warehouse_sim.dataset.lens_row import lens_row
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from warehouse_sim.dataset.checksums import require_checksum
+from warehouse_sim.dataset.files.checksums import require_checksum
+from warehouse_sim.dataset.files.image_io import decode_depth, decode_mask, decode_rgb
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import PIXELS, take
+from warehouse_sim.dataset.files.ply import read_ply
 from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.tables import read_bop_scene
-from warehouse_sim.dataset.image_io import decode_depth, decode_mask, decode_rgb
-from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.plain import PIXELS, take
-from warehouse_sim.dataset.ply import read_ply
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError

@@ -2,10 +2,10 @@
 
 from typing import Any, NamedTuple
 
+from warehouse_sim.dataset.files.json_file import read_table
+from warehouse_sim.dataset.files.lens_row import read_lens
+from warehouse_sim.dataset.files.plain import PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout
-from warehouse_sim.dataset.json_file import read_table
-from warehouse_sim.dataset.lens_row import read_lens
-from warehouse_sim.dataset.plain import PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.formats.bop.labels import VISIBLE_ENOUGH
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
-from warehouse_sim.dataset.json_file import write_json
 
 
 class TargetLists:

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.files.json_file import read_table, write_json
 from warehouse_sim.dataset.formats.bop.labels import (
     camera_row,
     coco_annotation,
@@ -17,7 +18,6 @@ from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.preface import write_preface
 from warehouse_sim.dataset.formats.bop.targets import TargetLists
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.json_file import read_table, write_json
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.errors import DatasetError

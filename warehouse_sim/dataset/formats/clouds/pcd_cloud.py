@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.dataset.formats.clouds.lzf import decompress
 from warehouse_sim.dataset.formats.clouds.text_header import (
     require_places,
@@ -16,7 +17,6 @@ from warehouse_sim.dataset.formats.clouds.text_header import (
     table_type,
     whole_number,
 )
-from warehouse_sim.dataset.point_table import Table
 from warehouse_sim.errors import DatasetError, shown
 
 _KINDS = {"f": "F", "i": "I", "u": "U"}

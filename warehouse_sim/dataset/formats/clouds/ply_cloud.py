@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.files.ply import ply_header
+from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.dataset.formats.clouds.text_header import (
     require_places,
     rows_of_bytes,
@@ -12,8 +14,6 @@ from warehouse_sim.dataset.formats.clouds.text_header import (
     table_type,
     whole_number,
 )
-from warehouse_sim.dataset.ply import ply_header
-from warehouse_sim.dataset.point_table import Table
 from warehouse_sim.errors import DatasetError, shown
 
 _TYPES = {"f4": "float", "f8": "double", "u1": "uchar", "i1": "char", "i2": "short", "u2": "ushort", "i4": "int"} | {

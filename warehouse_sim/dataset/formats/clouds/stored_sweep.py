@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import read_transform, take
+from warehouse_sim.dataset.files.point_table import SWEEP_FIELDS
 from warehouse_sim.dataset.formats.clouds.layout import cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import read_ply_cloud
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import read_transform, take
-from warehouse_sim.dataset.point_table import SWEEP_FIELDS
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import LIDAR, LidarScan, MountedReading

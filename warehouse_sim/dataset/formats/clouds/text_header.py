@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.point_table import Table
+from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.errors import DatasetError, shown
 
 LONGEST_HEADER = 65_536

@@ -8,12 +8,12 @@ from pycocotools import mask as coco_mask
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.image_io import decode_mask, decode_rgb
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import take, take_numbers
+from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.coco.layout import TABLES, coco_layout, image_name
-from warehouse_sim.dataset.image_io import decode_mask, decode_rgb
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import take, take_numbers
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.run_lengths import mask_of_runs
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.pose import invert
 

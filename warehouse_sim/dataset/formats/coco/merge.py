@@ -4,11 +4,11 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.formats.coco.categories import category_numbers, category_row
 from warehouse_sim.dataset.formats.coco.layout import IMAGES, TABLES, CocoLayout, Table
-from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import make_folder, write_pieces

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_rgb
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import take
+from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.coco.tables import CocoTable, find_tables, read_table
 from warehouse_sim.dataset.formats.images_only import ImagesOnly, box_mask, inside, require_split, shapeless
-from warehouse_sim.dataset.image_io import decode_any_rgb
-from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.run_lengths import mask_of_runs
 from warehouse_sim.errors import DatasetError
 
 

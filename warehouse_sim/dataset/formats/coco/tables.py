@@ -7,10 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.lens_row import read_lens
+from warehouse_sim.dataset.files.plain import (
+    PIXELS,
+    SHARES,
+    WHOLE,
+    Span,
+    read_transform,
+    take,
+    take_if_given,
+    take_numbers,
+)
 from warehouse_sim.dataset.formats.images_only import Box, guessed_camera
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.lens_row import read_lens
-from warehouse_sim.dataset.plain import PIXELS, SHARES, WHOLE, Span, read_transform, take, take_if_given, take_numbers
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.files.json_file import write_json
+from warehouse_sim.dataset.files.png import encode_png
 from warehouse_sim.dataset.formats.coco.labels import amodal_row, image_row, instance_row
 from warehouse_sim.dataset.formats.coco.layout import (
     IMAGES,
@@ -17,9 +19,7 @@ from warehouse_sim.dataset.formats.coco.layout import (
 from warehouse_sim.dataset.formats.coco.merge import merge_tables
 from warehouse_sim.dataset.formats.coco.panoptic import id_colors, segments
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.json_file import write_json
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.png import encode_png
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, write_bytes, writing

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import Span, read_transform, shown, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import Span, read_transform, shown, take, take_if_given, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.folder.camera import read_intrinsics, read_place
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
 from warehouse_sim.dataset.formats.images_only import shapeless
-from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.png import is_rgb_png
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_rgb, decode_depth
 from warehouse_sim.dataset.formats.kitti.external_frame import (
     FrameCalibration,
     KittiFrame,
@@ -24,7 +25,6 @@ from warehouse_sim.dataset.formats.kitti.external_target import box_pixels, targ
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.sweep_depth import sweep_depth
-from warehouse_sim.dataset.image_io import decode_any_rgb, decode_depth
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError

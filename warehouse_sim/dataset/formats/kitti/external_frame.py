@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from warehouse_sim.dataset.files.image_io import image_size_wh
+from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera
 from warehouse_sim.dataset.formats.kitti.tolerant import (
@@ -16,8 +18,6 @@ from warehouse_sim.dataset.formats.kitti.tolerant import (
     read_text,
     rigid,
 )
-from warehouse_sim.dataset.image_io import image_size_wh
-from warehouse_sim.dataset.plain import shown
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform

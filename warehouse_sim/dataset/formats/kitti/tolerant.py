@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, shown
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
-from warehouse_sim.dataset.plain import LENGTHS, NUMBERS, PLACES, shown
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, make_transform
 

@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.plain import SHARES, WHOLE, shown, take, take_if_given
+from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
 from warehouse_sim.dataset.formats.bop.reader import require_size
@@ -20,11 +23,8 @@ from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, rea
 from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout
 from warehouse_sim.dataset.formats.linemod.yaml_table import read_yaml_table
 from warehouse_sim.dataset.held_out import held_out
-from warehouse_sim.dataset.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.plain import SHARES, WHOLE, shown, take, take_if_given
-from warehouse_sim.dataset.png import is_rgb_png
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError

@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.files.image_io import encode_rgb
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.labels import pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.writer import require_known
 from warehouse_sim.dataset.formats.linemod.layout import KINDS, LinemodLayout, linemod_layout
 from warehouse_sim.dataset.formats.linemod.models import write_linemod_models
 from warehouse_sim.dataset.formats.linemod.yaml_table import yaml_row
 from warehouse_sim.dataset.frame_files import LabelledTarget, ObservationFiles, SharedFile
-from warehouse_sim.dataset.image_io import encode_rgb
-from warehouse_sim.dataset.json_file import read_json, write_json
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.plain import WHOLE, take
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera

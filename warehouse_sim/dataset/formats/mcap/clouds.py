@@ -3,8 +3,8 @@
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
+from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.dataset.formats.mcap.plain_messages import pose, timestamp
-from warehouse_sim.dataset.point_table import Table
 from warehouse_sim.geometry.pose import make_transform
 
 _KINDS = {

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.plain import plain
+from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.schema import Reading
 
 _SECOND = 1_000_000_000

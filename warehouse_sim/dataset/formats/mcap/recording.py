@@ -15,7 +15,7 @@ from mcap.well_known import MessageEncoding
 from mcap_protobuf.decoder import DecoderFactory
 from zstandard import ZstdError
 
-from warehouse_sim.dataset.point_table import Table
+from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, make_transform, matrix_from_quat_wxyz
 

@@ -9,6 +9,9 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from warehouse_sim.dataset.class_numbers import classes_of
+from warehouse_sim.dataset.files.image_io import encode_rgb
+from warehouse_sim.dataset.files.plain import plain
+from warehouse_sim.dataset.files.point_table import sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.mcap import layout as names
 from warehouse_sim.dataset.formats.mcap.boxes import boxes_message, image_boxes_message
 from warehouse_sim.dataset.formats.mcap.clock import SceneClock
@@ -19,10 +22,7 @@ from warehouse_sim.dataset.formats.mcap.layout import RIG, WORLD, mcap_layout, t
 from warehouse_sim.dataset.formats.mcap.plain_messages import timestamp, transform
 from warehouse_sim.dataset.formats.mcap.readings import reading_message, reading_schema
 from warehouse_sim.dataset.frame_files import ObservationFiles
-from warehouse_sim.dataset.image_io import encode_rgb
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.plain import plain
-from warehouse_sim.dataset.point_table import sweep_table, sweeps_of
 from warehouse_sim.dataset.readings import other_readings
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert

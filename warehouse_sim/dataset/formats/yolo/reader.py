@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.images_only import (
     ImagesOnly,
@@ -18,7 +19,6 @@ from warehouse_sim.dataset.formats.images_only import (
     shapeless,
 )
 from warehouse_sim.dataset.formats.yolo.tables import Label, YoloData, read_data, read_labels
-from warehouse_sim.dataset.image_io import decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError

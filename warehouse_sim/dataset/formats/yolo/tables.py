@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.plain import WHOLE, shown
+from warehouse_sim.dataset.files.plain import WHOLE, shown
 from warehouse_sim.errors import DatasetError, WarehouseSimError
 from warehouse_sim.yaml_file import read_yaml
 

@@ -9,8 +9,8 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.plain import is_rigid
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.pose import transform_points

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.files.json_file import read_json, read_table
+from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.external import external_folder
-from warehouse_sim.dataset.json_file import read_json, read_table
-from warehouse_sim.dataset.plain import WHOLE, take
 
 _TARGETS = "*targets_bop*.json"
 _VISIBLE_ENOUGH = 0.1 - 1e-6

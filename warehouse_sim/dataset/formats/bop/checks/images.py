@@ -11,10 +11,10 @@ from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.json_file import read_json, read_table
+from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
-from warehouse_sim.dataset.json_file import read_json, read_table
-from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 

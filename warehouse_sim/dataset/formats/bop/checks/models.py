@@ -7,10 +7,10 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import take, take_if_given, take_numbers
 from warehouse_sim.dataset.formats.bop.layout import BopLayout, bop_layout
-from warehouse_sim.dataset.json_file import read_json
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.plain import take, take_if_given, take_numbers
 
 _MILLIMETRE_DIGITS = 1e-3
 

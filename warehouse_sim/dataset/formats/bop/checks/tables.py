@@ -8,9 +8,9 @@ import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.json_file import read_json, read_table
+from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
-from warehouse_sim.dataset.json_file import read_json, read_table
-from warehouse_sim.dataset.plain import take
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.pose import invert

@@ -4,10 +4,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.formats.bop.shards.archive import Extent, Members, list_members
 from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD, image_key
-from warehouse_sim.dataset.json_file import read_json
-from warehouse_sim.dataset.plain import shown
 from warehouse_sim.errors import DatasetError
 
 _MOST_BYTES = 2**28

@@ -3,10 +3,10 @@
 import shutil
 from collections.abc import Sequence
 
+from warehouse_sim.dataset.files.json_file import parse_json, write_json
 from warehouse_sim.dataset.formats.bop.shards.archive import Extent, Members, add_image, list_members, writing_archive
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, image_key
 from warehouse_sim.dataset.formats.bop.targets import TargetLists
-from warehouse_sim.dataset.json_file import parse_json, write_json
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
+from warehouse_sim.dataset.files.image_io import depth_of_png, rgb_of_png
+from warehouse_sim.dataset.files.json_file import parse_json
+from warehouse_sim.dataset.files.png import png_header_size_wh
+from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.reader import read_model, require_size
 from warehouse_sim.dataset.formats.bop.shards.archive import Extent
 from warehouse_sim.dataset.formats.bop.shards.keyed import Keyed, ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.layout import image_key, shards_layout
 from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
-from warehouse_sim.dataset.image_io import depth_of_png, rgb_of_png
-from warehouse_sim.dataset.json_file import parse_json
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
-from warehouse_sim.dataset.png import png_header_size_wh
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.run_lengths import mask_of_runs
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 

@@ -7,6 +7,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_bytes, read_text
+from warehouse_sim.dataset.files.image_io import decode_depth
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.formats.kitti.checks import level_agreement
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, is_levelled
@@ -14,7 +15,6 @@ from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted, read_la
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
-from warehouse_sim.dataset.image_io import decode_depth
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.fisheye import same_lens
 

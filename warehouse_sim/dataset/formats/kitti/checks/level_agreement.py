@@ -9,11 +9,11 @@ from jaxtyping import Float
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
+from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, is_tilted
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
-from warehouse_sim.dataset.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

@@ -8,12 +8,12 @@ from warehouse_sim.dataset.checks.depth_kind import range_share
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
+from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import frames, is_levelled
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels
 from warehouse_sim.dataset.formats.kitti.checks.points import read_points
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
-from warehouse_sim.dataset.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points

@@ -11,8 +11,8 @@ import pytest
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, write_scene
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
-from warehouse_sim.dataset.merge import merge
-from warehouse_sim.dataset.shard import Shard, parse_shard
+from warehouse_sim.dataset.shards.merge import merge
+from warehouse_sim.dataset.shards.shard import Shard, parse_shard
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError, InputError
 

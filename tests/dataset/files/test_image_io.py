@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.image_io import (
+from warehouse_sim.dataset.files.image_io import (
     decode_depth,
     decode_mask,
     decode_rgb,

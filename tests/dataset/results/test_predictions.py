@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset import pose_csv, predictions
+from warehouse_sim.dataset.results import pose_csv, predictions
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.schema import PoseEstimate

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset import front_file, pose_csv
-from warehouse_sim.dataset.json_file import read_json, write_json
-from warehouse_sim.dataset.plain import WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.files.plain import WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.results import front_file, pose_csv
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import PoseEstimate
 

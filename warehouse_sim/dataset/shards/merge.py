@@ -6,7 +6,7 @@ from pathlib import Path
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest
-from warehouse_sim.dataset.shard import Shard, read_shard
+from warehouse_sim.dataset.shards.shard import Shard, read_shard
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import is_lock, one_writer

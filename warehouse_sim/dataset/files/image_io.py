@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int32, UInt8, UInt16
 
-from warehouse_sim.dataset.png import encode_png, png_header_size_wh, require_whole_png
+from warehouse_sim.dataset.files.png import encode_png, png_header_size_wh, require_whole_png
 from warehouse_sim.errors import DatasetError
 
 _LARGEST = 65535

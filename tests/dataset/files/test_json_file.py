@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.dataset.json_file import read_json, read_table, write_json
+from warehouse_sim.dataset.files.json_file import read_json, read_table, write_json
 from warehouse_sim.errors import DatasetError
 
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset import pose_csv
+from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
 from warehouse_sim.schema import PoseEstimate

@@ -12,10 +12,10 @@ from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
 from tests.dataset.toy import make_dataset, make_manifest
-from warehouse_sim.dataset.detection_file import read_results, write_results
-from warehouse_sim.dataset.detection_labels import read_labels, write_labels
-from warehouse_sim.dataset.found_object import FoundObject
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results.detection_file import read_results, write_results
+from warehouse_sim.dataset.results.detection_labels import read_labels, write_labels
+from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.detection_scores import Asked, score_detections
 

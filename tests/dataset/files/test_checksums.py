@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.dataset.checksums import require_checksum
+from warehouse_sim.dataset.files.checksums import require_checksum
 from warehouse_sim.errors import DatasetError
 
 

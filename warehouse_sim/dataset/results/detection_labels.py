@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from warehouse_sim.dataset.detection_file import ImageNumbers
-from warehouse_sim.dataset.found_object import FoundObject
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.results.detection_file import ImageNumbers
+from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import make_folder, write_bytes
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import PALLET
-from warehouse_sim.dataset.ply import read_ply, write_ply
+from warehouse_sim.dataset.files.ply import read_ply, write_ply
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 

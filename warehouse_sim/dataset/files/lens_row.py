@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from warehouse_sim.dataset.plain import take_numbers
+from warehouse_sim.dataset.files.plain import take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye, Lens, lens_of

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.files.plain import SHARES, WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, run_lengths
 from warehouse_sim.dataset.formats.coco.categories import category_numbers
-from warehouse_sim.dataset.found_object import FoundObject
-from warehouse_sim.dataset.json_file import read_json, write_json
-from warehouse_sim.dataset.plain import SHARES, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.run_lengths import compressed, mask_of_runs, run_lengths
+from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
 
 _PIXELS = Span(-1e6, 1e6)

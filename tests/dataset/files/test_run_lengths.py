@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from pycocotools import mask as coco_mask
 
-from warehouse_sim.dataset.run_lengths import compressed, mask_of_runs, run_lengths
+from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, run_lengths
 from warehouse_sim.errors import DatasetError
 
 masks = arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=24), elements=st.booleans(), fill=st.booleans())

@@ -8,7 +8,7 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.plain import is_rigid
+from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.output import make_folder, write_bytes

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.dataset.json_file import read_json, write_json
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import ConfigError, DatasetError, InputError, shown
 from warehouse_sim.ranges import Range, ranged

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.plain import is_rigid
+from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import write_bytes
 from warehouse_sim.schema import PalletFront, PoseEstimate

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.png import Filter, encode_png
+from warehouse_sim.dataset.files.png import Filter, encode_png
 from warehouse_sim.errors import DatasetError
 
 FILTERS: tuple[Filter, ...] = ("none", "sub", "up")
