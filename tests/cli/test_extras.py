@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.formats.test_external_bop import write_folder
-from tests.dataset.test_merge import make_shard
+from tests.dataset.shards.test_merge import make_shard
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import VERBS
