@@ -18,7 +18,7 @@ class Shard:
     """The scenes whose index leaves ``index`` when divided by ``count``: near ones, which are alike, are spread."""
 
     index: Annotated[int, Range(0, 999_999)]
-    """Which of them, 0 to count - 1, as job arrays number their tasks."""
+    """Which of them, 0-999,999 and below ``count``, as job arrays number their tasks."""
     count: Annotated[int, Range(1, 1_000_000)]
     """How many there are."""
 
