@@ -9,7 +9,8 @@ from typing import Any
 
 from benchmarks.speed.cost import StageClock
 from warehouse_sim.annotate.film import FilmCaster
-from warehouse_sim.dataset import frame_files, image_io, json_file
+from warehouse_sim.dataset import frame_files
+from warehouse_sim.dataset.files import image_io, json_file
 from warehouse_sim.dataset.formats.bop import writer as bop
 from warehouse_sim.dataset.formats.kitti import writer as kitti
 from warehouse_sim.dataset.store import DatasetStore

@@ -16,6 +16,7 @@ def entries() -> dict[str, dict[str, str]]:
     return {entry["path"]: entry for entry in manifest["files"]}
 
 
+@pytest.mark.slow
 def test_shipped_textures_are_what_the_command_bakes(tmp_path: Path) -> None:
     bake(tmp_path)
     kinds = ("albedo", "normal", "roughness")

@@ -27,6 +27,7 @@ def session(path: Path):
     return onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
 
 
+@pytest.mark.slow
 def test_a_detector_gives_the_same_boxes(tmp_path: Path) -> None:
     torch.manual_seed(0)
     images, network = ImageConfig(("depth",), (128, 64)), DetectorNetworkConfig(width=0.05, classes=2)

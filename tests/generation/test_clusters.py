@@ -64,6 +64,7 @@ def test_a_slurm_array_makes_the_dataset_of_one_run(environment, serial, tmp_pat
     assert merged(tmp_path, environment) == serial
 
 
+@pytest.mark.slow
 def test_an_indexed_kubernetes_job_makes_the_dataset_of_one_run(environment, serial, tmp_path: Path) -> None:
     job = yaml.safe_load(block("yaml"))["spec"]
     (container,) = job["template"]["spec"]["containers"]

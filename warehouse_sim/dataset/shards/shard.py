@@ -20,7 +20,7 @@ class Shard:
     index: Annotated[int, Range(0, 999_999)]
     """Which of them, 0-999,999 and below ``count``, as job arrays number their tasks."""
     count: Annotated[int, Range(1, 1_000_000)]
-    """How many there are."""
+    """How many there are, 1-1,000,000."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.index < self.count:

@@ -82,6 +82,7 @@ def test_each_phase_has_a_cosine_of_its_own() -> None:
     assert not refiner_alone(replace(config, phase="joint"), 1.0)
 
 
+@pytest.mark.slow
 def test_a_refiner_alone_learns_what_a_network_gets_wrong() -> None:
     torch.manual_seed(0)
     crops, shapes = made_set(48), (pallet_shape(),)
