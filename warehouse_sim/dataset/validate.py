@@ -6,6 +6,7 @@ from pathlib import Path
 
 from warehouse_sim.dataset.checks import manifest, readings, structure, worn
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
+from warehouse_sim.dataset.checks.foreign.all_checks import checks_of
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
@@ -38,7 +39,7 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
     """
     if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
         others = ForeignSubject.of(root)
-        return _all(others, [(check, others) for check in others.checks], progress)
+        return _all(others, [(check, others) for check in checks_of(others)], progress)
     try:
         subject = Subject(root, read_manifest(root))
         manifest.require_size(subject)
@@ -85,13 +86,6 @@ def _report_progress(progress: ProgressCallback, name: str, number: int, count: 
 def _run(check: NamedCheck, subject: Subject | ForeignSubject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
     try:
-        findings = check.run(subject)
+        return check.run(subject).outcome(check.name)
     except WarehouseSimError as problem:
         return Check(check.name, False, str(problem))
-    if not findings.problems and findings.lacking:
-        return Check(check.name, True, f"not checked: {findings.lacking}", checked=False)
-    if not findings.problems:
-        return Check(check.name, True, findings.examined)
-    others = len(findings.problems) - 1 + findings.more
-    more = f" (and {others} more)" if others else ""
-    return Check(check.name, False, findings.problems[0] + more)

@@ -33,7 +33,7 @@ from warehouse_sim.schema import ObjectModel
 @dataclass(frozen=True)
 @ranged
 class GenerateConfig:
-    """How a dataset is made; ``workers`` and ``resume`` decide none of its bytes."""
+    """How a dataset is made; ``workers``, ``resume`` and ``scene_limit_s`` decide none of its bytes."""
 
     scenes: Annotated[int, Range(1, 1_000_000)] | None = None
     """Number of scenes, 1-1,000,000; the recipe's own number by default."""
@@ -51,7 +51,6 @@ class GenerateConfig:
     """Keep the finished scenes of an interrupted run."""
     shard: Shard | None = None
     """Make only the scenes of this shard; the folder is one of several that ``dataset.shards.merge`` puts together."""
-
     scene_limit_s: Annotated[float, Range(1, 10_000_000, "s")] | None = None
     """How long a try of a scene may take, 1-10,000,000 s; None = ten minutes for each of its observations."""
     skip_failed: bool = False

@@ -101,7 +101,7 @@ def _checksums(root: Path, manifest: Manifest) -> Check:
             findings.require(False, line)
     except DatasetError as problem:
         findings.require(False, str(problem))
-    return _check("checksums", findings)
+    return findings.outcome("checksums")
 
 
 def _driver(manifest: Manifest, here: str, others: list[int]) -> Check:
@@ -130,7 +130,7 @@ def _same(root: Path, again: Path, made: str) -> Check:
         findings.count += 1
         findings.require(equal_bytes(root / name, again / name), f"{root / name}: is not what is made now")
     findings.examined = f"{made}, the same bytes in {findings.count} files"
-    return _check("made again", findings)
+    return findings.outcome("made again")
 
 
 def _near(root: Path, again: Path, made: str) -> list[Check]:
@@ -150,7 +150,7 @@ def _near(root: Path, again: Path, made: str) -> list[Check]:
         findings.require(same, f"{root / name}: is not what is made now")
     exact.examined = f"{made}, the same in {exact.count} files"
     near.examined = f"{near.count} files within the tolerance of docs/trust.md; {left} of other kinds not compared"
-    return [_check("geometry and labels", exact), _check("pixels", near)]
+    return [exact.outcome("geometry and labels"), near.outcome("pixels")]
 
 
 def _names(folder: Path) -> Iterator[str]:
@@ -159,10 +159,3 @@ def _names(folder: Path) -> Iterator[str]:
         name = path.relative_to(folder)
         if path != unfinished and _PIECES not in name.parts:
             yield name.as_posix()
-
-
-def _check(name: str, findings: Findings) -> Check:
-    if not findings.problems:
-        return Check(name, True, findings.examined)
-    others = len(findings.problems) - 1 + findings.more
-    return Check(name, False, findings.problems[0] + (f" (and {others} more)" if others else ""))

@@ -106,6 +106,11 @@ def test_a_shard_that_is_not_whole_or_was_changed_is_refused(shards: list[Path],
     (changed / "objects.json").symlink_to("/etc/hostname")
     with pytest.raises(DatasetError, match=r"objects\.json: is a link"):
         merge([changed, shards[1]], tmp_path / "out2")
+    (changed / "objects.json").unlink()
+    shutil.copyfile(shards[0] / "objects.json", changed / "objects.json")
+    (changed / "elsewhere").symlink_to("/etc", target_is_directory=True)
+    with pytest.raises(DatasetError, match=r"elsewhere: is a link"):
+        merge([changed, shards[1]], tmp_path / "out4")
     (changed / "shard.json").write_text(json.dumps({"index": 2, "count": 2}))
     with pytest.raises(DatasetError, match=r"shard\.json: .*of 2 shards there is no 2"):
         merge([changed, shards[1]], tmp_path / "out3")

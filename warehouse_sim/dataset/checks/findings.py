@@ -43,6 +43,15 @@ class Findings:
             self.more += 1
         return holds
 
+    def outcome(self, name: str) -> Check:
+        """Return them as the outcome of the check ``name``."""
+        if not self.problems and self.lacking:
+            return Check(name, True, f"not checked: {self.lacking}", checked=False)
+        if not self.problems:
+            return Check(name, True, self.examined)
+        others = len(self.problems) - 1 + self.more
+        return Check(name, False, self.problems[0] + (f" (and {others} more)" if others else ""))
+
     def add(self, part: "Findings") -> None:
         """Take over what a part of the check has found."""
         for problem in part.problems:

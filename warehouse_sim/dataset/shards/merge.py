@@ -131,7 +131,7 @@ def _files(part: Path) -> Iterator[Path]:
     own = DatasetLayout(part)
     for path in sorted(part.rglob("*")):
         of_run = path in (own.unfinished, own.shard) or is_lock(path) or is_temporary(path)
-        if not path.is_dir() and not of_run:
+        if (path.is_symlink() or not path.is_dir()) and not of_run:
             yield path.relative_to(part)
 
 

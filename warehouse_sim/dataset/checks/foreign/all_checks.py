@@ -2,8 +2,10 @@
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.checks.foreign import images, labels, masks, objects, poses
+from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.formats import dataset_format, foreign_checks
 
-CHECKS = (
+_CHECKS = (
     NamedCheck("objects", objects.objects),
     NamedCheck("cameras", labels.cameras),
     NamedCheck("labels", labels.labels),
@@ -11,3 +13,8 @@ CHECKS = (
     NamedCheck("masks", masks.masks),
     NamedCheck("poses on images", poses.poses),
 )
+
+
+def checks_of(subject: ForeignSubject) -> tuple[NamedCheck, ...]:
+    """Return what is asked of a dataset, in order: of every one, then of one in its format."""
+    return (*_CHECKS, *foreign_checks(dataset_format(subject.format_name)))

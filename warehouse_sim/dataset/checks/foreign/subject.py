@@ -7,8 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Self, TypeVar
 
-from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, foreign_checks, has_depth
+from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
 from warehouse_sim.dataset.reader import open_format
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
@@ -43,13 +42,6 @@ class ForeignSubject:
             if reader is not None:
                 return cls(root, name, reader)
         raise DatasetError(f"{root}: is a dataset of none of the known formats: {', '.join(FORMATS.names())}")
-
-    @property
-    def checks(self) -> Sequence[NamedCheck]:
-        """What is asked of it, in order."""
-        from warehouse_sim.dataset.checks.foreign.all_checks import CHECKS
-
-        return (*CHECKS, *foreign_checks(dataset_format(self.format_name)))
 
     @cached_property
     def lacks(self) -> frozenset[str]:
