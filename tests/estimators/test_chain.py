@@ -93,6 +93,29 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
     assert {item.score for item in before} == {0.8}
 
 
+def test_what_compares_objects_is_asked_where_a_detection_may_be_several() -> None:
+    observation = observe(make_scene(0))[0]
+    image = RgbdImage.from_observation(observation)
+    pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
+    truths = [pose_of[item.number] for item in image.detections]
+
+    def as_two(image: RgbdImage) -> list[Points]:
+        return [item._replace(obj_id=number) for item in cloud_of(image) for number in (1, 2)]
+
+    def the_second(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
+        return np.array([float(item.obj_id) for item in seen])
+
+    def nobody(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
+        raise AssertionError("asked of detections that are one object each")
+
+    trusted = Chain(Stages(as_two, NearTruth(truths), least_confident)).estimate(image)
+    preferred = Chain(Stages(as_two, NearTruth(truths), least_confident, prefer=the_second)).estimate(image)
+    alone = Chain(Stages(cloud_of, NearTruth(truths), least_confident, prefer=nobody)).estimate(image)
+    assert len(trusted) == len(preferred) == len(alone) > 0
+    assert {item.obj_id for item in trusted} == {item.obj_id for item in alone} == {1}
+    assert {item.obj_id for item in preferred} == {2}
+
+
 def test_a_detection_of_an_unknown_model_is_tried_as_each_object(tmp_path: Path) -> None:
     estimator = load_estimator(made_run(tmp_path / "run"))
     image = RgbdImage.from_observation(observe(make_scene(0))[0])

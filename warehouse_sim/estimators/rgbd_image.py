@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, UInt8
+from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import InputError
@@ -86,6 +86,15 @@ class RgbdImage:
             )
         if self.rgb is not None and (self.rgb.dtype != np.uint8 or self.rgb.shape[2] != 3):
             raise InputError(f"rgb must be uint8 (height, width, 3), found {self.rgb.dtype} {self.rgb.shape}")
+
+    def readings_in(
+        self, mask: Bool[np.ndarray, "h w"], rng: np.random.Generator
+    ) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        """Return columns and rows of all pixels of a mask that have a reading, in random order."""
+        place = np.flatnonzero(mask)
+        place = place[self.depth.ravel()[place] > 0]
+        v, u = np.divmod(place[rng.permutation(len(place))], mask.shape[1])
+        return u, v
 
     @classmethod
     def from_arrays(

@@ -12,6 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.densefusion import Dense
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Inliers
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
+from warehouse_sim.estimators.pose.own_points import own_of
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, rotation_z
 from warehouse_sim.learning.run_folder import write_weights
@@ -81,10 +82,11 @@ def test_own_points_are_those_of_the_mask_that_the_network_trusts(tmp_path: Path
     metres = found.batch.inputs.points[0] @ found.batch.turn[0] * found.batch.scale[0] + found.batch.centre[0]
     logit = torch.where(metres[None, :, 2] < 2.65, 3.0, -3.0)
     trusting = replace(found, proposal=found.proposal._replace(inliers=Inliers(logit, found.candidates.confidence)))
-    (crop,), own = crops, trusting.own_points(0, crops[0])
+    (crop,) = crops
+    own = crop.masked_points[own_of(trusting, 0, crop.masked_points)]
     assert (crop.points[:, 2] > 2.65).any()
     np.testing.assert_allclose(own[:, 2], 2.5, atol=1e-3)
     assert len(own) == ((crop.points[:, 2] < 2.65) & (crop.around.signed_px > 0)).sum()
     # Where nearly nothing is trusted, the mask is.
     doubting = replace(found, proposal=found.proposal._replace(inliers=Inliers(-logit.abs(), logit)))
-    assert len(doubting.own_points(0, crop)) == (crop.around.signed_px > 0).sum()
+    assert own_of(doubting, 0, crop.masked_points).sum() == (crop.around.signed_px > 0).sum()

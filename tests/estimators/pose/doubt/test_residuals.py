@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.estimators.pose.doubt.features import look
-from warehouse_sim.estimators.pose.doubt.residuals import measure_residuals, readings_of
+from warehouse_sim.estimators.pose.doubt.residuals import measure_residuals
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -30,7 +30,7 @@ def seen(noise: float, window_px: int, shift: float = 0.0) -> tuple[RgbdImage, n
 def residuals(surface: CadSurface, noise: float, window_px: int):
     image, mask = seen(noise, window_px)
     rng = np.random.default_rng(0)
-    return measure_residuals(T, surface, image, mask, readings_of(mask, image, rng), rng)
+    return measure_residuals(T, surface, image, mask, image.readings_in(mask, rng), rng)
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.01])

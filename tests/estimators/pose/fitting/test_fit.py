@@ -5,6 +5,7 @@ import pytest
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.gravity import down_of_camera
+from warehouse_sim.estimators.pose.fitting import search
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, EvidenceConfig, judge
 from warehouse_sim.estimators.pose.fitting.fit import icp_multistart, rectangle_fit
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
@@ -124,3 +125,16 @@ def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
     assert turned.supported == pytest.approx(2.0 / 3.0, abs=0.05)
     assert turned.beside == pytest.approx(1.0 / 3.0, abs=0.05)
     assert turned.score < right.score - 0.4
+
+
+def test_a_fine_fit_that_goes_astray_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    image, truth = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    estimator = icp_multistart()
+    estimator.onboard({3: box()})
+    astray = make_transform(rotation_z(0.5), np.array([0.4, 0.3, 0.0]))
+    monkeypatch.setattr(search, "fit_finely", lambda sought, starts, config: [poses @ astray for poses in starts])
+    (estimate,) = estimator.estimate(image)
+    looks = truth @ HALF_TURN.transforms
+    turns = rotation_angle(looks[:, :3, :3], estimate.T_camera_object[None, :3, :3])
+    assert np.linalg.norm(estimate.T_camera_object[:3, 3] - truth[:3, 3]) < 0.05
+    assert np.degrees(turns).min() < 5.0

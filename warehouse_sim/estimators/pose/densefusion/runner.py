@@ -21,9 +21,6 @@ from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load
 from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.learning.threads import SMALL, cpu_threads
 
-_LEAST_OWN = 32
-"""With fewer points that the network trusts, all of the mask's are taken."""
-
 
 @dataclass(frozen=True, eq=False)
 class NetworkProposals:
@@ -53,12 +50,6 @@ class NetworkProposals:
         nearest = cKDTree(_array(judged)).query(points)[1]
         trusted: Bool[np.ndarray, " p"] = _array(inliers.logit[row])[nearest] > 0.0
         return trusted
-
-    def own_points(self, row: int, crop: ObjectPoints) -> Float[np.ndarray, "q 3"]:
-        """Return those points of an object's mask (camera frame, m) that the network takes for the object's."""
-        points: Float[np.ndarray, "p 3"] = getattr(crop, "masked_points", crop.points)
-        own = points[self.trusted(row, points)]
-        return own if len(own) >= _LEAST_OWN else points
 
 
 class Runner:

@@ -13,7 +13,7 @@ from warehouse_sim.estimators.pose.doubt.covariance import (
     rms_quantile,
     surface_metric,
 )
-from warehouse_sim.estimators.pose.doubt.residuals import Residuals, measure_residuals, readings_of
+from warehouse_sim.estimators.pose.doubt.residuals import Residuals, measure_residuals
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge, judge_all
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.rgbd_image import RgbdImage
@@ -62,7 +62,7 @@ def look(
         agreement: Of its hypotheses.
         rng: Source of the samples.
     """
-    pixels = readings_of(mask, image, rng)
+    pixels = image.readings_in(mask, rng)
     if len(pixels[0]) == 0 or T_camera_object[2, 3] <= 0.0:
         return None
     residuals = measure_residuals(T_camera_object, surface, image, mask, pixels, rng)

@@ -48,16 +48,6 @@ class Residuals:
         return self.noise / _ANISOTROPY
 
 
-def readings_of(
-    mask: Bool[np.ndarray, "h w"], image: RgbdImage, rng: np.random.Generator
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-    """Return columns and rows of all pixels of a mask that have a reading, in random order."""
-    place = np.flatnonzero(mask)
-    place = place[image.depth.ravel()[place] > 0]
-    v, u = np.divmod(place[rng.permutation(len(place))], mask.shape[1])
-    return u, v
-
-
 def measure_residuals(
     T_camera_object: Transform,
     surface: CadSurface,

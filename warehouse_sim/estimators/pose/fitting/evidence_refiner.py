@@ -12,6 +12,7 @@ from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitModel, Sought
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.pose.own_points import own_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -49,8 +50,6 @@ class EvidenceRefiner:
         T = T_camera_object.copy()
         if not views:
             return T
-        # Masks may hold other things, boxes always do; who proposed the poses may know which points are the object's.
-        own = getattr(proposals, "trusted", lambda row, points: np.ones(len(points), dtype=bool))
         detections: dict[tuple[int, int], int] = {}
         sought = []
         for i, view in views.items():
@@ -58,7 +57,7 @@ class EvidenceRefiner:
             detection = detections.setdefault((id(view.depth), seen[i].position), len(detections))
             proposed = self._proposed(T[i], seen[i], proposals, i)
             whole = Sought.of(self._model(seen[i].obj_id), view, proposed, detection)
-            sought.append(whole.looked_for_among(own(i, view.points)))
+            sought.append(whole.looked_for_among(own_of(proposals, i, view.points)))
         for i, found in zip(views, search_jointly(sought, self._config), strict=True):
             T[i] = found.T_camera_object[0]
         return T

@@ -5,6 +5,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
+from warehouse_sim.estimators.pose.own_points import LEAST_POINTS
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -12,17 +13,13 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 _POINTS = 1500
 _RECTANGLE_POINTS = 400
 """Points that a rectangle is put around; more do not place it better."""
-LEAST_POINTS = 32
-"""Of fewer points nothing is estimated."""
 
 
 def masked_points(
     image: RgbdImage, mask: Bool[np.ndarray, "h w"], rng: np.random.Generator
 ) -> Float[np.ndarray, "p 3"]:
     """Return points of a mask (camera frame, m), 1,500 at most, in random order."""
-    place = np.flatnonzero(mask)
-    place = place[image.depth.ravel()[place] > 0]
-    v, u = np.divmod(place[rng.permutation(len(place))[:_POINTS]], mask.shape[1])
+    u, v = (values[:_POINTS] for values in image.readings_in(mask, rng))
     return image.camera.rays_at(u, v) * image.depth[v, u][:, None].astype(float)
 
 

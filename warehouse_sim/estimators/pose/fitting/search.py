@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge_all
 from warehouse_sim.estimators.pose.fitting.hypotheses import (
-    LEAST_POINTS,
     distinct,
     hypotheses,
     look_alike,
@@ -76,9 +75,7 @@ class Sought:
         return cls(model, view, within_reach(view.points, model.extent), proposed, detection, view)
 
     def looked_for_among(self, own: Bool[np.ndarray, " p"]) -> "Sought":
-        """Return the same, fitted to and judged by some of the view's points alone, if they are enough."""
-        if own.sum() < LEAST_POINTS:
-            return self
+        """Return the same, fitted to and judged by some of the view's points alone."""
         view = replace(self.view, points=self.view.points[own])
         return replace(self, view=view, points=within_reach(view.points, self.model.extent))
 

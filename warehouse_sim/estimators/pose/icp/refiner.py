@@ -8,6 +8,7 @@ from jaxtyping import Float
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
+from warehouse_sim.estimators.pose.own_points import own_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transforms
 
@@ -30,9 +31,9 @@ class IcpRefiner:
     def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
         """Return the poses that fit the points, or the given ones where the fit gets no better."""
         surfaces = [self._surface(item.obj_id) for item in seen]
-        # Crops may hold what is around an object, too; who proposed the poses may know which points are its own.
-        own = getattr(proposals, "own_points", lambda row, item: item.points)
-        clouds = [own(row, item) for row, item in enumerate(seen)]
+        # Crops may hold what is around an object, too.
+        clouds = [getattr(item, "masked_points", item.points) for item in seen]
+        clouds = [points[own_of(proposals, row, points)] for row, points in enumerate(clouds)]
         return refine_poses(T_camera_object, clouds, surfaces, self._config, _up(seen))
 
     def _surface(self, obj_id: int) -> CadSurface:
