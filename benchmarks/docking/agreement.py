@@ -106,9 +106,8 @@ def causes(rows: Sequence[Row]) -> dict[str, int]:
 
 
 def least_room(row: Row) -> float:
-    """Return the smallest room (m) that the swept test found; -1 where the estimate is astray."""
-    rooms = [value for value in row["swept"]["room"].values() if value is not None]
-    return min(rooms) if len(rooms) == len(row["swept"]["room"]) else -1.0
+    """Return the smallest room (m) that the swept test found; -inf where a tine leaves its pocket or its direction."""
+    return min(float("-inf") if value is None else value for value in row["swept"]["room"].values())
 
 
 def told(row: Row) -> str:
@@ -116,11 +115,13 @@ def told(row: Row) -> str:
     errors = row["swept"]["errors"]
     offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))
     turns = " ".join(f"{name} {np.rad2deg(errors[name]):+.1f} deg" for name in ("yaw", "pitch"))
-    simulated = row["simulated"]
+    room, simulated = least_room(row), row["simulated"]
+    left = f"room {1000 * room:+.1f} mm" if np.isfinite(room) else "a tine out of its pocket"
+    met = f" {simulated['by']}" if simulated["by"] else ""
     return (
         f"{row['source']} scene {row['scene']} pallet {row['instance']} {row['face']} ({row['kind']}): "
         f"{offsets} {turns}; "
         f"swept {'docks' if swept_docks(row) else 'fails: ' + row['swept']['limiting_error']}, "
-        f"room {1000 * least_room(row):+.1f} mm; simulation {simulated['outcome']} "
-        f"{simulated['by']} ({simulated['force']:.0f} N, {1000 * simulated['push']:.1f} mm)"
+        f"{left}; simulation {simulated['outcome']}{met} "
+        f"({simulated['force']:.0f} N, {1000 * simulated['push']:.1f} mm)"
     )
