@@ -11,7 +11,6 @@ from benchmarks.speed.cost import StageClock
 from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.dataset import frame_files
 from warehouse_sim.dataset.files import image_io, json_file
-from warehouse_sim.dataset.formats.bop import writer as bop
 from warehouse_sim.dataset.formats.kitti import writer as kitti
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation import generate as generator
@@ -48,7 +47,6 @@ _FUNCTIONS: list[tuple[Any, str, str]] = [
     (frame_files, "write_bytes", DISK),
     (frame_files, "share_file", DISK),
     (json_file, "write_bytes", DISK),
-    (bop, "write_bytes", DISK),
     (kitti, "write_bytes", DISK),
 ]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.speed import stages
 from benchmarks.speed.cost import Cost, StageClock, median
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS
 from warehouse_sim.sensors.rgbd.depth import MODELS
@@ -100,3 +101,8 @@ def test_an_unknown_row_is_named() -> None:
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert "no such rows: encodin; known: rgbd_ids_vs_pyrender" in run.stderr
+
+
+def test_every_function_that_stages_watch_is_where_they_look():
+    missing = [f"{owner.__name__}.{name}" for owner, name, _ in stages._FUNCTIONS if not hasattr(owner, name)]
+    assert missing == []

@@ -117,11 +117,14 @@ class CropSet:
         return _joined(parts).rows(back)
 
     def to(self, device: torch.device) -> "CropSet":
-        """Return the same crops on ``device``; tables that lie on disk stay there when it is the CPU."""
+        """Return the same crops on ``device``; tables that lie on disk stay there when it is the CPU.
+
+        Elsewhere they become one: each table that rows are drawn from is a stop of the device and some twenty launches.
+        """
         if device.type == "cpu":
             return self
         chosen = None if self._chosen is None else self._chosen.to(device)
-        return CropSet([table.to(device) for table in self.tables], chosen)
+        return CropSet([_joined([table.to(device) for table in self.tables])], chosen)
 
     def _column(self, parts: list[Tensor]) -> Tensor:
         column = torch.cat(parts)
