@@ -24,12 +24,21 @@ class MovingAverage(AveragedModel):
     def follow(self, network: nn.Module, step: int) -> None:
         """Move the average towards the weights after ``step`` steps."""
         self._share = 1.0 - min(self._decay, (1.0 + step) / (10.0 + step))
-        self.update_parameters(network)
+        # What update_parameters does, without its copy of a counter to the GPU, for which it waits at each step.
+        pairs = list(zip(_tensors(self.module), _tensors(network), strict=True))
+        for kind in {average.dtype for average, _ in pairs}:
+            averages, values = zip(*[pair for pair in pairs if pair[0].dtype == kind], strict=True)
+            self._blend(averages, values, step)
+        self.n_averaged += 1
 
     @torch.no_grad()
     def _blend(self, averages: Tensors, values: Tensors, _: Tensor | int) -> None:
-        """Take over the counters among the buffers, and mix the rest in; torch gives tensors of one type at a time."""
+        """Take over the counters among the buffers, and mix the rest in; tensors of one type at a time."""
         if averages[0].is_floating_point():
             torch._foreach_lerp_(averages, values, self._share)
         else:
             torch._foreach_copy_(averages, values)
+
+
+def _tensors(network: nn.Module) -> list[Tensor]:
+    return [tensor.detach() for tensor in (*network.parameters(), *network.buffers())]

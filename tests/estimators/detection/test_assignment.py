@@ -50,3 +50,19 @@ def test_what_is_not_asked_for_is_neither_taught_nor_denied() -> None:
     left, top, right, bottom = (targets.boxes[1] / 8).tolist()
     assert cells[1, int(max(0, (top + bottom) / 2)), int((left + right) / 2)]
     assert not cells[[0, 2, 3]].any()
+
+
+def test_cells_of_which_nothing_is_learnt_are_those_of_a_slow_count() -> None:
+    targets = some_targets(120, 3)
+    wanted = torch.from_numpy(np.random.default_rng(1).random(120) < 0.5)
+    targets = Targets(targets.image, targets.boxes, targets.class_index, wanted)
+    for stride in STRIDES:
+        shape = 4, 192 // stride, 640 // stride
+        expected = np.zeros(shape, dtype=bool)
+        for image, box in zip(targets.image[~wanted].tolist(), targets.boxes[~wanted].tolist(), strict=True):
+            # A cell is covered where it and the box share more than an edge; boxes may leave the canvas.
+            for row, column in np.ndindex(shape[1:]):
+                left, top, right, bottom = (edge / stride for edge in box)
+                inside = int(left) <= column <= int(right) and int(top) <= row <= int(bottom)
+                expected[image, row, column] |= inside
+        np.testing.assert_array_equal(unasked(targets, shape, stride).numpy(), expected)

@@ -58,6 +58,16 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Pa
         np.testing.assert_array_equal(value, b[name], err_msg=name)
 
 
+def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
+    # The last of six steps has no mosaics, which the one before cannot know.
+    config = replace(CONFIG, max_steps=6, validations=1, precision="32")
+    for workers in (1, 3):
+        train("detector-rgbd", toy_root, tmp_path / str(workers), replace(config, workers=workers))
+    a, b = (safetensors.numpy.load_file(tmp_path / name / "weights.safetensors") for name in ("1", "3"))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
 def test_what_is_found_is_what_a_pose_estimator_works_on(run: Path, toy_root: Path) -> None:
     poses = predict("rectangle-fit", toy_root, "test", PredictConfig(detections=str(run)))
     found = [

@@ -84,6 +84,15 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Pa
         np.testing.assert_array_equal(value, b[name], err_msg=name)
 
 
+def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, max_steps=4, validations=1)
+    for workers in (1, 3):
+        train("keypoints-rgbd", toy_root, tmp_path / str(workers), replace(config, workers=workers))
+    a, b = (safetensors.numpy.load_file(tmp_path / name / "weights.safetensors") for name in ("1", "3"))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
 def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path) -> None:
     image, *_ = next(boxed(DatasetReader(toy_root), "train"))
     with pytest.raises(InputError, match="has no rgb"):

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from warehouse_sim.estimators.detection.anchors import FITS
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
+from warehouse_sim.learning.device import on_device
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,11 @@ class Assigned:
     column: Int[Tensor, " n"]
     target: Int[Tensor, " n"]
     """Which box."""
+
+    def to(self, device: torch.device) -> "Assigned":
+        """Return the same on a device."""
+        fields = self.image, self.anchor, self.row, self.column, self.target
+        return Assigned(*(on_device(field, device) for field in fields))
 
 
 def assign(targets: Targets, anchors: Float[Tensor, "l a 2"], size_hw: tuple[int, int]) -> list[Assigned]:
@@ -64,10 +70,13 @@ def _assign_level(targets: Targets, anchors: Float[Tensor, "a 2"], stride: int, 
 
 def unasked(targets: Targets, shape: tuple[int, ...], stride: int) -> Bool[Tensor, "b h w"]:
     """Return the cells of a level (b h w) whose centres lie in a box of which nothing is learnt."""
-    _, height, width = shape
-    found = torch.zeros(shape, dtype=torch.bool, device=targets.boxes.device)
-    for number in (~targets.wanted).nonzero()[:, 0].tolist():
-        left, top, right, bottom = (targets.boxes[number] / stride).tolist()
-        columns = slice(max(0, int(left)), max(0, min(width, int(right) + 1)))
-        found[targets.image[number], max(0, int(top)) : max(0, min(height, int(bottom) + 1)), columns] = True
-    return found
+    batch, height, width = shape
+    ignored = ~targets.wanted
+    edges = (targets.boxes[ignored] / stride).trunc()
+    image, device = targets.image[ignored], targets.boxes.device
+    columns, rows = torch.arange(width, device=device), torch.arange(height, device=device)
+    across = (columns >= edges[:, :1]) & (columns < edges[:, 2:3] + 1)
+    down = (rows >= edges[:, 1:2]) & (rows < edges[:, 3:] + 1)
+    covered = (down[:, :, None] & across[:, None, :]).flatten(1).to(torch.int32)
+    count = torch.zeros((batch, height * width), dtype=torch.int32, device=device)
+    return count.index_add(0, image, covered).view(shape) > 0

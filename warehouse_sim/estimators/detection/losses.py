@@ -11,6 +11,7 @@ from warehouse_sim.estimators.detection.assignment import Assigned, Targets, ass
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, Raw
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
 from warehouse_sim.estimators.detection.settings import DetectorLossConfig
+from warehouse_sim.learning.device import on_device
 
 _LEVEL_WEIGHTS = (4.0, 1.0, 0.4)
 """Of objectness: the finest level has most cells."""
@@ -36,11 +37,16 @@ def complete_iou(a: Float[Tensor, "n 4"], b: Float[Tensor, "n 4"]) -> Float[Tens
 def detection_loss(
     network: DetectorNetwork, raw: Raw, targets: Targets, config: DetectorLossConfig
 ) -> Float[Tensor, ""]:
-    """Return the weighted sum of the three losses over all levels."""
+    """Return the weighted sum of the three losses over all levels.
+
+    ``targets`` are on the CPU, wherever the network computes: what learns is chosen there, as a GPU would have to be
+    waited for at each choice.
+    """
     stride = STRIDES[0]
     size_hw = raw.maps[0].shape[2] * stride, raw.maps[0].shape[3] * stride
     total = raw.maps[0].new_zeros((), dtype=torch.float32)
-    for level, found in enumerate(assign(targets, network.anchors, size_hw)):
+    anchors = torch.tensor(network.config.anchors, dtype=torch.float32).view(len(STRIDES), -1, 2)
+    for level, found in enumerate(assign(targets, anchors, size_hw)):
         logits = raw.maps[level].float()
         total = total + _level_loss(network, logits, level, found, targets, config)
     return total
@@ -54,20 +60,24 @@ def _level_loss(
     targets: Targets,
     config: DetectorLossConfig,
 ) -> Float[Tensor, ""]:
+    device = logits.device
+    box, kind = on_device(targets.boxes[found.target], device), targets.class_index[found.target]
+    found = found.to(device)
     at = found.image, found.anchor, found.row, found.column
     truth = logits.new_zeros(logits.shape[:4])
     loss = logits.sum() * 0.0
     if len(found.target):
         centre, size = _placed(network, logits[at][:, :4], level, found)
-        iou = complete_iou(torch.cat([centre - size / 2, centre + size / 2], dim=1), targets.boxes[found.target])
+        iou = complete_iou(torch.cat([centre - size / 2, centre + size / 2], dim=1), box)
         loss = loss + config.box * (1.0 - iou).mean()
         # Where two boxes share a cell and an anchor, the better fit says how sure it may be.
         truth.view(-1).scatter_reduce_(0, _flat(found, truth), iou.detach().clamp(min=0).to(truth.dtype), "amax")
         if network.config.classes > 1:
-            wanted = functional.one_hot(targets.class_index[found.target], network.config.classes).to(logits.dtype)
+            wanted = on_device(functional.one_hot(kind, network.config.classes).to(logits.dtype), device)
             loss = loss + config.classes * functional.binary_cross_entropy_with_logits(logits[at][:, 5:], wanted)
     batch, _, height, width = truth.shape
-    counts = ~unasked(targets, (batch, height, width), STRIDES[level])[:, None] | (truth > 0)
+    asked = on_device(~unasked(targets, (batch, height, width), STRIDES[level]), device)
+    counts = asked[:, None] | (truth > 0)
     objectness = functional.binary_cross_entropy_with_logits(logits[..., 4], truth, reduction="none")
     return loss + config.objectness * _LEVEL_WEIGHTS[level] * (objectness * counts).mean()
 

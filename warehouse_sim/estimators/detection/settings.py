@@ -69,4 +69,4 @@ class DetectorConfig(LoopConfig):
     calm_share: Share = 0.15
     """Last share of the run without mosaics, so that it ends on images as they are, 0-1."""
     workers: Annotated[int, Range(1, 1024)] = 2
-    """Threads that decode images, 1-1,024."""
+    """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""

@@ -80,4 +80,4 @@ class SegmenterConfig(LoopConfig):
     augment: BoxAugmentConfig = field(default_factory=BoxAugmentConfig)
     """How crops are disturbed."""
     workers: Annotated[int, Range(1, 1024)] = 2
-    """Threads that decode images, 1-1,024."""
+    """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""

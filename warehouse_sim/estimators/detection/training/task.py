@@ -1,6 +1,7 @@
 """One training step and one validation of a detector."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -15,13 +16,27 @@ from warehouse_sim.estimators.detection.scores import box_precision
 from warehouse_sim.estimators.detection.settings import DetectorConfig, WantedConfig
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.estimators.images.order import GroupedOrder
+from warehouse_sim.learning.ahead import MadeAhead
 from warehouse_sim.learning.array_store import Arrays
+from warehouse_sim.learning.device import on_device
 from warehouse_sim.learning.loop import Task
 
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
 """Images of a validation, evenly spread."""
 _LEAST_SCORE, _MOST_OVERLAP = 0.01, 0.6
+
+
+class _Place(NamedTuple):
+    """What decides a sample."""
+
+    step: int
+    place: int
+    """In the step."""
+    group: int
+    row: int
+    mosaics: bool
+    """Whether it may be one."""
 
 
 class DetectionTask(Task):
@@ -48,6 +63,7 @@ class DetectionTask(Task):
         super().__init__(network)
         self.config, self._images, self._class_of, self._order = config, images, class_of, order
         self._device = torch.device("cpu")
+        self._samples = MadeAhead(self._composed, config.workers)
 
     def move_samples(self, device: torch.device) -> None:
         """Remember where batches go; images stay on the disk."""
@@ -55,16 +71,23 @@ class DetectionTask(Task):
 
     def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the images ``index``, composed afresh."""
-        group, rows = self._order.group_of(index)
-        arrays, augment = self._images["train"][group], self.config.augment
         mosaics = fraction < 1.0 - self.config.calm_share
-        samples = list[Sample]()
-        for place, row in list(enumerate(rows.tolist()))[share]:
-            rng = np.random.default_rng([self.config.seed, step, place])
-            samples.append(composed_sample(arrays, row, augment, rng, mosaics))
+        following = self._order.indices(step + 1)
+        # Whether the next step has mosaics is known when it comes; it is probably as this one.
+        samples = self._samples.take(
+            self._keys(index, share, step, mosaics), self._keys(following, share, step + 1, mosaics)
+        )
         raw = self.network(*self._tensors(samples))
         with torch.autocast(self._device.type, enabled=False):
             return detection_loss(self.network, raw, self._targets(samples), self.config.loss)
+
+    def _keys(self, index: Int[Tensor, " b"], share: slice, step: int, mosaics: bool) -> list[_Place]:
+        group, rows = self._order.group_of(index)
+        return [_Place(step, place, group, row, mosaics) for place, row in enumerate(rows.tolist())][share]
+
+    def _composed(self, at: _Place) -> Sample:
+        rng = np.random.default_rng([self.config.seed, at.step, at.place])
+        return composed_sample(self._images["train"][at.group], at.row, self.config.augment, rng, at.mosaics)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
@@ -99,8 +122,10 @@ class DetectionTask(Task):
     def _tensors(self, samples: Sequence[Sample]) -> tuple[Tensor | None, Tensor | None]:
         rgb = [sample.rgb for sample in samples if sample.rgb is not None]
         depth = [sample.depth for sample in samples if sample.depth is not None]
-        colours = torch.from_numpy(np.stack(rgb)).to(self._device) if rgb else None
-        return colours, torch.from_numpy(np.stack(depth)).to(self._device) if depth else None
+        colours, metres = (
+            on_device(torch.from_numpy(np.stack(images)), self._device) if images else None for images in (rgb, depth)
+        )
+        return colours, metres
 
     def _targets(self, samples: Sequence[Sample]) -> Targets:
         parts = [self._known(sample.labels) for sample in samples]
@@ -108,9 +133,7 @@ class DetectionTask(Task):
         classes = np.concatenate([numbers for _, numbers in parts])
         image = np.repeat(np.arange(len(parts)), [len(rows) for rows, _ in parts])
         wanted = is_wanted(labels, self.config.wanted)
-        arrays = image, labels[:, :4].astype(np.float32), classes, wanted
-        image_t, boxes_t, classes_t, wanted_t = (torch.from_numpy(array).to(self._device) for array in arrays)
-        return Targets(image_t, boxes_t, classes_t, wanted_t)
+        return Targets(*map(torch.from_numpy, (image, labels[:, :4].astype(np.float32), classes, wanted)))
 
     def _known(self, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the labels of classes that are detected, and their classes."""

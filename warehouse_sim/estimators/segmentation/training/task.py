@@ -12,8 +12,11 @@ from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNe
 from warehouse_sim.estimators.segmentation.peaks import find_peaks
 from warehouse_sim.estimators.segmentation.sample import BoxSample, box_sample
 from warehouse_sim.estimators.segmentation.settings import BoxCropConfig, SegmenterConfig
+from warehouse_sim.learning.ahead import MadeAhead
 from warehouse_sim.learning.array_store import Arrays
+from warehouse_sim.learning.device import on_device
 from warehouse_sim.learning.loop import Task
+from warehouse_sim.learning.order import SampleOrder
 
 _VALIDATION_BATCH = 32
 _MOST_VALIDATED = 1000
@@ -49,16 +52,23 @@ class SegmentationTask(Task):
         config: Settings.
         crop: How boxes are cut out.
         rows: Rows by split.
+        order: Order of the training samples.
     """
 
     network: SegmenterNetwork
 
     def __init__(
-        self, network: SegmenterNetwork, config: SegmenterConfig, crop: BoxCropConfig, rows: dict[str, BoxRows]
+        self,
+        network: SegmenterNetwork,
+        config: SegmenterConfig,
+        crop: BoxCropConfig,
+        rows: dict[str, BoxRows],
+        order: SampleOrder,
     ) -> None:
         super().__init__(network)
-        self.config, self._crop, self._rows = config, crop, rows
+        self.config, self._crop, self._rows, self._order = config, crop, rows, order
         self._device = torch.device("cpu")
+        self._samples = MadeAhead(self._disturbed, config.workers)
 
     def move_samples(self, device: torch.device) -> None:
         """Remember where batches go; crops stay on the disk."""
@@ -66,10 +76,8 @@ class SegmentationTask(Task):
 
     def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the boxes ``index``, disturbed afresh."""
-        samples = list[BoxSample]()
-        for place, row in list(enumerate(index.tolist()))[share]:
-            rng = np.random.default_rng([self.config.seed, step, place])
-            samples.append(box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng))
+        following = self._order.indices(step + 1)
+        samples = self._samples.take(_keys(index, share, step), _keys(following, share, step + 1))
         mask, places = self.network(*self._tensors(samples))
         with torch.autocast(self._device.type, enabled=False):
             loss = mask_loss(mask.float(), self._stacked([sample.mask for sample in samples]))
@@ -77,6 +85,11 @@ class SegmentationTask(Task):
                 points = self._stacked([sample.points for sample in samples])
                 loss = loss + self.config.keypoint_weight * keypoint_loss(places.float(), points)
         return loss
+
+    def _disturbed(self, key: tuple[int, int, int]) -> BoxSample:
+        step, place, row = key
+        rng = np.random.default_rng([self.config.seed, step, place])
+        return box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return the mean overlap of masks with the truth, the shares (%) above 0.5 and 0.75, and errors of points."""
@@ -107,8 +120,16 @@ class SegmentationTask(Task):
     def _tensors(self, samples: Sequence[BoxSample]) -> tuple[Tensor | None, Tensor | None, Tensor]:
         rgb = [sample.rgb for sample in samples if sample.rgb is not None]
         depth = [sample.depth for sample in samples if sample.depth is not None]
-        width_rad = torch.tensor([sample.width_rad for sample in samples], dtype=torch.float32, device=self._device)
-        return self._stacked(rgb) if rgb else None, self._stacked(depth) if depth else None, width_rad
+        width_rad = np.array([sample.width_rad for sample in samples], dtype=np.float32)
+        return self._stacked(rgb) if rgb else None, self._stacked(depth) if depth else None, self._moved(width_rad)
 
     def _stacked(self, arrays: Sequence[np.ndarray]) -> Tensor:
-        return torch.from_numpy(np.stack(arrays)).to(self._device)
+        return self._moved(np.stack(arrays))
+
+    def _moved(self, array: np.ndarray) -> Tensor:
+        return on_device(torch.from_numpy(array), self._device)
+
+
+def _keys(index: Int[Tensor, " b"], share: slice, step: int) -> list[tuple[int, int, int]]:
+    """Return what decides each sample: the step, its place in it, its row."""
+    return [(step, place, row) for place, row in enumerate(index.tolist())][share]

@@ -44,8 +44,8 @@ class SegmenterJob:
         prepared = prepare(self.name, self.reads, self.keypoints, self.data, self.config, self.cache, progress)
         torch.manual_seed(self.config.seed)
         network = SegmenterNetwork(prepared.config.network)
-        task = SegmentationTask(network, self.config, prepared.config.crop, prepared.rows)
         order = SampleOrder(len(prepared.rows["train"]), self.config.batch, self.config.seed)
+        task = SegmentationTask(network, self.config, prepared.config.crop, prepared.rows, order)
         return StartedSegmenter(task, order, prepared)
 
 
