@@ -55,11 +55,9 @@ def test_a_target_class_that_the_catalog_has_too_is_refused(tmp_path: Path) -> N
     for file in Path(TROLLEY).parent.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     own = tmp_path / "trolley.yaml"
-    own.write_text(own.read_text().replace("class_name: trolley", "class_name: person"))
-    scene = {"targets": ["pallet", "person"], "traffic": {"objects": [str(own)], "own": 1}}
-    with pytest.raises(
-        ConfigError, match="targets: person is also a class of the catalog, whose objects get no labels"
-    ):
+    own.write_text(own.read_text().replace("class_name: trolley", "class_name: cone"))
+    scene = {"targets": ["pallet", "cone"], "traffic": {"objects": [str(own)], "own": 1}}
+    with pytest.raises(ConfigError, match="targets: cone is also a class of the catalog, whose objects get no labels"):
         from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene}, "own.yaml")
 
 

@@ -42,7 +42,7 @@ BAD = [
     ("viewpoints: {aisle_share: 2}", "viewpoints", "aisle_share must be 0-1, found 2.0"),
     ("viewpoints: {max_elevation_deg: 80}", "viewpoints", "max_elevation_deg must be 1-45"),
     ("observations_per_scene: 0", "", "observations_per_scene must be 1-1,000, found 0"),
-    ("targets: [forklift]", "", "targets must list"),
+    ("targets: [wall]", "", "targets must list"),
     ("lihgts: {}", "", "lihgts is not a setting; did you mean 'lights'"),
 ]
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import OPEN_CARTONS
+from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
@@ -127,7 +128,8 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
     opened = [name for name, (sku, _) in OPEN_CARTONS.items() if sku in loads.cartons and _opens(recipe)]
     others = (*loads.cartons, *opened, *loads.goods, *recipe.scene.traffic.objects)
     bulk = map(loads.pallet, loads.pallet_names)
-    models = [*all_pallets(loads), *bulk, *(catalog_object(name) for name in others)]
+    at_work = TRAFFIC if set(WORKING_CLASSES).intersection(recipe.scene.targets) else ()
+    models = [*all_pallets(loads), *bulk, *(catalog_object(name) for name in (*others, *at_work))]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object, shipped_classes
 from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig
+from warehouse_sim.catalog.traffic import WORKING_CLASSES
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
@@ -66,12 +67,13 @@ class SceneRecipe:
         if self.layout.wants_goods and not self.loads.goods:
             raise ValueError("layout.goods_share needs articles; list them under loads.goods")
         own = {catalog_object(name).class_name for name in (*self.traffic.objects, *self.loads.goods)}
-        known = {"pallet", "carton", *own}
+        shipped = {"pallet", "carton", *WORKING_CLASSES}
+        known = shipped | own
         if not self.targets or not known.issuperset(self.targets):
             raise ValueError(
                 f"targets must list classes among {', '.join(sorted(known))}, found {shown(list(self.targets))}"
             )
-        for name in sorted(own.intersection(self.targets) - {"pallet", "carton"}):
+        for name in sorted(own.intersection(self.targets) - shipped):
             if name in shipped_classes():
                 raise ValueError(
                     f"targets: {name} is also a class of the catalog, whose objects get no labels; give your own "

@@ -20,6 +20,8 @@ TRAFFIC = {
     "floor_sign": f"{_ROOM}.obstacles:floor_sign",
 }
 """Catalog name -> where its builder is."""
+WORKING_CLASSES = ("amr", "cart", "forklift", "pallet_jack", "person", "tugger")
+"""Classes of who and what is at work in the aisles; a recipe can have them labelled."""
 
 STANDING = {
     "bollard": ("bollard",),
@@ -37,4 +39,4 @@ FINE_STANDING = {
 }
 """The same of the finely divided ones; who pushes belongs to a truck."""
 
-__all__ = ["CONES", "FINE_STANDING", "PEOPLE", "STANDING", "TRAFFIC", "WORKING", "WRAPS"]
+__all__ = ["CONES", "FINE_STANDING", "PEOPLE", "STANDING", "TRAFFIC", "WORKING", "WORKING_CLASSES", "WRAPS"]
