@@ -10,6 +10,7 @@ EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
     "lidar": ("sklearn",),
+    "detectors": ("transformers", "PIL"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("matplotlib", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),

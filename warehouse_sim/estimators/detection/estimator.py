@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 import torch
 
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.nms import suppress
-from warehouse_sim.estimators.detection.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, load_network, read_config
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
 from warehouse_sim.estimators.images.settings import DepthSource
@@ -46,13 +47,18 @@ class TrainedDetector:
     """
 
     def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
-        self.run_config: RunConfig = read_config(run)
+        self.run_config, network = self._opened(run)
         self.config = config
         chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
         self._device = torch.device(chosen)
-        self._network = load_network(run, self.run_config).to(self._device)
+        self._network = network.to(self._device)
         small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
         self._threads = config.threads or (1 if small else None)
+
+    def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
+        """Return the configuration and the trained network of a run folder."""
+        config = read_config(run)
+        return config, load_network(run, config)
 
     @property
     def classes(self) -> tuple[str, ...]:

@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 import yaml
 
 from warehouse_sim.config import load_yaml, to_mapping
 from warehouse_sim.errors import ConfigError, TrainingError
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, DetectorNetworkConfig
-from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.learning.run_folder import CONFIG, WEIGHTS, DatasetSource, StartingWeights, read_kind, read_weights
 from warehouse_sim.output import write_bytes
@@ -18,8 +20,8 @@ KIND = "detector"
 
 
 @dataclass(frozen=True)
-class RunConfig:
-    """Everything that defines a trained detector but its weights."""
+class AnyRunConfig:
+    """What defines a trained detector of any network."""
 
     estimator: str
     """Registered name."""
@@ -31,17 +33,33 @@ class RunConfig:
     """What it tells apart, in the order of the network's classes."""
     images: ImageConfig
     """What it reads."""
+    network: Any
+    """Sizes of the network."""
+    train: AnyDetectorConfig
+    """How it was trained."""
+    started_from: StartingWeights | None = None
+    """Trained weights that it began with; none for fresh ones."""
+    kind: str = ""
+    """Family that opens the run."""
+
+
+@dataclass(frozen=True)
+class RunConfig(AnyRunConfig):
+    """Everything that defines a trained detector of this package but its weights."""
+
     network: DetectorNetworkConfig
     """Sizes of the network."""
     train: DetectorConfig
     """How it was trained."""
-    started_from: StartingWeights | None = None
-    """Trained weights that it began with; none for fresh ones."""
     kind: str = KIND
     """Family that opens the run."""
 
 
-def write_config(run: Path, config: RunConfig) -> None:
+Found = TypeVar("Found", bound=AnyRunConfig)
+Network = TypeVar("Network", bound=BoxNetwork)
+
+
+def write_config(run: Path, config: AnyRunConfig) -> None:
     """Write ``config.yaml``."""
     text = yaml.safe_dump(to_mapping(config), sort_keys=False, default_flow_style=None, width=110)
     write_bytes(run / CONFIG, text.encode(), durable=True)
@@ -53,10 +71,19 @@ def read_config(run: Path) -> RunConfig:
     Raises:
         TrainingError: The folder is no run folder, or one of another family.
     """
-    if (kind := read_kind(run)) != KIND:
-        raise TrainingError(f"{run} is a run of the kind {kind}, not {KIND}; it holds no detector")
+    return read_run_config(run, RunConfig, KIND)
+
+
+def read_run_config(run: Path, config: type[Found], wanted: str) -> Found:
+    """Read ``config.yaml`` of a run folder of the kind ``wanted``.
+
+    Raises:
+        TrainingError: The folder is no run folder, or one of another family.
+    """
+    if (kind := read_kind(run)) != wanted:
+        raise TrainingError(f"{run} is a run of the kind {kind}, not {wanted}; it holds no such detector")
     try:
-        return load_yaml(RunConfig, run / CONFIG)
+        return load_yaml(config, run / CONFIG)
     except ConfigError as problem:
         raise TrainingError(f"{problem}; was the run made by another version of warehouse-sim?") from problem
 
@@ -67,7 +94,15 @@ def load_network(run: Path, config: RunConfig) -> DetectorNetwork:
     Raises:
         TrainingError: The run has no weights yet, or they do not fit its configuration.
     """
-    network = DetectorNetwork(config.network, config.images)
+    return with_weights(DetectorNetwork(config.network, config.images), run)
+
+
+def with_weights(network: Network, run: Path) -> Network:
+    """Return a network with the weights of a run folder, ready for inference.
+
+    Raises:
+        TrainingError: The run has no weights yet, or they do not fit its configuration.
+    """
     try:
         network.load_state_dict(read_weights(run))
     except RuntimeError as problem:

@@ -37,21 +37,15 @@ class WantedConfig:
 
 @dataclass(frozen=True)
 @ranged
-class DetectorConfig(LoopConfig):
-    """How a detector is trained."""
+class AnyDetectorConfig(LoopConfig):
+    """How any network that finds objects is trained."""
 
-    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
-    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
     batch: Annotated[int, Range(1, 65_536)] = 8
     """Images a step, 1-65,536."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
-    """Decoupled weight decay of AdamW, 0-10."""
     precision: Literal["auto", "32", "bf16"] = "32"
-    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
-    size: DetectorSize = "nano"
-    """Widths of the network: nano and small are those of the original, pico is half of nano."""
+    """Arithmetic of the network."""
+    size: str = ""
+    """Widths and depths of the network by name."""
     input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
     """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
     depth_source: DepthSource = "camera"
@@ -62,11 +56,28 @@ class DetectorConfig(LoopConfig):
     """Only these classes, or objects; all targets by default."""
     wanted: WantedConfig = field(default_factory=WantedConfig)
     """Which targets are to be found."""
-    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
-    """What is minimised."""
     augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)
     """How images are disturbed."""
     calm_share: Share = 0.15
     """Last share of the run without mosaics, so that it ends on images as they are, 0-1."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectorConfig(AnyDetectorConfig):
+    """How a detector of this package is trained."""
+
+    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
+    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
+    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
+    """Largest norm of the gradient, 0.000001-1,000,000."""
+    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
+    """Decoupled weight decay of AdamW, 0-10."""
+    precision: Literal["auto", "32", "bf16"] = "32"
+    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
+    size: DetectorSize = "nano"
+    """Widths of the network: nano and small are those of the original, pico is half of nano."""
+    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
+    """What is minimised."""

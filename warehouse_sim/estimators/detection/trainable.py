@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig
 from warehouse_sim.estimators.images.settings import Reads
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.settings import LoopConfig
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TrainableDetector:
-    """A detector by what it reads; called without arguments, it is opened with its bundled weights."""
+class AnyTrainableDetector:
+    """A detector of any network by what it reads."""
 
     name: str
     summary: str
@@ -26,6 +26,28 @@ class TrainableDetector:
     inputs: str
     """What it reads of an observation."""
     reads: Reads
+    settings: AnyDetectorConfig
+    """How it is trained by default; says the type of its settings, too."""
+
+    def bundled(self) -> Path:
+        """Return the folder of the bundled weights.
+
+        Raises:
+            TrainingError: There are none.
+        """
+        if self.name not in model_names():
+            raise TrainingError(f"{self.name} has no bundled weights: train it first, and give the run folder instead")
+        return model_dir(self.name)
+
+    def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
+        """Do nothing: scores of detections rank, and nothing more is asked of them."""
+        return ""
+
+
+@dataclass(frozen=True)
+class TrainableDetector(AnyTrainableDetector):
+    """A detector of this package; called without arguments, it is opened with its bundled weights."""
+
     settings: DetectorConfig = DetectorConfig()  # noqa: RUF009  frozen
     """How it is trained by default; says the type of its settings, too."""
 
@@ -37,9 +59,7 @@ class TrainableDetector:
         """
         from warehouse_sim.estimators.detection.estimator import TrainedDetector
 
-        if self.name not in model_names():
-            raise TrainingError(f"{self.name} has no bundled weights: train it first, and give the run folder instead")
-        return TrainedDetector(model_dir(self.name))
+        return TrainedDetector(self.bundled())
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights by size."""
@@ -68,15 +88,12 @@ class TrainableDetector:
         cache: Path | None = None,
     ) -> Path:
         """Train as ``warehouse_sim.estimators.train.train`` says; ``config`` must be a ``DetectorConfig``."""
-        from warehouse_sim.estimators.detection.training.train import train_detector
+        from warehouse_sim.estimators.detection.training.train import DetectorJob, image_cache, train_detector
 
         if not isinstance(config, DetectorConfig):
             raise TrainingError(f"{self.name} is trained with a DetectorConfig, found a {type(config).__name__}")
-        return train_detector(self.name, self.reads, data, run, config, resume, progress, init, cache)
-
-    def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
-        """Do nothing: scores of detections rank, and nothing more is asked of them."""
-        return ""
+        job = DetectorJob(self.name, self.reads, tuple(data), run, config, image_cache(cache))
+        return train_detector(job, resume, progress, init)
 
 
 DETECTOR_RGB = TrainableDetector("detector-rgb", "finds objects in colour images", "RGB", ("rgb",))

@@ -8,6 +8,7 @@ import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES, Pyramid
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
@@ -49,7 +50,7 @@ class Raw:
     """Box (4), objectness (1), classes: logits."""
 
 
-class DetectorNetwork(nn.Module):
+class DetectorNetwork(BoxNetwork):
     """Detects in batches of images of one size.
 
     Args:
@@ -60,7 +61,7 @@ class DetectorNetwork(nn.Module):
     anchors: Float[Tensor, "l a 2"]
 
     def __init__(self, config: DetectorNetworkConfig, images: ImageConfig) -> None:
-        super().__init__()
+        super().__init__(config.classes)
         self.config, self.images = config, images
         self.pyramid = Pyramid(channel_count(images.reads), config.width, config.depth)
         anchors = torch.tensor(config.anchors, dtype=torch.float32).reshape(len(STRIDES), -1, 2)

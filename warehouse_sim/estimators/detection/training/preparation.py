@@ -1,4 +1,4 @@
-"""Turn dataset folders into what training of a detector runs on: images of both splits, classes, anchors."""
+"""Turn dataset folders into what training of a detector runs on: images of both splits, classes; then anchors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,14 +12,13 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detection.anchors import cluster_anchors
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetworkConfig
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
-from warehouse_sim.estimators.detection.run_config import RunConfig
-from warehouse_sim.estimators.detection.settings import DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig, DetectorSize
 from warehouse_sim.estimators.detection.training.task import is_wanted
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
 from warehouse_sim.estimators.images.store import load_images
 from warehouse_sim.learning.array_store import Arrays
 from warehouse_sim.learning.progress import Progress
-from warehouse_sim.learning.run_folder import DatasetSource, package_version
+from warehouse_sim.learning.run_folder import DatasetSource
 
 WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
 DEPTH = 0.33
@@ -37,23 +36,25 @@ class Prepared:
     """By split, "train" and "val"; those of one canvas together."""
     class_of: dict[int, int]
     """Class of each object number."""
-    config: RunConfig
-    """The resolved configuration."""
+    classes: tuple[str, ...]
+    """Their names."""
+    reading: ImageConfig
+    """What was read of the images."""
+    datasets: tuple[DatasetSource, ...]
+    """Where they come from."""
 
 
 def prepare(
-    name: str,
     reads: Reads,
     data: Sequence[Path],
-    config: DetectorConfig,
+    config: AnyDetectorConfig,
     cache: Path | None,
     progress: Progress | None,
 ) -> Prepared:
-    """Read the images of train and val, find classes and anchors.
+    """Read the images of train and val, and find the classes.
 
     Args:
-        name: Registered name of what is trained.
-        reads: What it reads.
+        reads: What the network reads.
         data: Dataset folders.
         config: Settings.
         cache: Folder to keep images in; None keeps them in memory.
@@ -83,17 +84,21 @@ def prepare(
                 f"{', '.join(map(str, data))}: the split {split!r} shows none of {', '.join(classes)} well enough; "
                 "generate more scenes, or ask for less with --wanted.visible and --wanted.height-px"
             )
+    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    return Prepared(found, class_of, classes, images, sources)
+
+
+def network_config(prepared: Prepared, config: DetectorConfig) -> DetectorNetworkConfig:
+    """Return the network of a size for the classes, with anchors for the boxes of the training data."""
     rng = np.random.default_rng(config.seed)
-    sizes = rng.permutation(_wanted_sizes(found["train"], class_of, config))[:_MOST_CLUSTERED]
+    sizes = rng.permutation(_wanted_sizes(prepared.images["train"], prepared.class_of, config))[:_MOST_CLUSTERED]
     fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
     anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
-    network = DetectorNetworkConfig(WIDTHS[config.size], DEPTH, len(classes), anchors)
-    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
-    return Prepared(found, class_of, RunConfig(name, package_version(), sources, classes, images, network, config))
+    return DetectorNetworkConfig(WIDTHS[config.size], DEPTH, len(prepared.classes), anchors)
 
 
 def known_classes(
-    readers: Sequence[DatasetReader], images: Sequence[Arrays], config: DetectorConfig
+    readers: Sequence[DatasetReader], images: Sequence[Arrays], config: AnyDetectorConfig
 ) -> tuple[tuple[str, ...], dict[int, int]]:
     """Return the names of the classes that training sees, sorted, and the class of each object number.
 
@@ -114,11 +119,11 @@ def known_classes(
     return classes, {number: classes.index(name) for number, name in names.items() if name in classes}
 
 
-def _label(info: ObjectInfo, config: DetectorConfig) -> str:
+def _label(info: ObjectInfo, config: AnyDetectorConfig) -> str:
     return info.class_name if config.labels == "class" else info.name
 
 
-def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: DetectorConfig) -> np.ndarray:
+def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: AnyDetectorConfig) -> np.ndarray:
     """Return width and height on the canvas (px) of all boxes that are to be found."""
     labels = [np.asarray(arrays["labels"]).reshape(-1, arrays["labels"].shape[-1]) for arrays in parts]
     rows = np.concatenate(labels) if labels else np.zeros((0, 8), dtype=np.float32)

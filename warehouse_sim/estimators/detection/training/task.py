@@ -1,5 +1,6 @@
 """One training step and one validation of a detector."""
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,10 +11,11 @@ from torch import Tensor, nn
 
 from warehouse_sim.estimators.detection.assignment import Targets
 from warehouse_sim.estimators.detection.losses import detection_loss
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
 from warehouse_sim.estimators.detection.nms import Kept, suppress
 from warehouse_sim.estimators.detection.scores import box_precision
-from warehouse_sim.estimators.detection.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig, WantedConfig
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.ahead import MadeAhead
@@ -24,7 +26,8 @@ from warehouse_sim.learning.loop import Task
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
 """Images of a validation, evenly spread."""
-_LEAST_SCORE, _MOST_OVERLAP = 0.01, 0.6
+_LEAST_SCORE = 0.01
+Inputs = tuple[Tensor | None, Tensor | None]
 
 
 class _Place(NamedTuple):
@@ -39,8 +42,8 @@ class _Place(NamedTuple):
     """Whether it may be one."""
 
 
-class DetectionTask(Task):
-    """Train a detector on images composed anew at each step.
+class BoxTask(Task):
+    """Train a network that gives boxes on images composed anew at each step.
 
     Args:
         network: What is trained.
@@ -50,12 +53,14 @@ class DetectionTask(Task):
         order: Order of the training samples, which says which group they are of.
     """
 
-    network: DetectorNetwork
+    network: BoxNetwork
+    most_overlap = 0.6
+    """Of a detection with a better one of its class, in validation."""
 
     def __init__(
         self,
-        network: DetectorNetwork,
-        config: DetectorConfig,
+        network: BoxNetwork,
+        config: AnyDetectorConfig,
         images: dict[str, list[Arrays]],
         class_of: dict[int, int],
         order: GroupedOrder,
@@ -77,9 +82,11 @@ class DetectionTask(Task):
         samples = self._samples.take(
             self._keys(index, share, step, mosaics), self._keys(following, share, step + 1, mosaics)
         )
-        raw = self.network(*self._tensors(samples))
-        with torch.autocast(self._device.type, enabled=False):
-            return detection_loss(self.network, raw, self._targets(samples), self.config.loss)
+        return self.loss(self._tensors(samples), self._targets(samples))
+
+    @abstractmethod
+    def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
+        """Return what is minimised, of colours and depths and what is to be found in them."""
 
     def _keys(self, index: Int[Tensor, " b"], share: slice, step: int, mosaics: bool) -> list[_Place]:
         group, rows = self._order.group_of(index)
@@ -91,7 +98,7 @@ class DetectionTask(Task):
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
-        assert isinstance(network, DetectorNetwork)
+        assert isinstance(network, BoxNetwork)
         images = [(arrays, row) for arrays in self._images["val"] for row in range(len(arrays["labels"]))]
         images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
         found, truth = list[Kept](), list[np.ndarray]()
@@ -102,13 +109,12 @@ class DetectionTask(Task):
         rows = [self._known(labels) for labels in truth]
         boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
         asked = [is_wanted(labels, self.config.wanted) for labels, _ in rows]
-        count = network.config.classes
         return {
-            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, asked, count, overlap)
+            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, asked, network.classes, overlap)
             for overlap in (0.5, 0.75)
         }
 
-    def _detect(self, network: DetectorNetwork, samples: Sequence[Sample]) -> list[Kept]:
+    def _detect(self, network: BoxNetwork, samples: Sequence[Sample]) -> list[Kept]:
         found = list[Kept]()
         sizes = {_size(sample) for sample in samples}
         # Images of several canvases pass one after the other.
@@ -116,10 +122,10 @@ class DetectionTask(Task):
         for part in parts:
             boxes, scores = network.decode(network(*self._tensors(part)))
             for box, score in zip(boxes.cpu().numpy(), scores.cpu().numpy(), strict=True):
-                found.append(suppress(box.astype(float), score, _LEAST_SCORE, _MOST_OVERLAP))
+                found.append(suppress(box.astype(float), score, _LEAST_SCORE, self.most_overlap))
         return found
 
-    def _tensors(self, samples: Sequence[Sample]) -> tuple[Tensor | None, Tensor | None]:
+    def _tensors(self, samples: Sequence[Sample]) -> Inputs:
         rgb = [sample.rgb for sample in samples if sample.rgb is not None]
         depth = [sample.depth for sample in samples if sample.depth is not None]
         colours, metres = (
@@ -139,6 +145,19 @@ class DetectionTask(Task):
         """Return the labels of classes that are detected, and their classes."""
         numbers = np.array([self._class_of.get(int(obj_id), -1) for obj_id in labels[:, 4]], dtype=np.int64)
         return labels[numbers >= 0], numbers[numbers >= 0]
+
+
+class DetectionTask(BoxTask):
+    """Train the detector of this package."""
+
+    network: DetectorNetwork
+    config: DetectorConfig
+
+    def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
+        """Return CIoU, objectness and classes, weighted."""
+        raw = self.network(*inputs)
+        with torch.autocast(self._device.type, enabled=False):
+            return detection_loss(self.network, raw, targets, self.config.loss)
 
 
 def is_wanted(labels: Float[np.ndarray, "k 8"], config: WantedConfig) -> np.ndarray:

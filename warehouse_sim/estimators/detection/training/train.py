@@ -1,93 +1,126 @@
 """Train a detector on dataset folders and leave a run folder."""
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
+from torch import nn
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
-from warehouse_sim.estimators.detection.run_config import RunConfig, read_config, write_config
-from warehouse_sim.estimators.detection.settings import DetectorConfig
-from warehouse_sim.estimators.detection.training.preparation import Prepared, prepare
-from warehouse_sim.estimators.detection.training.task import DetectionTask
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, RunConfig, read_config, write_config
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig
+from warehouse_sim.estimators.detection.training.preparation import Prepared, network_config, prepare
+from warehouse_sim.estimators.detection.training.task import BoxTask, DetectionTask
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.estimators.images.settings import Reads
 from warehouse_sim.estimators.images.warm_start import start_from
 from warehouse_sim.learning import run_folder
 from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.run_folder import StartingWeights, package_version
 from warehouse_sim.learning.run_log import RunLog
 from warehouse_sim.learning.session import Watched, job_clock, job_threads, session_result, train_session
 from warehouse_sim.resources import cache_folder
-
-
-@dataclass(frozen=True)
-class DetectorJob:
-    """What every process of a training must know."""
-
-    name: str
-    reads: Reads
-    data: tuple[Path, ...]
-    run: Path
-    config: DetectorConfig
-    cache: Path | None
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the network gains little from several threads."""
-        return self.config.size != "small"
-
-    def start(self, progress: Progress | None = None) -> "StartedDetector":
-        """Read the samples and make a fresh network."""
-        prepared = prepare(self.name, self.reads, self.data, self.config, self.cache, progress)
-        torch.manual_seed(self.config.seed)
-        network = DetectorNetwork(prepared.config.network, prepared.config.images)
-        sizes = [len(arrays["labels"]) for arrays in prepared.images["train"]]
-        order = GroupedOrder(sizes, self.config.batch, self.config.seed)
-        task = DetectionTask(network, self.config, prepared.images, prepared.class_of, order)
-        return StartedDetector(task, order, prepared)
 
 
 @dataclass(frozen=True, eq=False)
 class StartedDetector:
     """What a training runs on."""
 
-    task: DetectionTask
+    task: BoxTask
     order: GroupedOrder
     prepared: Prepared
+    config: AnyRunConfig
+    """The resolved configuration."""
+
+
+@dataclass(frozen=True)
+class BoxJob(ABC):
+    """What every process of a training must know, whatever network is trained."""
+
+    name: str
+    reads: Reads
+    data: tuple[Path, ...]
+    run: Path
+    config: AnyDetectorConfig
+    cache: Path | None
+
+    @property
+    @abstractmethod
+    def is_small(self) -> bool:
+        """Whether the network gains little from several threads."""
+
+    @abstractmethod
+    def read_old(self) -> AnyRunConfig:
+        """Read the configuration of the run that is gone on with."""
+
+    @abstractmethod
+    def make(self, prepared: Prepared, order: GroupedOrder) -> tuple[BoxTask, AnyRunConfig]:
+        """Return the training of a fresh network, and the resolved configuration."""
+
+    def start(self, progress: Progress | None = None) -> StartedDetector:
+        """Read the samples and make a fresh network."""
+        prepared = prepare(self.reads, self.data, self.config, self.cache, progress)
+        torch.manual_seed(self.config.seed)
+        sizes = [len(arrays["labels"]) for arrays in prepared.images["train"]]
+        order = GroupedOrder(sizes, self.config.batch, self.config.seed)
+        task, config = self.make(prepared, order)
+        return StartedDetector(task, order, prepared, config)
+
+    def begin_with(self, init: str | Path, network: nn.Module, log: RunLog) -> StartingWeights:
+        """Copy weights that were trained before, and return what they were."""
+        return start_from(init, network)
+
+
+class DetectorJob(BoxJob):
+    """A training of the detector of this package."""
+
+    config: DetectorConfig
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the network gains little from several threads."""
+        return self.config.size != "small"
+
+    def read_old(self) -> RunConfig:
+        """Read the configuration of the run that is gone on with."""
+        return read_config(self.run)
+
+    def make(self, prepared: Prepared, order: GroupedOrder) -> tuple[DetectionTask, RunConfig]:
+        """Return the training of a fresh network with anchors for its data, and the resolved configuration."""
+        sizes = network_config(prepared, self.config)
+        network = DetectorNetwork(sizes, prepared.reading)
+        task = DetectionTask(network, self.config, prepared.images, prepared.class_of, order)
+        data, reading = prepared.datasets, prepared.reading
+        config = RunConfig(self.name, package_version(), data, prepared.classes, reading, sizes, self.config)
+        return task, config
+
+
+def image_cache(cache: Path | None) -> Path | None:
+    """Return the folder that keeps scaled images: ``cache``, one of the user's by default, none for "none"."""
+    return cache_folder("images") if cache is None else (None if cache == Path("none") else cache)
 
 
 def train_detector(
-    name: str,
-    reads: Reads,
-    data: Sequence[Path],
-    run: Path,
-    config: DetectorConfig,
-    resume: bool = False,
-    progress: Progress | None = None,
-    init: str | Path | None = None,
-    cache: Path | None = None,
+    job: BoxJob, resume: bool = False, progress: Progress | None = None, init: str | Path | None = None
 ) -> Path:
-    """Train a detector that reads ``reads``; other arguments and errors are those of ``estimators.train.train``."""
-    old = read_config(run) if run_folder.claim_folder(run, resume) else None
+    """Train what a job describes; other arguments and errors are those of ``estimators.train.train``."""
+    run, name = job.run, job.name
+    old = job.read_old() if run_folder.claim_folder(run, resume) else None
     if old:
-        _require_same(old, name, config, run)
-    kept = cache_folder("images") if cache is None else (None if cache == Path("none") else cache)
-    job = DetectorJob(name, reads, tuple(data), run, old.train if old else config, kept)
+        _require_same(old, job)
+        job = replace(job, config=old.train)
     log = RunLog(run / run_folder.LOG)
-    names = ", ".join(map(str, data))
+    names = ", ".join(map(str, job.data))
     log.note(f"{'resume' if old else 'train'} {name} {job.config.size} on {names}, torch {torch.__version__}")
     with job_threads(job):
         clock, started = job_clock(job), job.start(progress)
-        resolved = started.prepared.config
-        if old and old.datasets != resolved.datasets:
-            before = ", ".join(source.name for source in old.datasets)
-            raise TrainingError(f"{run} was trained on other data ({before}) than {names}; resume with the same")
+        _require_same_data(old, started.config, run, names)
         network = started.task.network
         if old:
             init = old.started_from.name if old.started_from else None
-        write_config(run, replace(resolved, started_from=start_from(init, network) if init else None))
+        write_config(run, replace(started.config, started_from=job.begin_with(init, network, log) if init else None))
         counts = {split: sum(len(part["labels"]) for part in parts) for split, parts in started.prepared.images.items()}
         log.note(", ".join(f"{count} images of {split}" for split, count in counts.items()))
         watched = Watched("val_ap50", "validation AP50 {:.1f} %")
@@ -99,8 +132,14 @@ def train_detector(
     return run
 
 
-def _require_same(old: RunConfig, name: str, config: DetectorConfig, run: Path) -> None:
-    if old.estimator != name:
-        raise TrainingError(f"{run} is a run of {old.estimator}, not of {name}; choose another folder")
-    if config not in (old.train, DetectorConfig(depth_source=old.train.depth_source)):
-        raise TrainingError(f"{run} goes on with the settings in its {run_folder.CONFIG}; leave other settings out")
+def _require_same(old: AnyRunConfig, job: BoxJob) -> None:
+    if old.estimator != job.name:
+        raise TrainingError(f"{job.run} is a run of {old.estimator}, not of {job.name}; choose another folder")
+    if job.config not in (old.train, type(old.train)(depth_source=old.train.depth_source)):
+        raise TrainingError(f"{job.run} goes on with the settings in its {run_folder.CONFIG}; leave other settings out")
+
+
+def _require_same_data(old: AnyRunConfig | None, new: AnyRunConfig, run: Path, names: str) -> None:
+    if old and old.datasets != new.datasets:
+        before = ", ".join(source.name for source in old.datasets)
+        raise TrainingError(f"{run} was trained on other data ({before}) than {names}; resume with the same")

@@ -1,0 +1,26 @@
+"""A trained RT-DETR: images in, boxes with classes and scores out."""
+
+from pathlib import Path
+
+from warehouse_sim.estimators.detection.estimator import TrainedDetector
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, with_weights
+from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork
+from warehouse_sim.estimators.rtdetr.run_config import read_config
+
+
+class TrainedRtdetr(TrainedDetector):
+    """The RT-DETR of a run folder.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: What counts as found.
+
+    Raises:
+        TrainingError: The folder holds no complete run of an RT-DETR.
+        MissingPackageError: The library is not installed.
+    """
+
+    def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
+        config = read_config(run)
+        return config, with_weights(RtdetrNetwork(config.network, config.images), run)

@@ -1,0 +1,32 @@
+"""What defines a trained RT-DETR but its weights, as ``config.yaml`` of its run folder."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, read_run_config
+from warehouse_sim.estimators.rtdetr.network import RtdetrNetworkConfig
+from warehouse_sim.estimators.rtdetr.settings import RtdetrConfig
+
+KIND = "rtdetr"
+"""How run folders name this family."""
+
+
+@dataclass(frozen=True)
+class RtdetrRunConfig(AnyRunConfig):
+    """Everything that defines a trained RT-DETR but its weights."""
+
+    network: RtdetrNetworkConfig
+    """Sizes of the network."""
+    train: RtdetrConfig
+    """How it was trained."""
+    kind: str = KIND
+    """Family that opens the run."""
+
+
+def read_config(run: Path) -> RtdetrRunConfig:
+    """Read ``config.yaml`` of a run folder.
+
+    Raises:
+        TrainingError: The folder is no run folder, or one of another family.
+    """
+    return read_run_config(run, RtdetrRunConfig, KIND)
