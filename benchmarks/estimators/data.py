@@ -8,7 +8,7 @@ from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
+from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
 FOLDER = Path("out/estimators")
 _TEST_ONLY = SplitConfig(0.0, 0.0, 1.0)
@@ -32,12 +32,23 @@ class Data:
     """Shares of the splits, by default the recipe's."""
     camera: str = ""
     """Preset of the camera, by default the recipe's."""
+    rig: str = ""
+    """Shipped rig, by default the recipe's."""
+    targets: tuple[str, ...] = ()
+    """Classes that are labelled, by default the recipe's."""
+    formats: tuple[str, ...] = ("bop",)
+    """Formats that are written; sweeps are in kitti."""
 
     def changed_recipe(self) -> Recipe:
         """Return the recipe that is generated."""
         recipe = load_recipe(self.recipe)
-        scene = replace(recipe.scene, observations_per_scene=self.views or recipe.scene.observations_per_scene)
-        sensors = replace(recipe.sensors, camera=CAMERA_PRESETS[self.camera]) if self.camera else recipe.sensors
+        scene = replace(
+            recipe.scene,
+            observations_per_scene=self.views or recipe.scene.observations_per_scene,
+            targets=self.targets or recipe.scene.targets,
+        )
+        sensors = RigConfig.from_plain({"rig": self.rig}, self.folder_name) if self.rig else recipe.sensors
+        sensors = replace(sensors, camera=CAMERA_PRESETS[self.camera]) if self.camera else sensors
         return replace(
             recipe,
             name=self.folder_name,
@@ -77,11 +88,12 @@ ROBUST = (
 """Every depth camera, mounting and pallet: 350 scenes, 4,200 images, about 24,000 crops in 50 minutes of one core."""
 
 
-def made(data: Data, folder: Path = FOLDER) -> Path:
+def made(data: Data, folder: Path = FOLDER, workers: int | None = None) -> Path:
     """Return the dataset's folder, generated first if it is not complete."""
     root = folder / "data" / data.folder_name
     if not (root / "manifest.json").is_file():
         print(f"generating {root}")
-        config = GenerateConfig(seed=data.seed, formats=("bop",), workers=os.cpu_count() or 1, resume=root.exists())
+        count = workers or os.cpu_count() or 1
+        config = GenerateConfig(seed=data.seed, formats=data.formats, workers=count, resume=root.exists())
         generate(data.changed_recipe(), root, config)
     return root

@@ -1,0 +1,47 @@
+"""Front ends are scored on scenes that nothing was trained on, and trained by settings that are taken."""
+
+import pytest
+
+from benchmarks.estimators.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY
+from benchmarks.front_ends.data import FULLY_LABELLED, SCORED_ON, TARGETS, WITH_SWEEPS
+from benchmarks.front_ends.train import PLANS, in_order
+from warehouse_sim.estimators.train import trainable
+
+POSE = (*SCORED, *CARTONS, *TRAINED_ONLY, *MORE_CARTONS, *ROBUST)
+
+
+def test_no_two_datasets_draw_the_same_scenes() -> None:
+    every = (*POSE, *FULLY_LABELLED, *SCORED_ON)
+    drawn = [(item.recipe.split("_")[0].split("-")[0], item.seed) for item in every]
+    assert len(set(drawn)) == len(drawn)
+    assert len({item.folder_name for item in every}) == len(every)
+
+
+@pytest.mark.parametrize("item", [*FULLY_LABELLED, *SCORED_ON], ids=lambda item: item.folder_name)
+def test_recipes_load_with_their_changes(item) -> None:
+    recipe = item.changed_recipe()
+    assert recipe.scene.targets == TARGETS
+    assert (recipe.split.test == 1.0) == (item in SCORED_ON)
+    assert (recipe.split.train > 0.0) == (item in FULLY_LABELLED)
+    if "kitti" in item.formats:
+        assert recipe.sensors.lidar is not None
+        assert (recipe.sensors.camera.width, recipe.sensors.camera.height) == (1224, 370)
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_a_plan_is_for_what_it_trains(name: str) -> None:
+    plan = PLANS[name].limited(11.0, None, 32, 16, 1)
+    assert type(plan.config) is type(trainable(name).settings)
+    assert (plan.config.max_minutes, plan.config.workers) == (11.0, 16)
+    if "person" in getattr(plan.config, "classes", ()):
+        assert not plan.pose, "people are not labelled there"
+    if name == "detector-lidar":
+        assert plan.config.depth_source == "lidar"
+        assert plan.own == WITH_SWEEPS
+        assert not plan.pose
+
+
+def test_methods_are_trained_in_the_order_of_their_use() -> None:
+    assert in_order(["segmenter-rgb", "detector-depth"]) == ["detector-depth", "segmenter-rgb"]
+    with pytest.raises(SystemExit, match="detector-depht"):
+        in_order(["detector-depht"])
