@@ -53,9 +53,10 @@ class DetectionScore:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class Seen:
     """What was found and what was to be found of a class in one image."""
 
+    scene_id: int
     scores: Float[np.ndarray, " n"]
     wanted: Bool[np.ndarray, " m"]
     boxes: Float[np.ndarray, "n m"]
@@ -80,11 +81,19 @@ def score_detections(
         asked: Which true objects are to be found.
         least_score: Of detections that count for panoptic quality, which knows no scores.
     """
+    seen = seen_by_class(found, reader, images, asked)
+    return [_score(name, parts, least_score) for name, parts in sorted(seen.items()) if wanted_in(parts)]
+
+
+def seen_by_class(
+    found: Iterable[FoundObject], reader: DatasetReader, images: Sequence[ImageRecord], asked: Asked
+) -> dict[str, list[Seen]]:
+    """Return what was found and to be found of each class, image by image; arguments as ``score_detections``."""
     by_image: dict[tuple[int, int], list[FoundObject]] = {}
     for item in found:
         by_image.setdefault((item.scene_id, item.image_id), []).append(item)
     of_model = {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
-    seen: dict[str, list[_Seen]] = {}
+    seen: dict[str, list[Seen]] = {}
     for image in images:
         mine = by_image.get((image.scene_id, image.image_id), [])
         names = {reader.objects[target.obj_id].class_name for target in image.targets}
@@ -92,10 +101,10 @@ def score_detections(
         for name in names | {label for label in labels if label}:
             alike = [item for item, label in zip(mine, labels, strict=True) if label == name]
             seen.setdefault(name, []).append(_compare(alike, name, reader, image, asked))
-    return [_score(name, parts, least_score) for name, parts in sorted(seen.items()) if _wanted(parts)]
+    return seen
 
 
-def _compare(found: Sequence[FoundObject], name: str, reader: DatasetReader, image: ImageRecord, asked: Asked) -> _Seen:
+def _compare(found: Sequence[FoundObject], name: str, reader: DatasetReader, image: ImageRecord, asked: Asked) -> Seen:
     targets = [
         item for item in image.targets if item.pixels_visible > 0 and reader.objects[item.obj_id].class_name == name
     ]
@@ -107,24 +116,24 @@ def _compare(found: Sequence[FoundObject], name: str, reader: DatasetReader, ima
     scores = np.array([item.score for item in found])
     if not found or any(item.mask is None for item in found):
         # Without detections, there may be masks or not: nothing is found of either kind.
-        return _Seen(scores, wanted, overlap, None if found else overlap)
+        return Seen(image.scene_id, scores, wanted, overlap, None if found else overlap)
     shape = image.camera.height, image.camera.width
     masks = np.stack([np.asarray(item.mask, dtype=bool) for item in found])
     true_masks = [reader.mask_visible(image, item.gt_index) for item in targets]
     other = np.stack(true_masks) if true_masks else np.zeros((0, *shape), dtype=bool)
     shared, size = mask_intersections(masks, other), masks.sum(axis=(1, 2))[:, None].astype(float)
     union = np.where(wanted, size + other.sum(axis=(1, 2)) - shared, size)
-    return _Seen(scores, wanted, overlap, shared / np.maximum(union, 1.0))
+    return Seen(image.scene_id, scores, wanted, overlap, shared / np.maximum(union, 1.0))
 
 
-def _score(name: str, parts: Sequence[_Seen], least_score: float) -> DetectionScore:
+def _score(name: str, parts: Sequence[Seen], least_score: float) -> DetectionScore:
     precision = _precisions("box", [(item.scores, item.boxes, item.wanted) for item in parts])
     masked = [(item.scores, item.masks, item.wanted) for item in parts if item.masks is not None]
     quality = None
     if len(masked) == len(parts):
         precision |= _precisions("mask", masked)
         quality = _panoptic_quality(masked, least_score)
-    return DetectionScore(name, _wanted(parts), precision, quality)
+    return DetectionScore(name, wanted_in(parts), precision, quality)
 
 
 def _precisions(kind: str, parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> dict[str, float]:
@@ -152,7 +161,8 @@ def _panoptic_quality(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]
     return total / (matched + others / 2) if matched + others else float("nan")
 
 
-def _wanted(parts: Sequence[_Seen]) -> int:
+def wanted_in(parts: Sequence[Seen]) -> int:
+    """Return how many objects were to be found."""
     return sum(int(item.wanted.sum()) for item in parts)
 
 
