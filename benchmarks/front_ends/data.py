@@ -13,16 +13,16 @@ _TEST_ONLY = SplitConfig(0.0, 0.0, 1.0)
 _SWEEPS = ("kitti", "bop")
 
 WITH_SWEEPS = (
-    Data("industrial", 1901, "front_industrial", 60, 12, _LEARNT, targets=TARGETS, formats=_SWEEPS),
-    Data("distance_study", 1903, "front_distance", 50, 9, _LEARNT, "", "dissertation", TARGETS, _SWEEPS),
+    Data("industrial", 1901, "front_industrial", 45, 12, _LEARNT, targets=TARGETS, formats=_SWEEPS),
+    Data("distance_study", 1903, "front_distance", 36, 9, _LEARNT, "", "dissertation", TARGETS, _SWEEPS),
 )
 """64 beams and KITTI's camera."""
 FULLY_LABELLED = (
     *WITH_SWEEPS,
-    Data("domain_random", 1902, "front_random", 120, 4, _LEARNT, targets=TARGETS),
-    Data("selective_rack", 1904, "front_rack", 25, 4, _LEARNT, targets=TARGETS),
-    Data("dock_staging", 1905, "front_dock", 25, 4, _LEARNT, targets=TARGETS),
-    Data("block_storage", 1906, "front_block", 25, 4, _LEARNT, targets=TARGETS),
+    Data("domain_random", 1902, "front_random", 60, 6, _LEARNT, targets=TARGETS),
+    Data("selective_rack", 1904, "front_rack", 10, 6, _LEARNT, targets=TARGETS),
+    Data("dock_staging", 1905, "front_dock", 16, 6, _LEARNT, targets=TARGETS),
+    Data("block_storage", 1906, "front_block", 16, 6, _LEARNT, targets=TARGETS),
 )
 """People and trucks are labelled, too."""
 POSE_SETS = (*SCORED, *ROBUST)
