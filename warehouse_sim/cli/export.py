@@ -23,11 +23,13 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     require_extra("export", "to export it")
     from warehouse_sim.estimators.detection.export import export_detector
     from warehouse_sim.estimators.pose.densefusion.export import export_onnx
+    from warehouse_sim.estimators.rtdetr.export import export_rtdetr
     from warehouse_sim.estimators.segmentation.export import export_segmenter
     from warehouse_sim.learning.run_folder import read_kind
 
     folder = model_dir(run)
-    write = {"detector": export_detector, "segmenter": export_segmenter}.get(read_kind(folder), export_onnx)
+    others = {"detector": export_detector, "rtdetr": export_rtdetr, "segmenter": export_segmenter}
+    write = others.get(read_kind(folder), export_onnx)
     difference = write(folder, out)
     say(f"the file gives what torch gives to within {difference:.1e}")
     finish(out)

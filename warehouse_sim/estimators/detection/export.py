@@ -6,8 +6,8 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
-from warehouse_sim.estimators.detection.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, load_network, read_config
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.onnx_file import Inputs, export_network
@@ -25,7 +25,7 @@ class PortableDetector(nn.Module):
         network: A trained network.
     """
 
-    def __init__(self, network: DetectorNetwork) -> None:
+    def __init__(self, network: BoxNetwork) -> None:
         super().__init__()
         self.network = network
 
@@ -42,12 +42,16 @@ def export_detector(run: Path, out: Path) -> float:
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
     config = read_config(run)
-    network = PortableDetector(load_network(run, config)).eval()
+    return export_boxes(config, load_network(run, config), out)
+
+
+def export_boxes(config: AnyRunConfig, network: BoxNetwork, out: Path) -> float:
+    """Write any network that gives boxes; see ``export_detector``."""
     examples = _random_inputs(config, 2), _random_inputs(config, 3)
-    return export_network(network, examples, OUTPUTS, _metadata(config), out, TOLERANCE)
+    return export_network(PortableDetector(network).eval(), examples, OUTPUTS, _metadata(config), out, TOLERANCE)
 
 
-def _random_inputs(config: RunConfig, batch: int) -> Inputs:
+def _random_inputs(config: AnyRunConfig, batch: int) -> Inputs:
     generator = torch.Generator().manual_seed(0)
     width, height = Letterbox.fit(config.images.input_wh, config.images.input_wh).size_wh
     inputs: Inputs = {}
@@ -58,7 +62,7 @@ def _random_inputs(config: RunConfig, batch: int) -> Inputs:
     return inputs
 
 
-def _metadata(config: RunConfig) -> dict[str, str]:
+def _metadata(config: AnyRunConfig) -> dict[str, str]:
     return {
         "detector": config.estimator,
         "classes": json.dumps(config.classes),

@@ -4,9 +4,8 @@ from pathlib import Path
 
 from warehouse_sim.estimators.detection.estimator import TrainedDetector
 from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
-from warehouse_sim.estimators.detection.run_config import AnyRunConfig, with_weights
-from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork
-from warehouse_sim.estimators.rtdetr.run_config import read_config
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig
+from warehouse_sim.estimators.rtdetr.run_config import load_network, read_config
 
 
 class TrainedRtdetr(TrainedDetector):
@@ -23,4 +22,4 @@ class TrainedRtdetr(TrainedDetector):
 
     def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
         config = read_config(run)
-        return config, with_weights(RtdetrNetwork(config.network, config.images), run)
+        return config, load_network(run, config)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from warehouse_sim.estimators.detection.run_config import AnyRunConfig, read_run_config
-from warehouse_sim.estimators.rtdetr.network import RtdetrNetworkConfig
+from warehouse_sim.estimators.detection.run_config import AnyRunConfig, read_run_config, with_weights
+from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork, RtdetrNetworkConfig
 from warehouse_sim.estimators.rtdetr.settings import RtdetrConfig
 
 KIND = "rtdetr"
@@ -30,3 +30,13 @@ def read_config(run: Path) -> RtdetrRunConfig:
         TrainingError: The folder is no run folder, or one of another family.
     """
     return read_run_config(run, RtdetrRunConfig, KIND)
+
+
+def load_network(run: Path, config: RtdetrRunConfig) -> RtdetrNetwork:
+    """Return the trained network of a run folder, ready for inference.
+
+    Raises:
+        TrainingError: The run has no weights yet, or they do not fit its configuration.
+        MissingPackageError: The library is not installed.
+    """
+    return with_weights(RtdetrNetwork(config.network, config.images), run)
