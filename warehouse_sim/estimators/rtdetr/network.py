@@ -16,7 +16,6 @@ from warehouse_sim.optional import require, require_extra
 from warehouse_sim.ranges import Range, ranged
 
 EXTRA, PURPOSE = "detectors", "for RT-DETR"
-_WIDTHS = (64, 128, 256, 512)
 
 
 @dataclass(frozen=True)
@@ -26,8 +25,10 @@ class RtdetrNetworkConfig:
 
     stages: Annotated[tuple[int, ...], Range(1, 1000)] = (2, 2, 2, 2)
     """Blocks of the backbone, a residual network, at strides 4, 8, 16, 32."""
-    widths: Annotated[tuple[int, ...], Range(1, 100_000)] = _WIDTHS
+    widths: Annotated[tuple[int, ...], Range(1, 100_000)] = (64, 128, 256, 512)
     """Channels of these."""
+    stem: Annotated[int, Range(2, 100_000)] = 64
+    """Channels before the first stage, even, 2-100,000."""
     block: Literal["basic", "bottleneck"] = "basic"
     """Kind of the blocks."""
     width: Annotated[int, Range(8, 100_000)] = 256
@@ -39,11 +40,13 @@ class RtdetrNetworkConfig:
     queries: Annotated[int, Range(1, 10_000)] = 300
     """Boxes of an image, 1-10,000."""
     classes: Annotated[int, Range(1, 10_000)] = 1
-    """Number of classes."""
+    """Number of classes, 1-10,000."""
 
 
 SIZES: Mapping[RtdetrSize, dict[str, Any]] = {
-    "tiny": {"stages": (1, 1, 1, 1), "widths": (16, 32, 64, 96), "width": 64, "decoder_layers": 2, "queries": 100},
+    "tiny": {
+        "stages": (1, 1, 1, 1), "widths": (16, 32, 64, 96), "stem": 16, "width": 64, "decoder_layers": 2, "queries": 100,
+    },
     "r18": {"decoder_layers": 3},
     "r34": {"stages": (3, 4, 6, 3), "decoder_layers": 4},
     "r50": {
@@ -51,7 +54,7 @@ SIZES: Mapping[RtdetrSize, dict[str, Any]] = {
         "decoder_layers": 6,
     },
 }  # fmt: skip
-"""The three published ones are those of the library's cards of rtdetr_v2_r18vd, _r34vd and _r50vd."""
+"""The last three are as the library converts rtdetr_v2_r18vd, _r34vd and _r50vd, of 20, 31 and 42 million weights."""
 
 
 Pair = tuple[Float[Tensor, "b q k"], Float[Tensor, "b q 4"]]
@@ -131,7 +134,7 @@ def make_detr(config: RtdetrNetworkConfig, channels: int) -> Any:
     library = require("transformers", EXTRA, PURPOSE)
     backbone = library.RTDetrResNetConfig(
         num_channels=channels,
-        embedding_size=64 if config.width >= 256 else 16,
+        embedding_size=config.stem,
         hidden_sizes=list(config.widths),
         depths=list(config.stages),
         layer_type=config.block,

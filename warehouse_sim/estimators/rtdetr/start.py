@@ -1,7 +1,8 @@
 """Begin a training with weights of another run, or with a file or folder of the library, such as published ones."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +67,28 @@ def _library_weights(file: Path, network: RtdetrNetwork) -> Mapping[str, Tensor]
     except (safetensors.SafetensorError, OSError) as problem:
         raise TrainingError(f"{file} cannot be read: {' '.join(str(problem).split())}") from problem
     library: Any = require("transformers", EXTRA, PURPOSE)
-    loaded, report = library.RTDetrV2ForObjectDetection.from_pretrained(
-        None, config=network.model.config, state_dict=tensors, ignore_mismatched_sizes=True, output_loading_info=True
-    )
+    with _quiet():
+        loaded, report = library.RTDetrV2ForObjectDetection.from_pretrained(
+            None,
+            config=network.model.config,
+            state_dict=tensors,
+            ignore_mismatched_sizes=True,
+            output_loading_info=True,
+        )
     absent = {*report["missing_keys"], *(item[0] for item in report["mismatched_keys"])}
     return {name: value for name, value in loaded.state_dict().items() if name not in absent}
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep back the library's own report and bar; one line says it here."""
+    logging = require("transformers.utils.logging", EXTRA, PURPOSE)
+    level, has_bar = logging.get_verbosity(), logging.is_progress_bar_enabled()
+    logging.set_verbosity_error()
+    logging.disable_progress_bar()
+    try:
+        yield
+    finally:
+        logging.set_verbosity(level)
+        if has_bar:
+            logging.enable_progress_bar()
