@@ -45,7 +45,8 @@ class RtdetrNetworkConfig:
 
 SIZES: Mapping[RtdetrSize, dict[str, Any]] = {
     "tiny": {
-        "stages": (1, 1, 1, 1), "widths": (16, 32, 64, 96), "stem": 16, "width": 64, "decoder_layers": 2, "queries": 100,
+        "stages": (1, 1, 1, 1), "widths": (16, 32, 64, 96), "stem": 16, "width": 64,
+        "decoder_layers": 2, "queries": 100,
     },
     "r18": {"decoder_layers": 3},
     "r34": {"stages": (3, 4, 6, 3), "decoder_layers": 4},

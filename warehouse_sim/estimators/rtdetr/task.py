@@ -11,6 +11,7 @@ from warehouse_sim.estimators.rtdetr.loss import Labels, make_loss
 from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork
 from warehouse_sim.estimators.rtdetr.settings import RtdetrConfig
 from warehouse_sim.learning.array_store import Arrays
+from warehouse_sim.learning.device import on_device
 
 
 class RtdetrTask(BoxTask):
@@ -34,7 +35,10 @@ class RtdetrTask(BoxTask):
         rgb, depth = inputs
         image = depth if rgb is None else rgb
         assert image is not None
-        labels = as_labels(targets, len(image), (image.shape[2], image.shape[1]))
+        labels = [
+            {name: on_device(value, image.device) for name, value in of_image.items()}
+            for of_image in as_labels(targets, len(image), (image.shape[2], image.shape[1]))
+        ]
         found = self.network(rgb, depth, labels)
         with torch.autocast(image.device.type, enabled=False):
             return self._loss(found, labels)
