@@ -19,6 +19,7 @@ from warehouse_sim.optional import EXTRAS
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {
     "usd-core": "pxr",
+    "pillow": "PIL",
     "pyrender2": "pyrender",
     "mcap-protobuf-support": "mcap_protobuf",
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
@@ -115,7 +116,7 @@ def test_every_verb_is_here() -> None:
     assert VERB.keys() == VERBS.keys()
 
 
-@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report", "mcap", "view", "cluster"])
+@pytest.mark.parametrize("extra", ["generate", "learn", "detectors", "export", "report", "mcap", "view", "cluster"])
 def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 
@@ -158,3 +159,15 @@ def test_what_a_backend_needs_is_named(tmp_path: Path, places: dict[str, Path]) 
         assert f"pip install 'warehouse-sim[{extra}]'" in line
         assert "Traceback" not in text
         assert not places["new"].exists()
+
+
+def test_a_detector_of_a_library_names_its_extra(tmp_path: Path, places: dict[str, Path]) -> None:
+    train = f"train rtdetr-rgb --data {places['data']} --out {places['new']} --max-steps 1"
+    told = answers({"transformers"}, [train, "list"], tmp_path)
+    assert [code for code, _ in told.values()] == ["2", "0"]
+    (line,) = [line for line in told[train][1].splitlines() if line.startswith("error: ")]
+    assert line == (
+        "error: transformers: needed to train rtdetr-rgb but not installed; "
+        "install it with: pip install 'warehouse-sim[detectors]'"
+    )
+    assert not places["new"].exists()

@@ -42,6 +42,10 @@ class RtdetrNetworkConfig:
     classes: Annotated[int, Range(1, 10_000)] = 1
     """Number of classes, 1-10,000."""
 
+    def __post_init__(self) -> None:
+        if not len(self.stages) == len(self.widths) == 4:
+            raise ValueError(f"stages and widths must be four each, found {self.stages} and {self.widths}")
+
 
 SIZES: Mapping[RtdetrSize, dict[str, Any]] = {
     "tiny": {
