@@ -14,7 +14,7 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detection.estimator import TrainedDetector
 from warehouse_sim.estimators.front_ends import open_front_end
 from warehouse_sim.estimators.rgbd_image import RgbdImage
-from warehouse_sim.estimators.rtdetr.estimator import TrainedRtdetr
+from warehouse_sim.estimators.rtdetr.estimator import RTDETR_DETECT, TrainedRtdetr
 from warehouse_sim.estimators.train import train
 
 MEMORY = Path("none")
@@ -23,7 +23,7 @@ MEMORY = Path("none")
 def test_a_run_folder_detects_and_another_training_begins_with_it(run: Path, toy_root: Path, tmp_path: Path) -> None:
     reader = DatasetReader(toy_root)
     image = RgbdImage.from_dataset(reader, reader.images("train")[0], ())
-    detector = TrainedRtdetr(run, replace(TrainedRtdetr(run).config, least_score=0.001))
+    detector = TrainedRtdetr(run, replace(RTDETR_DETECT, least_score=0.001))
     found = detector.detect(image)
     assert 0 < len(found) <= 100
     assert {detection.class_name for detection in found} == {"pallet"}
@@ -50,6 +50,17 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(run: Path, toy_root: Path, t
     a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (run, part))
     for name, value in a.items():
         np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_a_pallet_behind_another_is_not_suppressed(run: Path, toy_root: Path) -> None:
+    detector = TrainedRtdetr(run)
+    boxes = torch.tensor([[[10.0, 10.0, 50.0, 40.0], [14.0, 10.0, 54.0, 40.0], [10.0, 10.5, 50.0, 40.0]]])
+    scores = torch.tensor([[[0.9], [0.8], [0.7]]])
+    detector._network.decode = lambda raw: (boxes, scores)  # type: ignore[method-assign]
+    reader = DatasetReader(toy_root)
+    found = detector.detect(RgbdImage.from_dataset(reader, reader.images("train")[0], ()))
+    # Overlaps of 0.82 and 0.98 with the first.
+    assert [detection.score for detection in found] == pytest.approx([0.9, 0.8])
 
 
 @pytest.mark.gpu

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
-from warehouse_sim.estimators.detection.estimator import TrainedDetector
+from warehouse_sim.estimators.detection.estimator import DetectConfig, TrainedDetector
 from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.run_config import AnyRunConfig
 from warehouse_sim.estimators.rtdetr.run_config import load_network, read_config
+
+RTDETR_DETECT = DetectConfig(most_overlap=0.9)
+"""Each object is taught to one box only: what overlaps less is another object, such as pallets behind each other."""
 
 
 class TrainedRtdetr(TrainedDetector):
@@ -19,6 +22,9 @@ class TrainedRtdetr(TrainedDetector):
         TrainingError: The folder holds no complete run of an RT-DETR.
         MissingPackageError: The library is not installed.
     """
+
+    def __init__(self, run: Path, config: DetectConfig = RTDETR_DETECT) -> None:
+        super().__init__(run, config)
 
     def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
         config = read_config(run)

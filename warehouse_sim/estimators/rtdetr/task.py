@@ -7,6 +7,7 @@ from torch import Tensor
 from warehouse_sim.estimators.detection.assignment import Targets
 from warehouse_sim.estimators.detection.training.task import BoxTask, Inputs
 from warehouse_sim.estimators.images.order import GroupedOrder
+from warehouse_sim.estimators.rtdetr.estimator import RTDETR_DETECT
 from warehouse_sim.estimators.rtdetr.loss import Labels, make_loss
 from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork
 from warehouse_sim.estimators.rtdetr.settings import RtdetrConfig
@@ -18,6 +19,7 @@ class RtdetrTask(BoxTask):
     """Train an RT-DETR; see ``BoxTask`` for the arguments."""
 
     network: RtdetrNetwork
+    most_overlap = RTDETR_DETECT.most_overlap
 
     def __init__(
         self,
