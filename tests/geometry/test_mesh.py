@@ -31,8 +31,8 @@ def test_surface_samples_lie_on_the_box_and_are_uniform_by_area() -> None:
     assert share_top == pytest.approx(8 / 28, abs=0.012)  # 4 standard deviations
 
 
-@pytest.mark.parametrize("count", [1, 2, 700])
-@pytest.mark.parametrize("shape", ["ball", "box", "line"])
+@pytest.mark.parametrize("count", [1, 2, 700, 2500])
+@pytest.mark.parametrize("shape", ["ball", "box", "line", "cloud"])
 def test_diameter_is_that_of_every_pair(shape: str, count: int) -> None:
     rng = np.random.default_rng([count, len(shape)])
     points = rng.normal(size=(count, 3))
@@ -40,7 +40,7 @@ def test_diameter_is_that_of_every_pair(shape: str, count: int) -> None:
         points /= np.linalg.norm(points, axis=1, keepdims=True)
     elif shape == "box":
         points = np.clip(points, -0.6, 0.6)
-    else:
+    elif shape == "line":
         points[:, 1:] = 3.0
     every = ((points[:, None] - points[None]) ** 2).sum(axis=-1)
     assert diameter(points) == float(np.sqrt(every.max()))  # to the last bit: datasets store it

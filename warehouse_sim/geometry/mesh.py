@@ -60,6 +60,10 @@ def sample_surface(
     return (1 - r1) * a + r1 * (1 - r2) * b + r1 * r2 * c, mesh.face_normals()[index]
 
 
+_FEW, _CELLS = 512, 24
+"""Points of which every pair is looked at, and cells along the diameter where there are more."""
+
+
 def diameter(points: Float[np.ndarray, "n 3"]) -> float:
     """Return the largest distance (m) between any two of ``points``, in blocks to bound memory."""
     unique = _possible_ends(np.unique(points, axis=0))
@@ -78,4 +82,22 @@ def _possible_ends(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "k 3"]
     known = np.linalg.norm(points[along.argmax(axis=0)] - points[along.argmin(axis=0)], axis=1).max()
     reach = np.linalg.norm(np.maximum(points - low, high - points), axis=1)
     # A millionth of room for rounding, so that the ends themselves stay.
-    return points[reach >= known * (1.0 - 1e-6)]
+    points = points[reach >= known * (1.0 - 1e-6)]
+    return points if len(points) < _FEW else _ends_by_cell(points, known)
+
+
+def _ends_by_cell(points: Float[np.ndarray, "n 3"], known: float) -> Float[np.ndarray, "k 3"]:
+    """Return the points in cells that may hold an end of the diameter, which is ``known`` or more."""
+    for start in (points[0], points[-1]):
+        end = start
+        for _ in range(4):
+            farther = points[np.linalg.norm(points - end, axis=1).argmax()]
+            known, end = max(known, float(np.linalg.norm(farther - end))), farther
+    cell = ((points - points.min(axis=0)) / (known / _CELLS)).astype(np.int64)
+    _, of_point = np.unique(cell @ np.array([1 << 20, 1 << 10, 1]), return_inverse=True)
+    low, high = np.full((2, int(of_point.max()) + 1, 3), np.inf)
+    np.minimum.at(low, of_point, points)
+    np.minimum.at(high, of_point, -points)
+    # The farthest corners of two cells' boxes: nothing in them is farther apart.
+    most = np.linalg.norm(np.maximum(-high[:, None] - low[None], -high[None] - low[:, None]), axis=2).max(axis=1)
+    return points[(most >= known * (1.0 - 1e-6))[of_point]]
