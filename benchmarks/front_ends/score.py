@@ -116,7 +116,12 @@ def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) ->
     for name, parts in seen_by_class(found, reader, images, question.asked).items():
         if name not in question.classes or not wanted_in(parts):
             continue
-        row: dict[str, Any] = {"name": f"{question.name}: {name}", "data": root.name, "n": wanted_in(parts)}
+        row: dict[str, Any] = {
+            "name": f"{question.name}: {name}",
+            "stages": list(question.stages),
+            "data": root.name,
+            "n": wanted_in(parts),
+        }
         for metric, (value, low, high) in precision_intervals(parts, _DRAWS, np.random.default_rng(0)).items():
             row[metric] = {"value": value, "interval": [low, high]}
         row["precision"], row["panoptic_quality"] = dict(scores[name].precision), scores[name].panoptic_quality

@@ -1,0 +1,103 @@
+"""The card of a bundled front end: what it is, how it was made, what it finds where, and what it cannot do."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from warehouse_sim.estimators.detection.run_config import RunConfig as DetectorRun
+from warehouse_sim.estimators.detection.run_config import read_config as read_detector
+from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
+from warehouse_sim.estimators.segmentation.run_config import read_config as read_segmenter
+from warehouse_sim.estimators.train import trainable
+from warehouse_sim.learning.run_folder import read_kind
+
+_METRICS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
+
+_ASKED = (
+    "Scenes that nothing was trained on (`benchmarks/front_ends/data.py`), average precision in % with 95 % intervals "
+    "over scenes; what is missed counts, and what is hardly seen is not asked for. PQ: panoptic quality of masks with "
+    "a score of a half or more."
+)
+
+
+def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
+    """Write ``card.md`` and, for programs, ``card.yaml`` of a model's folder.
+
+    Args:
+        model: Folder of the model.
+        rows: Those of benchmarks/results/front_ends.json.
+    """
+    mine = [row for row in rows if row["stages"][-1] == model.name]
+    lines = [
+        f"# {model.name}",
+        "",
+        *_description(model),
+        "",
+        "## Scores",
+        "",
+        _ASKED,
+        "",
+        "| asked | n | " + " | ".join(_METRICS.values()) + " | PQ |",
+        "|---|---|" + "---|" * (len(_METRICS) + 1),
+        *(_row(row) for row in mine),
+        "",
+        "## Limits",
+        "",
+        "- Trained on synthetic images of this package alone, and every number above is of such.",
+        "- What it has never seen it may miss, or take for a pallet.",
+    ]
+    if mine:
+        best = mine[0]
+        kind = "mask_50" if "mask_50" in best else "box_50"
+        score = f"{best['name']}: {_METRICS[kind]} {100 * best[kind]['value']:.1f} %"
+        speed = {"speed": f"{best['median_ms']:.0f} ms an image"} if "median_ms" in best else {}
+        (model / "card.yaml").write_text(yaml.safe_dump({"score": score, **speed}, sort_keys=False), encoding="utf-8")
+    path = model / "card.md"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _description(model: Path) -> list[str]:
+    config: DetectorRun | SegmenterRun
+    result = json.loads((model / "result.json").read_text(encoding="utf-8"))
+    method = trainable(model.name)
+    if read_kind(model) == "segmenter":
+        config = read_segmenter(model)
+        size, seen = f"{config.network.width} filters and more", "boxes"
+        finds = "masks" + (" and key points of pallet fronts" if config.network.keypoints else "")
+    else:
+        config = read_detector(model)
+        size, seen, finds = config.train.size, "images", ", ".join(config.classes)
+    data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
+    facts = {
+        "finds": finds,
+        "size": f"{size}; {result['parameters']:,} parameters",
+        "trained on": f"train splits of {data}; seeds in `benchmarks/front_ends/data.py` and "
+        "`benchmarks/estimators/data.py`, digests of the manifests",
+        "seen": f"{result['samples']:,} samples in {result['steps']:,} steps of {config.train.batch} "
+        f"({result[f'train_{seen}']:,} distinct {seen})",
+        "took": "{minutes:.0f} min of wall time on {device}, {precision}".format(
+            minutes=result["seconds"] / 60, **result
+        ),
+        "seed": str(config.train.seed),
+        "licence": "Apache-2.0; trained on synthetic data of this package alone",
+        "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
+    }
+    summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
+    return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
+
+
+def _row(row: dict[str, Any]) -> str:
+    cells = [_share(row.get(metric)) for metric in _METRICS]
+    quality = row.get("panoptic_quality")
+    return f"| {row['name']} | {row['n']} | {' | '.join(cells)} | {f'{100 * quality:.1f}' if quality else '-'} |"
+
+
+def _share(found: dict[str, Any] | None) -> str:
+    if found is None:
+        return "-"
+    low, high = found["interval"]
+    return f"{100 * found['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"

@@ -1,0 +1,52 @@
+"""A trained front end becomes a bundled model that finds what it found, with a card."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.estimators import bundle as bundling
+from benchmarks.front_ends import card
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.estimators.detection.estimator import DetectConfig, TrainedDetector
+from warehouse_sim.estimators.detection.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.overview import describe_model
+from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.train import train
+
+CONFIG = DetectorConfig(
+    max_minutes=None, max_steps=2, batch=2, size="pico", input_wh=(160, 96), validations=1, wanted=WantedConfig(0.1, 4)
+)
+ROW = {
+    "name": "detector-depth, industrial: pallet",
+    "stages": ["detector-depth"],
+    "n": 7,
+    "box_50": {"value": 0.5, "interval": [0.25, 0.75]},
+    "median_ms": 33.4,
+}
+
+
+def test_half_precision_finds_the_same_and_the_card_says_what_it_is(
+    toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = train("detector-depth", toy_root, tmp_path / "run", replace(CONFIG, workers=1, threads=1))
+    (tmp_path / "models").mkdir()
+    monkeypatch.setattr(bundling, "data_folder", lambda name: tmp_path / name)
+    model = bundling.bundle(run, "detector-depth")
+    image = RgbdImage.from_dataset(*(lambda reader: (reader, reader.images("train")[0]))(DatasetReader(toy_root)), ())
+    config = DetectConfig(least_score=0.0, most=20)
+    whole, half = (TrainedDetector(folder, config).detect(image) for folder in (run, model))
+    assert np.allclose([item.score for item in whole], [item.score for item in half], atol=1e-3)
+    text = card.write(model, [ROW, ROW | {"stages": ["detector-rgb"], "name": "another"}]).read_text()
+    for words in (
+        "# detector-depth",
+        "| finds | pallet |",
+        "pico",
+        "Apache-2.0",
+        "50.0 [25, 75]",
+        "samples in 2 steps",
+    ):
+        assert words in text
+    assert "another" not in text
+    assert describe_model(model) == "detector-depth, industrial: pallet: boxes AP50 50.0 %; 33 ms an image"
