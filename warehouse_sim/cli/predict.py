@@ -15,6 +15,7 @@ def predict(
     data: Path,
     out: Path,
     split: str = "test",
+    pictures: Path | None = None,
     config: Annotated[PredictConfig, tyro.conf.arg(name="")] = PredictConfig(),  # noqa: B008  frozen
 ) -> None:
     """Estimate the pose of every detected object and write the BOP pose CSV, with covariances and bounds beside it.
@@ -24,6 +25,7 @@ def predict(
         data: Dataset folder.
         out: CSV file to write.
         split: Split to predict on.
+        pictures: Folder for a picture of each image with the poses in it.
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
@@ -31,7 +33,7 @@ def predict(
     from warehouse_sim.estimators.predict import predict as estimate
 
     with share_progress("predicting") as progress:
-        estimates = estimate(run, data, split, config, progress)
+        estimates = estimate(run, data, split, config, progress, pictures)
     predictions.write(out, estimates)
     print(f"calibration: {config.calibration}")
     if config.refuse is not None:

@@ -10,6 +10,7 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators import BatchedPoseEstimator, Onboarding, PoseEstimator
 from warehouse_sim.estimators.detections import TRUTH, Finder
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
@@ -20,7 +21,12 @@ log = logging.getLogger(__name__)
 
 
 def predict(
-    run: Path | str, data: Path, split: str, config: PredictConfig, progress: Progress | None = None
+    run: Path | str,
+    data: Path,
+    split: str,
+    config: PredictConfig,
+    progress: Progress | None = None,
+    pictures: Path | None = None,
 ) -> list[PoseEstimate]:
     """Estimate what is detected in the images of ``split``, in their order.
 
@@ -32,6 +38,7 @@ def predict(
         split: "train", "val" or "test".
         config: Settings.
         progress: Called with the share that is done.
+        pictures: Folder for a picture of each image with the poses in it; none by default.
 
     Returns:
         Poses with the trust in them as score, the seconds spent on the image without reading it as time, and the
@@ -57,7 +64,10 @@ def predict(
         estimates += _estimate(estimator, reader, group, finder)
         if progress:
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
-    return tracked(reader, split, estimates, config.tracking) if config.track else estimates
+    estimates = tracked(reader, split, estimates, config.tracking) if config.track else estimates
+    if pictures is not None:
+        write_pictures(pictures, reader, images, estimates, known_sizes(estimator, reader))
+    return estimates
 
 
 def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord]) -> None:

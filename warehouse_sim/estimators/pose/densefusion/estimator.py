@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from warehouse_sim.estimators.chain import Chain, ObjectPoints, Proposals, Stage
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropLabel, cut_mask
-from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, without_mesh
+from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes, without_mesh
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.doubt.agreement import agreement
@@ -23,6 +24,7 @@ from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.visibility import LeastVisible
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement
@@ -40,6 +42,7 @@ class Estimator(Chain):
     """
 
     def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
+        self._run = run
         fitted, asked = read_calibration(run), config.refiner_iterations
         iterations = fitted.refiner_iterations if asked is None else asked
         self._runner, self.config = Runner(run, config.device, config.threads, iterations), config
@@ -59,6 +62,11 @@ class Estimator(Chain):
     def objects(self) -> tuple[ObjectShape, ...]:
         """What it knows, in the order of the network's classes."""
         return self._runner.config.objects
+
+    @cached_property
+    def surfaces(self) -> dict[int, TriangleMesh]:
+        """CAD surfaces (m, object frame) by obj_id; empty where the run keeps none."""
+        return read_meshes(self._run) if (self._run / MESHES).is_file() else {}
 
     @property
     def crop(self) -> CropConfig:
