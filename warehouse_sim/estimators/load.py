@@ -55,10 +55,10 @@ def _with_doubt(estimator: PoseEstimator, name: str, folder: Path, config: Predi
     model = read_doubt(folder).get(config.selection, config.refine) if config.doubt else None
     if model is not None:
         meshes = read_meshes(folder) if (folder / MESHES).is_file() else None
-        return Doubtful(estimator, model, meshes, config.refuse, config.seed)
-    if config.refuse is not None:
+        return Doubtful(estimator, model, meshes, config.refuse, config.seed, config.refuse_blocked)
+    if config.refuse is not None or config.refuse_blocked:
         raise InputError(
             f"{name} cannot refuse: no doubt was fitted for --selection {config.selection} --refine {config.refine}; "
-            "leave --refuse out, or choose settings that doubt.yaml of its folder names"
+            "leave --refuse and --refuse-blocked out, or choose settings that doubt.yaml of its folder names"
         )
     return estimator

@@ -41,6 +41,9 @@ class PredictConfig:
     refuse: Annotated[float, Range(0, 1)] | None = None
     """Largest risk (1 - score) of an estimate that is given, 0-1; others get the score 0 and no row in the file of
     poses. None gives all."""
+    refuse_blocked: bool = False
+    """Whether estimates are refused, too, where readings lie in an opening of the object or close before it: a pallet
+    whose pocket is blocked, or something that is no pallet."""
     calibration: Calibration = "true"
     """What estimators are told of the rig: the true calibration, or what the rig states, which ``sensors.calibration``
     of the recipe lets differ."""

@@ -4,8 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
+from warehouse_sim.estimators.pose.doubt.blocked import look_into
 from warehouse_sim.estimators.pose.doubt.covariance import rms_quantile
 from warehouse_sim.estimators.pose.doubt.features import Look
 from warehouse_sim.estimators.pose.doubt.model import DoubtModel
@@ -29,6 +32,7 @@ class Doubtful:
         meshes: CAD surfaces (m, object frame) by obj_id; those of a dataset that it is shown come on top.
         refuse: Largest risk (1 - score) of an estimate that is given; None refuses nothing.
         seed: Decides which readings are looked at.
+        refuse_blocked: Refuse, too, where something stands in an opening of the object.
     """
 
     def __init__(
@@ -38,10 +42,11 @@ class Doubtful:
         meshes: Mapping[int, TriangleMesh] | None = None,
         refuse: float | None = None,
         seed: int = 0,
+        refuse_blocked: bool = False,
     ) -> None:
         self._inner, self._model, self._refuse = inner, model, refuse
         self._meshes, self._infos = dict(meshes or {}), dict[int, ObjectInfo]()
-        self._seed = seed
+        self._seed, self._refuse_blocked = seed, refuse_blocked
         self._watcher = Watcher(self._mesh, seed)
 
     def __getattr__(self, name: str) -> Any:
@@ -79,17 +84,35 @@ class Doubtful:
         }
         return [
             self._judged(item, seen, trust.get((item.scene_id, item.image_id, item.detection), 1.0))
-            for item, seen in zip(found, looks, strict=True)
+            for item, seen in zip(self._with_room(images, found), looks, strict=True)
         ]
+
+    def _with_room(self, images: Sequence[RgbdImage], found: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+        """Return the estimates, refused where something stands in an opening of the object."""
+        if not self._refuse_blocked:
+            return list(found)
+        by_place = {(image.scene_id, image.image_id): image for image in images}
+        return [self._asked_for_room(item, by_place[item.scene_id, item.image_id]) for item in found]
+
+    def _asked_for_room(self, estimate: PoseEstimate, image: RgbdImage) -> PoseEstimate:
+        mesh, T = self._mesh(estimate.obj_id), estimate.T_camera_object
+        rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, max(estimate.detection, 0)])
+        if mesh is None or T[2, 3] <= 0.0 or not look_into(T, mesh, image, rng).blocked:
+            return estimate
+        return replace(estimate, refused=True)
 
     def _judged(self, estimate: PoseEstimate, seen: Look | None, detection_score: float) -> PoseEstimate:
         if seen is None:
             # Nothing speaks for it: who refuses risks refuses it.
-            return estimate if self._refuse is None else replace(estimate, score=0.0, refused=True)
+            return (
+                estimate
+                if self._refuse is None and not estimate.refused
+                else replace(estimate, score=0.0, refused=True)
+            )
         right = self._model.probability(seen.features)
         factor = self._model.bound_factor(seen.features)
         of_readings = rms_quantile(seen.covariance, seen.metric, NINE_OF_TEN)
-        refused = self._refuse is not None and 1.0 - right > self._refuse
+        refused = estimate.refused or (self._refuse is not None and 1.0 - right > self._refuse)
         return replace(
             estimate,
             score=0.0 if refused else right * detection_score,
