@@ -106,7 +106,33 @@ def test_sweeps_become_poses(toy_root: Path, tmp_path: Path, monkeypatch: pytest
     assert min(seen) >= 32
 
 
-def test_it_opens_with_bundled_weights_and_settings() -> None:
+def test_a_sweep_alone_is_enough_once_a_detector_is_bundled(
+    toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, asked = made_run(tmp_path / "run"), []
+    place, boxes = "warehouse_sim.estimators.lidar.pointcloud", {}
+    reader = DatasetReader(toy_root)
+    for image in reader.images("train"):
+        found = Finder("truth-boxes", depth="lidar").find(Estimator(run), reader, image)
+        boxes[image.scene_id, image.image_id] = found.detections if found else ()
+
+    def detect(image):
+        asked.append(image.depth)
+        return [replace(item, number=None) for item in boxes[image.scene_id, image.image_id]]
+
+    monkeypatch.setattr(f"{place}.load_estimator", lambda name, config: Estimator(run, replace(config, device="cpu")))
+    monkeypatch.setattr(f"{place}.model_names", lambda: ["detector-lidar"])
+    monkeypatch.setattr(f"{place}.open_stages", lambda names: [{"detector-lidar": detect}[names]])
+    poses = predict("detect-pointcloud", toy_root, "train", PredictConfig())
+    assert len(poses) >= 3
+    assert len(asked) == len(boxes)
+    # What the detector sees is made of sweeps.
+    sparse = Finder(depth="lidar").find(Estimator(run), reader, reader.images("train")[0])
+    assert any(np.array_equal(depth, sparse.depth) for depth in asked)
+
+
+def test_it_opens_with_bundled_weights_and_settings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warehouse_sim.estimators.lidar.pointcloud.model_names", lambda: [])
     found = load_estimator("detect-pointcloud", PredictConfig(selection="consensus", refine="icp"))
     assert isinstance(found, LidarChain)
     assert (found.depth_source, found.reads_rgb) == ("lidar", False)

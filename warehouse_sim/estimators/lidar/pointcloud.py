@@ -12,6 +12,8 @@ import numpy as np
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.chain import Chain, FindDetections, ObjectPoints
+from warehouse_sim.estimators.composed import WithFrontEnd
+from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.estimators.lidar.resample import Resampling, resample
 from warehouse_sim.estimators.lidar.segment import BoxClusters, detection_points
 from warehouse_sim.estimators.lidar.source import DepthSource
@@ -20,6 +22,7 @@ from warehouse_sim.estimators.pose.densefusion.crops import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.resources import model_names
 
 
 class LidarChain(Chain):
@@ -64,12 +67,14 @@ class LidarMethod:
     Args:
         network: Name of the network, which must read points alone.
         resampling: How clusters become a fixed number of points.
+        detector: Name of what finds objects in depth made of sweeps; where it has no bundled weights, detections are
+            to be given.
     """
 
     inputs = "LiDAR: boxes, clusters, cloud"
 
-    def __init__(self, network: str, resampling: Resampling = "kmeans") -> None:
-        self._network, self._resampling = network, resampling
+    def __init__(self, network: str, resampling: Resampling = "kmeans", detector: str = "detector-lidar") -> None:
+        self._network, self._resampling, self._detector = network, resampling, detector
 
     def __call__(self) -> PoseEstimator:
         """Return the estimator with default settings."""
@@ -86,7 +91,8 @@ class LidarMethod:
             raise InputError("no doubt was fitted for what LiDAR chains estimate; leave --refuse out")
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
-        return cast(PoseEstimator, LidarChain(network, (), self._resampling))
+        chain = cast(PoseEstimator, LidarChain(network, (), self._resampling))
+        return WithFrontEnd(chain, open_stages(self._detector)) if self._detector in model_names() else chain
 
 
 DETECT_POINTCLOUD = LidarMethod("densefusion-pointcloud")
