@@ -145,8 +145,15 @@ def test_mixed_precision_does_not_reach_it() -> None:
         assert distance(T, T_true, False) == exact
 
 
-@pytest.mark.parametrize("name", ["densefusion-pointcloud", "object-coordinates"])
-@pytest.mark.parametrize("chosen", ["chamfer", "chamfer-squared"])
+@pytest.mark.parametrize(
+    ("name", "chosen"),
+    [
+        ("densefusion-pointcloud", "chamfer-squared"),
+        ("object-coordinates", "chamfer"),
+        pytest.param("densefusion-pointcloud", "chamfer", marks=pytest.mark.slow),
+        pytest.param("object-coordinates", "chamfer-squared", marks=pytest.mark.slow),
+    ],
+)
 def test_networks_learn_from_it(name: str, chosen: str) -> None:
     torch.manual_seed(0)
     method = ESTIMATORS.get(name).network("nano")
