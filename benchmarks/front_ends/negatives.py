@@ -236,11 +236,13 @@ def _place_and_view(hall: SceneSpec, rng: np.random.Generator) -> tuple[Transfor
 def _with(hall: SceneSpec, placed: Placed, place: Transform, viewpoint: Viewpoint) -> tuple[SceneSpec, tuple[int, ...]]:
     """Return the hall with the things at a place, without what stood there or between it and the camera."""
     eye, at = viewpoint.T_world_camera[:2, 3], place[:2, 3]
-    kept = [
+    near = [
         item
         for item in hall.instances
-        if not _movable(hall, item) or min(_off_segment(item.T_world_object[:2, 3], eye, at), 99.0) > _CLEAR
+        if _movable(hall, item) and _off_segment(item.T_world_object[:2, 3], eye, at) < _CLEAR
     ]
+    gone, groups = {item.instance_id for item in near}, {item.group for item in near if item.group}
+    kept = [item for item in hall.instances if item.instance_id not in gone and item.group not in groups]
     models = dict(hall.models) | {model.name: model for model, _ in placed}
     instances = [replace(item, instance_id=number) for number, item in enumerate(kept, start=1)]
     start = len(instances) + 1
