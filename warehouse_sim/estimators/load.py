@@ -59,6 +59,6 @@ def _with_doubt(estimator: PoseEstimator, name: str, folder: Path, config: Predi
     if config.refuse is not None or config.refuse_blocked:
         raise InputError(
             f"{name} cannot refuse: no doubt was fitted for --selection {config.selection} --refine {config.refine}; "
-            "leave --refuse and --refuse-blocked out, or choose settings that doubt.yaml of its folder names"
+            "leave --refuse out, and --refuse-blocked, or choose settings that doubt.yaml of its folder names"
         )
     return estimator
