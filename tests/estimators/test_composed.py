@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators import composed as module
 from warehouse_sim.estimators.composed import Composed, WithFrontEnd
-from warehouse_sim.estimators.detections import Finder
+from warehouse_sim.estimators.detections import Finder, taken_by
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
@@ -75,6 +76,32 @@ def test_prediction_leaves_finding_to_the_chain_unless_it_is_told(
     assert detector.asked == len(DatasetReader(toy_root).images("train"))
     plain = predict("rectangle-fit", toy_root, "train", PredictConfig())
     assert [pose.detection for pose in told] == [pose.detection for pose in plain]
+
+
+def test_who_names_the_objects_of_a_hall_is_offered_no_others() -> None:
+    known = [
+        SimpleNamespace(obj_id=number, name=name, class_name=name.rstrip("12"))
+        for number, name in enumerate(("pallet1", "pallet2", "carton1"), start=1)
+    ]
+    estimator = SimpleNamespace(objects=known)
+    box = {"box_xyxy": (0.0, 0.0, 9.0, 9.0)}
+    found = [
+        Detection(class_name="pallet", **box),
+        Detection(class_name="carton", **box),
+        Detection(class_name="truck", **box),
+        Detection(model="pallet1", **box),
+        Detection(**box),
+    ]
+    assert [item.may_be for item in taken_by(estimator, found)] == [()] * 4
+    some = taken_by(estimator, found, ("pallet2",))
+    assert [(item.class_name, item.model, item.may_be) for item in some] == [
+        ("pallet", None, ("pallet2",)),
+        ("", "pallet1", ()),
+        ("", None, ("pallet2",)),
+    ]
+    with pytest.raises(InputError, match="does not know 'palet2'"):
+        taken_by(estimator, found, ("palet2",))
+    assert len(taken_by(SimpleNamespace(objects=None), found, ("pallet2",))) == 5
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Any
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, PoseEstimator
-from warehouse_sim.estimators.detections import is_known, open_stages
+from warehouse_sim.estimators.detections import open_stages, taken_by
 from warehouse_sim.estimators.front_ends import FindObjects
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.rgbd_image import RgbdImage
@@ -23,14 +23,15 @@ class WithFrontEnd:
     Args:
         estimator: What estimates the poses of what is found.
         stages: What finds it, one after the other.
+        objects: Names of the objects that there are; all that the estimator knows by default.
     """
 
     finds_objects = True
     """Its images need no detections."""
     reads_rgb = True
 
-    def __init__(self, estimator: PoseEstimator, stages: Sequence[FindObjects]) -> None:
-        self._estimator, self._stages = estimator, tuple(stages)
+    def __init__(self, estimator: PoseEstimator, stages: Sequence[FindObjects], objects: Sequence[str] = ()) -> None:
+        self._estimator, self._stages, self._names = estimator, tuple(stages), tuple(objects)
 
     def __getattr__(self, name: str) -> Any:
         # What is asked of the estimator beyond the protocol (what it must see, whose depth) is the inner one's to say.
@@ -65,8 +66,7 @@ class WithFrontEnd:
     def _with_detections(self, image: RgbdImage) -> RgbdImage:
         for stage in self._stages:
             image = replace(image, detections=tuple(stage(image)))
-        known = tuple(item for item in image.detections if is_known(self._estimator, item))
-        return replace(image, detections=known)
+        return replace(image, detections=taken_by(self._estimator, image.detections, self._names))
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Composed:
             TrainingError: The front end or the estimator has no bundled weights.
             InputError: The estimator has no stages that ``config`` could choose, or cannot refuse.
         """
-        return WithFrontEnd(load_estimator(self.estimator, config), open_stages(self.front_end))
+        return WithFrontEnd(load_estimator(self.estimator, config), open_stages(self.front_end), config.objects)
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Keypoints:
         """
         if self.network not in model_names():
             raise TrainingError(f"{self.network} has no bundled weights: train it, and predict with its run folder")
-        return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end))
+        return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end), config.objects)
 
 
 DETECT_KEYPOINTS = Keypoints("detector-rgb", "keypoints-rgb")

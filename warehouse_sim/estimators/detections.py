@@ -32,12 +32,20 @@ class Finder:
         gravity: Who says where down is.
         depth: Whose depth is seen; None asks the estimator and the detector for their ``depth_source``, the camera's if
             they have none.
+        objects: Names of the objects that there are, see ``taken_by``.
 
     Raises:
         UnknownNameError: A name is none of these.
     """
 
-    def __init__(self, names: str = TRUTH, gravity: GravitySource = "rig", depth: DepthSource | None = None) -> None:
+    def __init__(
+        self,
+        names: str = TRUTH,
+        gravity: GravitySource = "rig",
+        depth: DepthSource | None = None,
+        objects: Sequence[str] = (),
+    ) -> None:
+        self._objects = tuple(objects)
         self._gravity, self._depth, self._is_auto = gravity, depth, names == AUTO
         first, *more = (TRUTH if names == AUTO else names).split("+")
         self._truth = first if first in (TRUTH, TRUTH_BOXES) else None
@@ -73,7 +81,7 @@ class Finder:
             return found
         # Estimates refer to what the detector found, whatever of it is estimated.
         numbered = tuple(_numbered(item, position) for position, item in enumerate(found.detections))
-        taken = tuple(item for item in numbered if is_known(estimator, item))
+        taken = taken_by(estimator, numbered, self._objects)
         return replace(found, detections=taken) if taken else None
 
     def _opened(self, reader: DatasetReader | None = None) -> list[FindObjects]:
@@ -171,6 +179,35 @@ def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
         classes = {getattr(shape, "class_name", "") for shape in estimator.objects}
         return detection.class_name in ("", *classes) or classes == {""}
     return any(detection.model in (shape.obj_id, shape.name) for shape in estimator.objects)
+
+
+def taken_by(
+    estimator: PoseEstimator, found: Sequence[Detection], objects: Sequence[str] = ()
+) -> tuple[Detection, ...]:
+    """Return the detections of what an estimator knows; those of no model may be one of ``objects``.
+
+    Args:
+        estimator: Who takes them.
+        found: What was detected.
+        objects: Names of the objects that there are; without any, all of a detection's class that are known.
+
+    Raises:
+        InputError: The estimator does not know one of the names.
+    """
+    known = tuple(item for item in found if is_known(estimator, item))
+    if not objects or estimator.objects is None:
+        return known
+    names = {shape.name: getattr(shape, "class_name", "") for shape in estimator.objects}
+    if strange := [name for name in objects if name not in names]:
+        raise InputError(f"--objects: the estimator does not know {strange[0]!r}; it knows: {', '.join(sorted(names))}")
+    limited = list[Detection]()
+    for item in known:
+        alike = tuple(name for name in objects if item.class_name in ("", names[name]))
+        if item.model is not None or item.may_be:
+            limited.append(item)
+        elif alike:
+            limited.append(replace(item, may_be=alike))
+    return tuple(limited)
 
 
 def _numbered(detection: Detection, position: int) -> Detection:

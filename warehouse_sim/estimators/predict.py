@@ -51,7 +51,10 @@ def predict(
         InputError: Tracks are asked for, but nothing has a covariance, or images do not say where the camera is.
     """
     reader = DatasetReader(data, config.calibration)
-    estimator, finder = load_estimator(run, config), Finder(config.detections, config.gravity, config.depth)
+    estimator, finder = (
+        load_estimator(run, config),
+        Finder(config.detections, config.gravity, config.depth, config.objects),
+    )
     images = reader.images(split)
     if not images:
         raise TrainingError(f"{data}: the split {split!r} has no images; generate more scenes")

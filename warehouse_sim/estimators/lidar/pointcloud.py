@@ -92,7 +92,9 @@ class LidarMethod:
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
         chain = cast(PoseEstimator, LidarChain(network, (), self._resampling))
-        return WithFrontEnd(chain, open_stages(self._detector)) if self._detector in model_names() else chain
+        if self._detector not in model_names():
+            return chain
+        return WithFrontEnd(chain, open_stages(self._detector), config.objects)
 
 
 DETECT_POINTCLOUD = LidarMethod("densefusion-pointcloud")

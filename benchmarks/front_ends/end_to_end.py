@@ -1,0 +1,146 @@
+"""Score chains from pixels to poses, beside estimators with true masks and true boxes.
+
+python -m benchmarks.front_ends.end_to_end [--write]
+
+Docking is asked of all pallets 2 to 7 m away that a truck can take, found or not. A false alarm is an estimate that lies
+on no pallet: no true one, however little is seen of it, is within half a metre.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+from benchmarks.estimators.data import Data, made
+from benchmarks.estimators.score import docking_in_range
+from benchmarks.front_ends.data import FOLDER, TEST_DISTANCE, TEST_INDUSTRIAL
+from benchmarks.result import RESULTS, rounded, write_result
+from warehouse_sim import evaluate, predict
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.schema import PoseEstimate
+
+_NEAR = 0.5
+"""An estimate farther than this (m) from every true pallet is a false alarm."""
+_OBJECTS = ("epal1",)
+"""That stand in the halls; new, grey and worn ones are of its shape."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One chain or estimator on one dataset."""
+
+    name: str
+    estimator: str
+    data: Data
+    config: PredictConfig
+
+
+_ICP = {"selection": "consensus", "refine": "icp", "objects": _OBJECTS}
+CASES = (
+    Case("true masks", "densefusion-depth", TEST_INDUSTRIAL, PredictConfig(detections="truth", **_ICP)),  # type: ignore[arg-type]
+    Case("segment-densefusion-depth", "segment-densefusion-depth", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
+    Case("detect-depth", "detect-depth", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
+    Case("detect-densefusion", "detect-densefusion", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
+    Case("detect-keypoints", "detect-keypoints", TEST_INDUSTRIAL, PredictConfig(objects=_OBJECTS)),
+    Case(
+        "detect-pointcloud, true masks",
+        "detect-pointcloud",
+        TEST_DISTANCE,
+        PredictConfig(detections="truth", selection="consensus", refine="evidence", objects=_OBJECTS),
+    ),
+    Case(
+        "detect-pointcloud, true boxes",
+        "detect-pointcloud",
+        TEST_DISTANCE,
+        PredictConfig(detections="truth-boxes", selection="consensus", refine="evidence", objects=_OBJECTS),
+    ),
+    Case(
+        "detect-pointcloud",
+        "detect-pointcloud",
+        TEST_DISTANCE,
+        PredictConfig(selection="consensus", refine="evidence", objects=_OBJECTS),
+    ),
+)
+
+
+def main(
+    folder: Path = FOLDER, only: tuple[str, ...] = (), workers: int = os.cpu_count() or 1, write: bool = False
+) -> None:
+    """Predict, score and print.
+
+    Args:
+        folder: Where data are kept, and poses.
+        only: Cases in whose names one of these is.
+        workers: Processes that generate.
+        write: Store the result file.
+    """
+    rows = []
+    for case in CASES:
+        if only and not any(text in case.name for text in only):
+            continue
+        root = made(case.data, folder, workers)
+        poses = predict(case.estimator, root, "test", case.config)
+        file = folder / "poses" / f"{case.name.replace(', ', '-').replace(' ', '_')}.csv"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        predictions.write(file, poses)
+        rows.append(row(case, root, poses, evaluate(file, root, "test", method=case.name)))
+        print(rows[-1], flush=True)
+    if write:
+        command = "python -m benchmarks.front_ends.end_to_end --write"
+        write_result(RESULTS / "front_end_chains.json", command, rounded(rows))
+
+
+def row(case: Case, root: Path, poses: list[PoseEstimate], scores: Scores) -> dict[str, Any]:
+    """Return docking at 2 to 7 m, ADD under a tenth of the diameter of all and of those found, and false alarms."""
+    table = scores.table.select(scores.table.class_name == "pallet")
+    docked, low, high, count = docking_in_range(scores)
+    right = (table.add < 0.1 * table.diameter).astype(float)
+    found = table.prediction >= 0
+    rng = np.random.default_rng(0)
+    reader = DatasetReader(root)
+    images = reader.images("test")
+    false = false_alarms(poses, reader)
+    return {
+        "name": case.name,
+        "data": root.name,
+        "docked_2_7m": {"value": docked, "interval": [low, high], "n": count},
+        "add_10pct_of_all": _share(right, table.scene_id, rng),
+        "add_10pct_of_found": _share(right[found], table.scene_id[found], rng),
+        "false_alarms": {"count": false, "an_image": false / len(images), "of": len(poses)},
+        "seconds_an_image": scores.seconds_per_image,
+    }
+
+
+def false_alarms(poses: list[PoseEstimate], reader: DatasetReader) -> int:
+    """Return how many estimates lie on no pallet."""
+    places: dict[tuple[int, int], np.ndarray] = {}
+    for image in reader.images("test"):
+        centres = [
+            target.T_camera_object[:3, 3]
+            for target in image.targets
+            if reader.objects[target.obj_id].class_name == "pallet"
+        ]
+        places[image.scene_id, image.image_id] = np.reshape(centres, (-1, 3))
+    count = 0
+    for item in poses:
+        apart = np.linalg.norm(places[item.scene_id, item.image_id] - item.T_camera_object[:3, 3], axis=1)
+        count += not (apart < _NEAR).any() and not item.refused
+    return count
+
+
+def _share(values: np.ndarray, scene_id: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
+    if not len(values):
+        return {"value": None, "n": 0}
+    low, high = share_interval(values, scene_id, 1000, rng)
+    return {"value": float(values.mean()), "interval": [low, high], "n": len(values)}
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
