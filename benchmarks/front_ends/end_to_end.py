@@ -2,8 +2,8 @@
 
 python -m benchmarks.front_ends.end_to_end [--write]
 
-Docking is asked of all pallets 2 to 7 m away that a truck can take, found or not. A false alarm is an estimate that lies
-on no pallet: no true one, however little is seen of it, is within half a metre.
+Docking is asked of all pallets 2 to 7 m away that a truck can take, found or not. A false alarm is an estimate that
+lies on no pallet: no true one, however little is seen of it, is within half a metre.
 """
 
 import os

@@ -1,0 +1,57 @@
+"""False alarms are counted against every pallet, and intervals of average precision against a closed form."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from benchmarks.front_ends.end_to_end import false_alarms
+from warehouse_sim.evaluation.detection_intervals import precision_intervals
+from warehouse_sim.evaluation.detection_scores import Seen
+from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.schema import PoseEstimate
+
+
+def at(x: float, image_id: int = 0, refused: bool = False) -> PoseEstimate:
+    return PoseEstimate(0, image_id, 1, 0.9, make_transform(translation=np.array([x, 0.0, 3.0])), refused=refused)
+
+
+def test_an_estimate_on_no_pallet_is_a_false_alarm_unless_it_is_refused() -> None:
+    targets = [
+        SimpleNamespace(obj_id=1, T_camera_object=at(0.0).T_camera_object),
+        SimpleNamespace(obj_id=2, T_camera_object=at(5.0).T_camera_object),
+    ]
+    images = [
+        SimpleNamespace(scene_id=0, image_id=0, targets=targets),
+        SimpleNamespace(scene_id=0, image_id=1, targets=[]),
+    ]
+    reader = SimpleNamespace(
+        images=lambda split: images,
+        objects={1: SimpleNamespace(class_name="pallet"), 2: SimpleNamespace(class_name="person")},
+    )
+    poses = [at(0.4), at(0.6), at(5.0), at(5.0, refused=True), at(0.0, image_id=1)]
+    assert false_alarms(poses, reader) == 3
+
+
+def part(scene: int, good: bool) -> Seen:
+    """Return an image with one true object and one detection of it, right or wrong."""
+    return Seen(scene, np.array([0.9 if good else 0.5]), np.array([True]), np.array([[0.8 if good else 0.1]]))
+
+
+def test_scenes_are_drawn_whole() -> None:
+    """Of four scenes of equal images one is always wrong: a share of (0..4) / 4 of those drawn, binomially."""
+    parts = [part(scene, scene != 3) for scene in range(4) for _ in range(5)]
+    value, low, high = precision_intervals(parts, 4000, np.random.default_rng(0))["box_50"]
+    # Wrong ones have lower scores: precision is 1 up to the share of right ones, and is read at 0, 0.01, ... 1.
+    assert value == pytest.approx(76 / 101, abs=1e-9)
+    draws = np.random.default_rng(1).binomial(4, 0.75, 200_000) / 4
+    expected = np.percentile(np.where(draws > 0, np.floor(draws * 100) + 1, 0) / 101, [2.5, 97.5])
+    assert (low, high) == pytest.approx(tuple(expected), abs=1e-6)
+
+
+def test_equal_scenes_have_no_width() -> None:
+    for metric, (value, low, high) in precision_intervals(
+        [part(scene, True) for scene in range(3)], 50, np.random.default_rng(0)
+    ).items():
+        assert metric in ("box_50", "box_75")
+        assert value == low == high == 1.0
