@@ -61,6 +61,10 @@ class PredictConfig:
     threads: Annotated[int, Range(1, 1024)] | None = None
     """Processor threads of the network, 1-1,024; by default one for small networks, which gain little from more and
     wait long for them on a busy machine, and torch's own number for large ones."""
+    time_of_flight: bool = False
+    """Whether the depth camera measures time of flight. Level surfaces along which such a camera looks seem centimetres
+    too far, since light bounces; where gravity is known they are believed the less, the flatter it looks along them.
+    Objects that truly lean by some degrees are then taken for upright."""
     track: bool = False
     """Whether the images of a drive are seen one after the other: poses are filtered in the world with the covariance
     of each, and objects that are lost for some images are given where they were."""

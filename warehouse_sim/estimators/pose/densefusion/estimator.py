@@ -29,6 +29,9 @@ from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement
 
+_FLIGHT_GRAZING = 2.0
+"""Power of the cosine by which time of flight is believed on level surfaces."""
+
 
 class Estimator(Chain):
     """The stages of a run folder; batched over all objects of some images.
@@ -109,10 +112,11 @@ class Estimator(Chain):
             raise TrainingError(
                 f"{run} has no CAD surface of {', '.join(lacking)}, which ICP needs; predict with another --refine"
             )
+        grazing = _FLIGHT_GRAZING if self.config.time_of_flight else self.config.icp.grazing
         if self.config.refine == "icp":
-            return IcpRefiner(read_meshes(run), self.config.icp, self.config.seed)
+            return IcpRefiner(read_meshes(run), replace(self.config.icp, grazing=grazing), self.config.seed)
         groups = {item.obj_id: SymmetryGroup(np.reshape(item.symmetries, (-1, 4, 4))) for item in self.objects}
-        return EvidenceRefiner(read_meshes(run), groups, FitConfig(), self.config.seed)
+        return EvidenceRefiner(read_meshes(run), groups, FitConfig().believing(grazing), self.config.seed)
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]

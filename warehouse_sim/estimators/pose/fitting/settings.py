@@ -1,6 +1,6 @@
 """How poses are fitted to depth without a network, and how a network's are tried against others."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 from warehouse_sim.estimators.pose.fitting.evidence import EvidenceConfig
@@ -41,3 +41,7 @@ class FitConfig:
     """How the depth image is weighed where poses are some centimetres off."""
     evidence: EvidenceConfig = field(default_factory=lambda: EvidenceConfig(samples=3000, through=2.0))
     """How it is weighed in the end, and where the objects that a detection may be are compared."""
+
+    def believing(self, grazing: float) -> "FitConfig":
+        """Return the same with another trust in level surfaces, as ``IcpConfig.grazing`` says."""
+        return replace(self, coarse=replace(self.coarse, grazing=grazing), fine=replace(self.fine, grazing=grazing))

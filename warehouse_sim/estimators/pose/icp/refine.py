@@ -64,6 +64,10 @@ class IcpConfig:
     """Standard deviation of the object's own up against gravity (rad), 0.00001-10; where gravity is given."""
     leaning: Annotated[float, Range(0.001, 100, "rad")] = 0.1
     """Objects that lean farther than this (rad) are hardly held upright, 0.001-100."""
+    grazing: Annotated[float, Range(0, 100)] = 0.0
+    """Power of the cosine of incidence that weighs readings of level surfaces, 0-100; where gravity is given. Time of
+    flight reads them centimetres too far where it looks along them, as if the object leant: 2 trusts gravity instead,
+    and objects that truly lean by less than some 5 degrees are taken for upright. 0 believes all readings alike."""
     step_tolerance: Annotated[float, Range(0, 1)] = 1e-4
     """An object that turns and moves by less than this (rad, m) has converged until the next round, 0-1."""
 
@@ -286,6 +290,9 @@ def _gauss_newton(
     """
     distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, gate)
     weight = near / (1.0 + (distance / np.maximum(config.cauchy, noise)) ** 2)
+    if up is not None and config.grazing:
+        trust = _level_trust(cloud, T_camera_object, jacobian, config)
+        weight = np.where(np.isfinite(up[..., :1]), trust, 1.0) * weight
     weighted = np.swapaxes(jacobian * weight[..., None], 1, 2)
     precision = noise**2 / np.array([config.prior_turn] * 3 + [config.prior_shift] * 3) ** 2
     matrix = weighted @ jacobian + precision[:, :, None] * np.eye(6)
@@ -322,9 +329,25 @@ def _readings_alike(
 ) -> Float[np.ndarray, " b"]:
     """Return how many readings of each object share one error, as far as no motion takes it away."""
     distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, config.gate_end)
-    weighted = np.swapaxes(jacobian * (near / (1.0 + (distance / noise) ** 2))[..., None], 1, 2)
+    weight = near / (1.0 + (distance / noise) ** 2)
+    if config.grazing:
+        weight = weight * _level_trust(cloud, T_camera_object, jacobian, config)
+    weighted = np.swapaxes(jacobian * weight[..., None], 1, 2)
     step = np.linalg.solve(weighted @ jacobian + 1e-6 * np.eye(6), -(weighted @ distance[..., None]))
     return shared(distance + (jacobian @ step)[..., 0], near, cloud.cells)
+
+
+def _level_trust(
+    cloud: Cloud, T_camera_object: Transforms, jacobian: Float[np.ndarray, "b n 6"], config: IcpConfig
+) -> Float[np.ndarray, "b n"]:
+    """Return how far each reading is believed, 0-1: all of upright surfaces, less of level ones seen from the side."""
+    towards = jacobian[..., 3:]  # along the normal of the surface
+    rays = cloud.in_object_frame(T_camera_object) - invert(T_camera_object)[:, None, :3, 3]
+    normal = np.maximum(np.linalg.norm(towards, axis=2), 1e-9)
+    cosine = np.abs((rays * towards).sum(axis=2)) / (normal * np.linalg.norm(rays, axis=2))
+    level = (towards[..., 2] / normal) ** 2
+    trust: Float[np.ndarray, "b n"] = np.clip(cosine, 1e-3, 1.0) ** (config.grazing * level)
+    return trust
 
 
 def _is_near(T: Transforms, T_start: Transforms, config: IcpConfig) -> Bool[np.ndarray, " b"]:
