@@ -24,7 +24,7 @@ from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.catalog.traffic.shapes import assembled
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
-from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.settings import PredictConfig, Refinement
 from warehouse_sim.evaluation.intervals import wilson
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.pose import Transform, level_camera, make_transform, rotation_z
@@ -122,38 +122,39 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
 
 def main(
     estimator: str = "densefusion-depth",
-    refine: str = "icp",
-    refuse_blocked: bool = True,
+    refine: Refinement = "icp",
     scenes: int = 10,
     write: bool = False,
     pictures: Path | None = None,
 ) -> None:
-    """Measure and print.
+    """Measure with and without `--refuse-blocked`, and print.
 
     Args:
         estimator: A chain that finds pallets itself, or an estimator, which is told where the thing is.
         refine: As of `predict`.
-        refuse_blocked: As of `predict`.
         scenes: Halls; ten things stand in each.
         write: Store the result file.
         pictures: Folder for a picture of each trial.
     """
-    found = load_estimator(
-        estimator, PredictConfig(selection="consensus", refine=refine, refuse_blocked=refuse_blocked)
-    )  # type: ignore[arg-type]
-    scores: dict[str, list[tuple[float, float]]] = {kind: [] for kind in KINDS}
+    config = PredictConfig(selection="consensus", refine=refine)
+    opened = {blocked: load_estimator(estimator, replace(config, refuse_blocked=blocked)) for blocked in (False, True)}
+    scores: dict[bool, dict[str, list[tuple[float, float]]]] = {key: {kind: [] for kind in KINDS} for key in opened}
     for trial in trials(scenes):
-        scores[trial.kind].append(accepted(trial, found))
+        for blocked, found in opened.items():
+            scores[blocked][trial.kind].append(accepted(trial, found))
         if pictures is not None:
-            _picture(pictures, trial, *scores[trial.kind][-1])
-    rows = summary(scores, estimator)
+            _picture(pictures, trial, *scores[True][trial.kind][-1])
+    rows = [
+        row | {"name": f"{row['name']}{', --refuse-blocked' if key else ''}"}
+        for key, item in scores.items()
+        for row in summary(item, estimator)
+    ]
     for row in rows:
         print(row)
     if write:
         command = f"python -m benchmarks.front_ends.negatives --estimator {estimator} --scenes {scenes} --write"
-        write_result(
-            RESULTS / "front_end_negatives.json", command, rounded(rows), data={"recipe": RECIPE, "seed": SEED}
-        )
+        file = RESULTS / f"negatives_{estimator.replace('-', '_')}.json"
+        write_result(file, command, rounded(rows), data={"recipe": RECIPE, "seed": SEED})
 
 
 def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> list[dict[str, Any]]:
