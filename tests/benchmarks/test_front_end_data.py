@@ -4,6 +4,8 @@ import pytest
 
 from benchmarks.estimators.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY
 from benchmarks.front_ends.data import FULLY_LABELLED, SCORED_ON, TARGETS, WITH_SWEEPS
+from benchmarks.front_ends.end_to_end import CASES
+from benchmarks.front_ends.score import QUESTIONS
 from benchmarks.front_ends.train import PLANS, in_order
 from warehouse_sim.estimators.train import trainable
 
@@ -45,3 +47,12 @@ def test_methods_are_trained_in_the_order_of_their_use() -> None:
     assert in_order(["segmenter-rgb", "detector-depth"]) == ["detector-depth", "segmenter-rgb"]
     with pytest.raises(SystemExit, match="detector-depht"):
         in_order(["detector-depht"])
+
+
+def test_questions_have_names_of_their_own_and_ask_of_unseen_scenes() -> None:
+    names = [(question.name, name) for question in QUESTIONS for name in question.classes]
+    assert len(set(names)) == len(names)
+    assert {question.data for question in QUESTIONS} <= set(SCORED_ON)
+    assert {case.data for case in CASES} <= set(SCORED_ON)
+    asked = {stage for question in QUESTIONS for stage in question.stages}
+    assert asked - {"truth-boxes"} == set(PLANS)
