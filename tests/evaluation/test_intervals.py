@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval, wilson
+from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval, share_intervals, wilson
 
 
 def test_wilson_equals_the_published_example():
@@ -32,3 +32,15 @@ def test_the_same_seed_gives_the_same_interval():
     first, second = (share_interval(values, scenes, 300, np.random.default_rng(7)) for _ in range(2))
     assert first == second
     assert first[0] < values.mean() < first[1]
+
+
+def test_columns_of_one_table_have_the_intervals_that_each_has_alone():
+    rng = np.random.default_rng(3)
+    scenes = rng.integers(0, 9, 80)
+    some = np.where(scenes < 5, rng.random(80), np.nan)
+    columns = {"all": rng.random(80), "some": some, "scattered": np.where(rng.random(80) < 0.5, 1.0, np.nan)}
+    found = share_intervals(columns | {"none": np.full(80, np.nan)}, scenes, 200, 5)
+    assert set(found) == set(columns)
+    for name, values in columns.items():
+        known = ~np.isnan(values)
+        assert found[name] == share_interval(values[known], scenes[known], 200, np.random.default_rng(5))

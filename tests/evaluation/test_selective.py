@@ -106,3 +106,15 @@ def test_trust_in_nothing_is_not_known():
     trust = trust_of(table(missed()), GroupConfig())
     assert trust.estimates == 0
     assert Trust.from_plain(trust.to_plain(), "here").to_plain()["auroc"] is None
+
+
+def test_the_interval_is_that_of_scenes_laid_side_by_side():
+    rng = np.random.default_rng(6)
+    score, right = rng.integers(0, 6, 60) / 5.0, rng.random(60) < 0.7
+    scene = np.repeat(np.arange(12), 5)
+    again, slow = np.random.default_rng(1), []
+    for _ in range(100):
+        chosen = np.concatenate([np.flatnonzero(scene == k) for k in again.integers(12, size=12)])
+        slow.append(auroc(score[chosen], right[chosen]))
+    expected = np.percentile([value for value in slow if not np.isnan(value)], [2.5, 97.5])
+    assert auroc_interval(score, right, scene, 100, np.random.default_rng(1)) == pytest.approx(tuple(expected))

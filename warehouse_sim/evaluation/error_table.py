@@ -159,6 +159,17 @@ def table_from_rows(rows: list[dict[str, Any]]) -> ErrorTable:
     return ErrorTable(**{name: np.array([row[name] for row in rows], dtype=_dtype(name)) for name in names})
 
 
+def table_from_columns(parts: list[dict[str, Any]]) -> ErrorTable:
+    """Join parts with all column names into a table, by scene, image and place in the image."""
+    whole = {
+        name: np.concatenate([np.asarray(part[name], dtype=_dtype(name)) for part in parts] or [np.zeros(0)])
+        for name in (field.name for field in fields(ErrorTable))
+    }
+    whole = {name: column.astype(_dtype(name), copy=False) for name, column in whole.items()}
+    order = np.lexsort((whole["gt_index"], whole["image_id"], whole["scene_id"]))
+    return ErrorTable(**{name: column[order] for name, column in whole.items()})
+
+
 def write_table(table: ErrorTable, path: Path) -> None:
     """Write the table as CSV with seven significant digits."""
     columns = table.columns()

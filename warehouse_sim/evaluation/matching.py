@@ -25,6 +25,8 @@ def match(
     matched = np.full(len(counted), -1)
     if errors.size == 0:
         return matched
+    if errors.shape == (1, 1):  # most groups of large files
+        return np.where(counted & np.isfinite(errors[0]), 0, -1)
     nearest = errors.argmin(axis=1)
     answers_for_uncounted = np.isfinite(errors.min(axis=1)) & ~counted[nearest]
     candidates = np.flatnonzero(~answers_for_uncounted)

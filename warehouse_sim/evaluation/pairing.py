@@ -8,10 +8,15 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.evaluation.matching import match
 from warehouse_sim.evaluation.pose_error import estimates_in_object, mssd
 from warehouse_sim.evaluation.surface import ErrorModels
+from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
+
+_AT_ONCE = 50_000
+"""Pairs whose errors are measured at once, which bounds memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +27,11 @@ class Pair:
     target: TargetRecord
     prediction: int
     """Row among the predictions, -1 for a miss."""
+
+    @property
+    def place(self) -> Place:
+        """Return which object of which image the ground truth is."""
+        return self.image.scene_id, self.image.image_id, self.target.instance_id
 
 
 def pair_up(
@@ -44,32 +54,62 @@ def pair_up(
     by_place: dict[tuple[int, int, int], list[int]] = defaultdict(list)
     for index, prediction in enumerate(predictions):
         by_place[prediction.scene_id, prediction.image_id, prediction.obj_id].append(index)
-    pairs = []
+    groups: list[_Group] = []
     for image in images:
-        for obj_id in sorted({target.obj_id for target in image.targets}):
-            targets = [target for target in image.targets if target.obj_id == obj_id]
-            indices = by_place[image.scene_id, image.image_id, obj_id]
-            estimates = [predictions[index] for index in indices]
-            errors = _pairwise_errors(estimates, targets, models)
-            counted = np.array(
-                [target.visible_fraction >= min_visible_fraction and models.counts(target) for target in targets]
-            )
-            matched = match(errors, np.array([estimate.score for estimate in estimates]), counted)
-            for position in np.flatnonzero(counted):
-                row = matched[position]
-                pairs.append(Pair(image, targets[position], indices[row] if row >= 0 else -1))
+        alike: dict[int, list[TargetRecord]] = defaultdict(list)
+        for target in image.targets:
+            alike[target.obj_id].append(target)
+        for obj_id in sorted(alike):
+            groups.append(_Group(image, alike[obj_id], by_place.get((image.scene_id, image.image_id, obj_id), [])))
+    pairs = []
+    for group, errors in zip(groups, _pairwise_errors(groups, predictions, models), strict=True):
+        counted = np.array(
+            [target.visible_fraction >= min_visible_fraction and models.counts(target) for target in group.targets]
+        )
+        matched = match(errors, np.array([predictions[index].score for index in group.estimates]), counted)
+        for target, row, counts in zip(group.targets, matched.tolist(), counted.tolist(), strict=True):
+            if counts:
+                pairs.append(Pair(group.image, target, group.estimates[row] if row >= 0 else -1))
     return pairs
 
 
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """What can belong together: the objects of one kind in an image, and the estimates of them."""
+
+    image: ImageRecord
+    targets: Sequence[TargetRecord]
+    estimates: Sequence[int]
+    """Rows of the predictions."""
+
+
 def _pairwise_errors(
-    estimates: Sequence[PoseEstimate], targets: Sequence[TargetRecord], models: ErrorModels
-) -> Float[np.ndarray, "p g"]:
-    """MSSD of each estimate against each truth; a centre a diameter away is another object (as in BOP's scripts)."""
-    if len(targets) > 1 and not models.info(targets[0]).has_cad:
-        return np.concatenate([_pairwise_errors(estimates, [target], models) for target in targets], axis=1)
+    groups: Sequence[_Group], predictions: Sequence[PoseEstimate], models: ErrorModels
+) -> list[Float[np.ndarray, "p g"]]:
+    """Return for each group the MSSD of each estimate against each truth: all those of one model at once.
+
+    A centre a diameter away is another object (as in BOP's scripts).
+    """
+    errors = [np.full((len(group.estimates), len(group.targets)), np.inf) for group in groups]
+    places: dict[int, list[tuple[int, int, int]]] = defaultdict(list)
+    for number, group in enumerate(groups):
+        for column, target in enumerate(group.targets):
+            mine = places[id(models.info(target))]
+            mine += [(number, row, column) for row in range(len(group.estimates))]
+    for mine in places.values():
+        for first in range(0, len(mine), _AT_ONCE):
+            part = mine[first : first + _AT_ONCE]
+            targets = [groups[number].targets[column] for number, _, column in part]
+            estimated = np.stack([predictions[groups[i].estimates[row]].T_camera_object for i, row, _ in part])
+            found = _errors(estimated, targets, models)
+            for (number, row, column), error in zip(part, found.tolist(), strict=True):
+                errors[number][row, column] = error
+    return errors
+
+
+def _errors(T_estimated: Transforms, targets: Sequence[TargetRecord], models: ErrorModels) -> Float[np.ndarray, " n"]:
     info, points = models.info(targets[0]), models.points(targets[0])
-    T_estimated = np.reshape([item.T_camera_object for item in estimates], (-1, 1, 4, 4))
-    T_true = np.stack([item.T_camera_object for item in targets])[None]
+    T_true = np.stack([target.T_camera_object for target in targets])
     errors = mssd(estimates_in_object(T_estimated, T_true, info.symmetry), points.hull).min(axis=-1)
-    distance = np.linalg.norm(T_estimated[..., :3, 3] - T_true[..., :3, 3], axis=-1)
+    distance = np.linalg.norm(T_estimated[:, :3, 3] - T_true[:, :3, 3], axis=-1)
     return np.where(distance < info.diameter, errors, np.inf)

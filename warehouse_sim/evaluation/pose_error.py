@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from warehouse_sim.evaluation.nearest import mean_nearest_distance
 from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
@@ -93,9 +94,8 @@ def add_s(
         tree: ``KDTree(points)``.
     """
     # The estimate is rigid: asking the resting points for their distance to x, moved back, needs one tree for all.
-    moved_back = transform_points(invert(T_object_estimated), points)
-    distance, _ = tree.query(moved_back, workers=-1)
-    return np.asarray(distance).mean(axis=-1)
+    moved_back = invert(T_object_estimated).reshape(-1, 4, 4)
+    return mean_nearest_distance(moved_back, points, tree).reshape(T_object_estimated.shape[:-2])
 
 
 def rotation_error(T_object_estimated: Transforms) -> Float[np.ndarray, "*batch"]:

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import share_intervals
 from warehouse_sim.evaluation.metrics import MetricConfig, median_values, pass_values, posecnn_auc
 
 
@@ -82,15 +82,11 @@ class Summary:
 
 def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: GroupConfig) -> Summary:
     """Compute every metric of ``table``, which may be empty."""
-    values, intervals = {}, {}
-    for name, column in pass_values(table, metrics).items():
+    columns, values = pass_values(table, metrics), {}
+    for name, column in columns.items():
         applies = ~np.isnan(column)
         values[name] = float(column[applies].mean()) if applies.any() else np.nan
-        if applies.any():
-            # The same resamples for every metric: a new metric moves no other metric's interval.
-            rng = np.random.default_rng(groups.bootstrap_seed)
-            scenes = table.scene_id[applies]
-            intervals[name] = share_interval(column[applies], scenes, groups.bootstrap_draws, rng)
+    intervals = share_intervals(columns, table.scene_id, groups.bootstrap_draws, groups.bootstrap_seed)
     if len(table):
         values["auc_add_10cm_posecnn"] = posecnn_auc(table.add)
         values |= median_values(table)

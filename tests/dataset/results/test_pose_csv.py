@@ -122,3 +122,17 @@ def test_what_is_not_finite_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="obj_id 4 in scene 1, image 2 is not finite"):
         pose_csv.write(tmp_path / "a.csv", [PoseEstimate(1, 2, 4, 1.0, T_camera_object)])
     assert not (tmp_path / "a.csv").exists()
+
+
+@pytest.mark.parametrize("place", [0, 999, 1000, 1500])
+def test_the_first_wrong_line_of_a_long_file_is_named_whatever_is_wrong_below(tmp_path: Path, place: int) -> None:
+    rows = [ROW.replace("1,2,3", f"1,{number},3") for number in range(1600)]
+    rows[place] = rows[place].replace("1 0 0 0 1 0 0 0 1", "2 0 0 0 2 0 0 0 2")
+    rows[place + 1] = "no row"
+    (tmp_path / "a.csv").write_text("\n".join([HEADER, *rows]))
+    with pytest.raises(DatasetError, match=rf"a.csv:{place + 2}: R must be a rotation, found \[2.0, "):
+        pose_csv.read(tmp_path / "a.csv")
+    rows[place] = rows[0] if place else rows[1599]
+    (tmp_path / "a.csv").write_text("\n".join([HEADER, *rows]))
+    with pytest.raises(DatasetError, match=rf"a.csv:{place + 2 if place else 3}: (repeats|7 fields)"):
+        pose_csv.read(tmp_path / "a.csv")

@@ -1,16 +1,16 @@
 """The BOP pose CSV: ``scene_id,im_id,obj_id,score,R,t,time`` with R row-major and t in millimetres."""
 
-import re
 from collections.abc import Iterable, Iterator
+from itertools import islice
+from math import isfinite
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import PoseEstimate
 
@@ -20,6 +20,8 @@ _ROTATION_TOLERANCE = 1e-2
 # In characters; a row with all digits of its numbers has about 350. What is no CSV may have no line end at all.
 _LONGEST_LINE = 4096
 _FARTHEST_MM = 1e7
+_AT_ONCE = 1000
+"""Lines whose poses are checked in one go."""
 
 
 def write(path: Path, estimates: Iterable[PoseEstimate]) -> None:
@@ -59,13 +61,35 @@ def _read_rows(file: TextIO, path: Path) -> list[PoseEstimate]:
         raise DatasetError(f"{path}:1: the header must be {_HEADER!r}, found {_shown(header) or '(nothing)'!r}")
     rows: dict[tuple[int, int, int, float, bytes, float], int] = {}
     estimates = []
-    for number, line in _numbered(file, path):
-        row = _parse(line, f"{path}:{number}")
+    for number, row in _parsed(_numbered(file, path), path):
         key = (row.scene_id, row.image_id, row.obj_id, row.score, row.T_camera_object.tobytes(), row.time)
         if rows.setdefault(key, number) != number:
             raise DatasetError(f"{path}:{number}: repeats line {rows[key]}; remove one of the two")
         estimates.append(row)
     return estimates
+
+
+def _parsed(lines: Iterator[tuple[int, str]], path: Path) -> Iterator[tuple[int, PoseEstimate]]:
+    """Yield estimates with their line numbers; the poses of many lines are checked at once."""
+    while block := list(islice(lines, _AT_ONCE)):
+        words = []
+        wrong: DatasetError | None = None
+        for number, line in block:
+            try:
+                words.append(_words(line, f"{path}:{number}"))
+            except DatasetError as problem:
+                # Raised when the lines above it have been looked at.
+                wrong = problem
+                break
+        T_camera_object = _poses(np.array([row[2] for row in words]).reshape(-1, 12))
+        unsound = np.flatnonzero(~_sound(T_camera_object))
+        if len(unsound):
+            number, line = block[unsound[0]]
+            raise _problem(line, f"{path}:{number}")
+        for (number, _), (ids, score, _, time), T in zip(block, words, T_camera_object, strict=False):
+            yield number, PoseEstimate(*ids, score, T, time)
+        if wrong is not None:
+            raise wrong
 
 
 def _numbered(file: TextIO, path: Path) -> Iterator[tuple[int, str]]:
@@ -90,39 +114,59 @@ def _line(row: PoseEstimate) -> str:
     return f"{row.scene_id},{row.image_id},{row.obj_id},{float(row.score)!r},{R},{t},{float(row.time)!r}"
 
 
-def _parse(line: str, where: str) -> PoseEstimate:
+def _words(line: str, where: str) -> tuple[tuple[int, int, int], float, list[float], float]:
+    """Return what a line says, R and t in one list."""
     cells = line.strip().split(",")
     if len(cells) != 7:
         raise DatasetError(f"{where}: 7 fields separated by commas are expected, found {len(cells)}")
-    scene_id, image_id, obj_id = (_whole(cell, where) for cell in cells[:3])
+    ids = _whole(cells[0], where), _whole(cells[1], where), _whole(cells[2], where)
     (score,), R, t_mm, (time,) = (
         _numbers(cell, count, name, where)
         for cell, count, name in zip(cells[3:], (1, 9, 3, 1), ("score", "R", "t", "time"), strict=True)
     )
-    if np.abs(t_mm).max() > _FARTHEST_MM:
-        raise DatasetError(f"{where}: t is in millimetres and ends at {_FARTHEST_MM:g}, found {_shown(cells[5])!r}")
-    T_camera_object = make_transform(R.reshape(3, 3), t_mm / 1000.0)
+    return ids, score, R + t_mm, time
+
+
+def _poses(numbers: Float[np.ndarray, "n 12"]) -> Transforms:
+    return make_transform(numbers[:, :9].reshape(-1, 3, 3), numbers[:, 9:] / 1000.0)
+
+
+def _sound(T_camera_object: Transforms) -> Bool[np.ndarray, " n"]:
+    """Return which are rigid and not too far away."""
+    near = np.abs(T_camera_object[:, :3, 3]).max(axis=1, initial=0.0) <= _FARTHEST_MM / 1000.0
+    R = T_camera_object[:, :3, :3]
     # The entries first: those of a rotation are at most 1, and products of large ones would overflow.
-    if np.abs(R).max() > 1.0 + _ROTATION_TOLERANCE or not is_rigid(T_camera_object, _ROTATION_TOLERANCE):
-        raise DatasetError(f"{where}: R must be a rotation, found {R.tolist()}")
-    return PoseEstimate(scene_id, image_id, obj_id, float(score), T_camera_object, float(time))
+    small = np.abs(R).max(axis=(1, 2), initial=0.0) <= 1.0 + _ROTATION_TOLERANCE
+    R = np.where(small[:, None, None], R, 0.0)
+    square = np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0) <= _ROTATION_TOLERANCE
+    return near & small & square & (np.linalg.det(R) > 0.0)
+
+
+def _problem(line: str, where: str) -> DatasetError:
+    """Return what is wrong with the pose of a line."""
+    _, _, numbers, _ = _words(line, where)
+    if np.abs(numbers[9:]).max() > _FARTHEST_MM:
+        found = _shown(line.strip().split(",")[5])
+        return DatasetError(f"{where}: t is in millimetres and ends at {_FARTHEST_MM:g}, found {found!r}")
+    return DatasetError(f"{where}: R must be a rotation, found {numbers[:9]}")
 
 
 def _whole(cell: str, where: str) -> int:
-    if not re.fullmatch(r"\s*[0-9]{1,18}\s*", cell, re.ASCII):
+    digits = cell.strip()
+    if not (digits.isascii() and digits.isdigit() and len(digits) <= 18):
         raise DatasetError(f"{where}: scene_id, im_id and obj_id are whole numbers, found {_shown(cell)!r}")
-    return int(cell)
+    return int(digits)
 
 
-def _numbers(cell: str, count: int, name: str, where: str) -> Float[np.ndarray, " count"]:
+def _numbers(cell: str, count: int, name: str, where: str) -> list[float]:
     try:
-        numbers = np.array([float(word) for word in cell.split()])
+        numbers = [float(word) for word in cell.split()]
     except ValueError:
         raise DatasetError(f"{where}: {name} holds something else than numbers: {_shown(cell)!r}") from None
     if len(numbers) != count:
         wanted = "one number" if count == 1 else f"{count} numbers separated by spaces"
         raise DatasetError(f"{where}: {name} needs {wanted}, found {len(numbers)}")
-    if not np.isfinite(numbers).all():
+    if not all(map(isfinite, numbers)):
         raise DatasetError(f"{where}: {name} must be finite, found {_shown(cell)!r}")
     return numbers
 
