@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
+from warehouse_sim.dataset.formats.folder.files import require_intrinsics
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, read_manifest, require_no_part
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -227,7 +228,10 @@ def _external(root: Path) -> FormatReader | None:
     if any(path.exists() for path in (layout.manifest, layout.unfinished, layout.objects, layout.scenes)):
         return None
     require_no_part(root)
-    return open_format(root, [name for name in FORMATS.names() if dataset_format(name).recognises(root)])
+    found = open_format(root, [name for name in FORMATS.names() if dataset_format(name).recognises(root)])
+    if found is None:
+        require_intrinsics(root)
+    return found
 
 
 def _readable(root: Path) -> list[str]:

@@ -30,6 +30,16 @@ def write_flat(root: Path, ending: str = ".png") -> Path:
     return root
 
 
+def test_images_without_intrinsics_are_told_what_they_lack(tmp_path: Path) -> None:
+    root = write_flat(tmp_path / "boxes")
+    (root / "intrinsics.json").unlink()
+    with pytest.raises(DatasetError, match="nothing says what the camera is; put intrinsics"):
+        DatasetReader(root)
+    (root / "raw_depth.png").unlink()
+    with pytest.raises(DatasetError, match="this is no dataset"):
+        DatasetReader(root)
+
+
 def test_one_image_with_its_masks_in_order_of_their_numbers(tmp_path: Path) -> None:
     reader = DatasetReader(write_flat(tmp_path / "boxes"))
     (image,) = reader.images("test")

@@ -56,6 +56,22 @@ def looks_like(root: Path) -> bool:
     return bool(found["rgb"]) and bool(found["depth"])
 
 
+def require_intrinsics(root: Path) -> None:
+    """Ask for intrinsics where there are colour and depth images and nothing says what the camera is.
+
+    Raises:
+        DatasetError: That is so.
+    """
+    if not root.is_dir() or intrinsics_file(root) is not None:
+        return
+    found = _by_kind(root)
+    if found["rgb"] and found["depth"]:
+        raise DatasetError(
+            f"{root}: holds colour and depth images, but nothing says what the camera is; put intrinsics.json with "
+            "fx, fy, cx and cy (px) beside them"
+        )
+
+
 def intrinsics_file(root: Path) -> Path | None:
     """Return the file that says what the camera is, if there is one."""
     names = ("intrinsics.json", "camera.json", "camera_intrinsics.json", "K.txt", "intrinsics.txt", "cam_K.txt")
