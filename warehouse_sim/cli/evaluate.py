@@ -7,7 +7,9 @@ import tyro
 from warehouse_sim.cli.console import finish
 
 
-def evaluate(predictions: tyro.conf.Positional[Path], data: Path, out: Path, split: str = "test") -> None:
+def evaluate(
+    predictions: tyro.conf.Positional[Path], data: Path, out: Path, split: str = "test", bop: bool = False
+) -> None:
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
 
     Args:
@@ -15,11 +17,12 @@ def evaluate(predictions: tyro.conf.Positional[Path], data: Path, out: Path, spl
         data: Dataset folder that holds the ground truth.
         out: Folder for ``scores.json``.
         split: Split to score on.
+        bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
     """
     from warehouse_sim.evaluation import evaluate as run
     from warehouse_sim.evaluation import write_scores
 
-    scores = run(predictions, data, split)
+    scores = run(predictions, data, split, bop=bop)
     path = write_scores(scores, out)
     for line in scores.summary():
         print(line)

@@ -1,7 +1,7 @@
 """Which estimate answers for which ground truth, over all images of a split."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,18 +51,9 @@ def pair_up(
     Returns:
         One pair a ground truth that counts.
     """
-    by_place: dict[tuple[int, int, int], list[int]] = defaultdict(list)
-    for index, prediction in enumerate(predictions):
-        by_place[prediction.scene_id, prediction.image_id, prediction.obj_id].append(index)
-    groups: list[_Group] = []
-    for image in images:
-        alike: dict[int, list[TargetRecord]] = defaultdict(list)
-        for target in image.targets:
-            alike[target.obj_id].append(target)
-        for obj_id in sorted(alike):
-            groups.append(_Group(image, alike[obj_id], by_place.get((image.scene_id, image.image_id, obj_id), [])))
+    groups = group_by_object(predictions, images)
     pairs = []
-    for group, errors in zip(groups, _pairwise_errors(groups, predictions, models), strict=True):
+    for group, errors in zip(groups, pairwise_errors(groups, predictions, mssd_if_near(models), models), strict=True):
         counted = np.array(
             [target.visible_fraction >= min_visible_fraction and models.counts(target) for target in group.targets]
         )
@@ -74,7 +65,7 @@ def pair_up(
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
+class Group:
     """What can belong together: the objects of one kind in an image, and the estimates of them."""
 
     image: ImageRecord
@@ -83,13 +74,29 @@ class _Group:
     """Rows of the predictions."""
 
 
-def _pairwise_errors(
-    groups: Sequence[_Group], predictions: Sequence[PoseEstimate], models: ErrorModels
-) -> list[Float[np.ndarray, "p g"]]:
-    """Return for each group the MSSD of each estimate against each truth: all those of one model at once.
+ErrorOf = Callable[[Transforms, Sequence[TargetRecord], Sequence[ImageRecord]], Float[np.ndarray, " n"]]
+"""From estimates, "n 4 4", with targets of one model and their images, to the error of each."""
 
-    A centre a diameter away is another object (as in BOP's scripts).
-    """
+
+def group_by_object(predictions: Sequence[PoseEstimate], images: Sequence[ImageRecord]) -> list[Group]:
+    """Return the groups of all images, by image and object; estimates of what an image lacks are in none."""
+    by_place: dict[tuple[int, int, int], list[int]] = defaultdict(list)
+    for index, prediction in enumerate(predictions):
+        by_place[prediction.scene_id, prediction.image_id, prediction.obj_id].append(index)
+    groups = []
+    for image in images:
+        alike: dict[int, list[TargetRecord]] = defaultdict(list)
+        for target in image.targets:
+            alike[target.obj_id].append(target)
+        for obj_id in sorted(alike):
+            groups.append(Group(image, alike[obj_id], by_place.get((image.scene_id, image.image_id, obj_id), [])))
+    return groups
+
+
+def pairwise_errors(
+    groups: Sequence[Group], predictions: Sequence[PoseEstimate], error_of: ErrorOf, models: ErrorModels
+) -> list[Float[np.ndarray, "p g"]]:
+    """Return for each group the error of each estimate against each truth: all those of one model at once."""
     errors = [np.full((len(group.estimates), len(group.targets)), np.inf) for group in groups]
     places: dict[int, list[tuple[int, int, int]]] = defaultdict(list)
     for number, group in enumerate(groups):
@@ -101,15 +108,22 @@ def _pairwise_errors(
             part = mine[first : first + _AT_ONCE]
             targets = [groups[number].targets[column] for number, _, column in part]
             estimated = np.stack([predictions[groups[i].estimates[row]].T_camera_object for i, row, _ in part])
-            found = _errors(estimated, targets, models)
+            found = error_of(estimated, targets, [groups[number].image for number, _, _ in part])
             for (number, row, column), error in zip(part, found.tolist(), strict=True):
                 errors[number][row, column] = error
     return errors
 
 
-def _errors(T_estimated: Transforms, targets: Sequence[TargetRecord], models: ErrorModels) -> Float[np.ndarray, " n"]:
-    info, points = models.info(targets[0]), models.points(targets[0])
-    T_true = np.stack([target.T_camera_object for target in targets])
-    errors = mssd(estimates_in_object(T_estimated, T_true, info.symmetry), points.hull).min(axis=-1)
-    distance = np.linalg.norm(T_estimated[:, :3, 3] - T_true[:, :3, 3], axis=-1)
-    return np.where(distance < info.diameter, errors, np.inf)
+def mssd_if_near(models: ErrorModels) -> ErrorOf:
+    """Return what measures MSSD (m); inf where the centre is a diameter away: another object, as in BOP's scripts."""
+
+    def error_of(
+        T_estimated: Transforms, targets: Sequence[TargetRecord], _: Sequence[ImageRecord]
+    ) -> Float[np.ndarray, " n"]:
+        info, points = models.info(targets[0]), models.points(targets[0])
+        T_true = np.stack([target.T_camera_object for target in targets])
+        errors = mssd(estimates_in_object(T_estimated, T_true, info.symmetry), points.hull).min(axis=-1)
+        distance = np.linalg.norm(T_estimated[:, :3, 3] - T_true[:, :3, 3], axis=-1)
+        return np.where(distance < info.diameter, errors, np.inf)
+
+    return error_of

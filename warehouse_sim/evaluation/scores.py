@@ -1,6 +1,6 @@
 """What an estimator is worth on one split of one dataset, and the folder that keeps it."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import NUMBERS, take, take_if_given
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import DatasetError, EvaluationError
+from warehouse_sim.evaluation.bop_scores import BopScores
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
 from warehouse_sim.evaluation.measure import MeasureConfig
 from warehouse_sim.evaluation.metrics import MetricConfig
@@ -66,6 +67,8 @@ class Scores:
     """One row a ground truth; errors.csv beside scores.json."""
     estimates: tuple[PoseEstimate, ...]
     """What was scored; predictions.csv beside scores.json."""
+    bop: BopScores | None = None
+    """The scores of the BOP challenges, where they were asked for."""
 
     def to_plain(self) -> dict[str, Any]:
         """Return the content of scores.json."""
@@ -81,6 +84,7 @@ class Scores:
             "docking_left_out": self.docking_left_out,
             "trust": self.trust.to_plain(),
             "seconds_per_image": self.seconds_per_image,
+            **({} if self.bop is None else {"bop": self.bop.to_plain()}),
         }
 
     def summary(self) -> list[str]:
@@ -97,6 +101,12 @@ class Scores:
             f"5cm5deg: {100 * metrics['pose_5cm_5deg']:.1f} %",
         ]
         lines += [words] if words else []
+        if self.bop is not None:
+            shares = {name: f"{100 * value:.1f} %" for name, value in asdict(self.bop).items()}
+            lines.append(
+                f"BOP:     AR {shares['ar_mssd']} by MSSD, {shares['ar_mspd']} by MSPD; AP {shares['ap']} "
+                f"({shares['ap_mssd']} by MSSD, {shares['ap_mspd']} by MSPD)"
+            )
         if self.trust.bound:
             lines.append(
                 f"trust:   {self.trust.failures} of {self.trust.estimates} wrong, AUROC {self.trust.auroc:.3f}, "
@@ -177,6 +187,7 @@ def read_scores(folder: Path) -> Scores:
             seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),
             estimates=tuple(predictions.read(folder / PREDICTIONS_FILE)),
+            bop=BopScores.from_plain(data["bop"], f"{where}: bop") if "bop" in data else None,
         )
     except DatasetError as problem:
         raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem

@@ -13,6 +13,7 @@ from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores
 from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.illuminance import target_illuminance
@@ -20,6 +21,7 @@ from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH, ScoreConfig, Scores
 from warehouse_sim.evaluation.standing import Standings
 from warehouse_sim.evaluation.summary import split_groups, summarise
+from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.evaluation.units import check_unit
 from warehouse_sim.geometry.pose import Transform, invert
@@ -27,7 +29,12 @@ from warehouse_sim.schema import PoseEstimate
 
 
 def evaluate(
-    predictions: Path, data: Path, split: str, config: ScoreConfig | None = None, method: str | None = None
+    predictions: Path,
+    data: Path,
+    split: str,
+    config: ScoreConfig | None = None,
+    method: str | None = None,
+    bop: bool = False,
 ) -> Scores:
     """Score a predictions file in the BOP pose CSV against one split of a dataset.
 
@@ -37,6 +44,7 @@ def evaluate(
         split: "train", "val" or "test".
         config: Settings; the defaults if None.
         method: Name to store; else the file name up to the first underscore (the BOP rule).
+        bop: Whether to add the scores of the BOP challenges, which project every point of every model.
 
     Raises:
         EvaluationError: A prediction names an image or object that the split lacks, translations are not in
@@ -81,7 +89,15 @@ def evaluate(
         seconds_per_image=_seconds_per_image(estimates),
         table=table,
         estimates=tuple(estimates),
+        bop=_bop(estimates, images, reader, config) if bop else None,
     )
+
+
+def _bop(
+    estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], reader: DatasetReader, config: ScoreConfig
+) -> BopScores:
+    models = ErrorModels(reader.objects, config.measure.min_model_points)
+    return bop_scores(estimates, images, models, config.measure.min_visible_fraction)
 
 
 def docking_failures(table: ErrorTable) -> dict[str, int]:

@@ -1,0 +1,100 @@
+"""Scores of the BOP challenges by closed forms; tests/ecosystem holds them against the public toolkit."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.made_dataset import estimates_of, make_dataset
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import pose_csv
+from warehouse_sim.evaluation import evaluate, read_scores, write_scores
+from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores, match_by_score
+from warehouse_sim.evaluation.projection_error import mspd
+from warehouse_sim.evaluation.surface import ErrorModels
+from warehouse_sim.evaluation.visible_surface import vsd
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    return make_dataset(tmp_path_factory.mktemp("bop"))
+
+
+def scored(data: Path, estimates) -> BopScores:
+    reader = DatasetReader(data)
+    return bop_scores(estimates, reader.images("test"), ErrorModels(reader.objects, 1))
+
+
+def test_the_truth_scores_one_and_nothing_scores_nothing(data):
+    assert scored(data, estimates_of(data)) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
+    assert scored(data, []) == BopScores(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_a_known_shift_passes_the_thresholds_above_it(data):
+    # 0.23 of each diameter along the optical axis: MSSD passes 0.25, 0.3 ... 0.5, six of ten.
+    reader = DatasetReader(data)
+    shifted = []
+    for item in estimates_of(data):
+        ahead = np.array([0.0, 0.0, 0.23 * reader.objects[item.obj_id].diameter])
+        shifted.append(replace(item, T_camera_object=make_transform(None, ahead) @ item.T_camera_object))
+    found = scored(data, shifted)
+    assert found.ar_mssd == pytest.approx(0.6)
+    assert found.ap_mssd == pytest.approx(0.6)
+
+
+def test_wrong_ones_below_cost_nothing_and_wrong_ones_above_cost_half(data):
+    true = [replace(item, score=0.5) for item in estimates_of(data)]
+    far = make_transform(None, np.array([0.0, 0.0, 50.0]))
+    for score, expected in ((0.4, 1.0), (0.6, 0.5)):
+        wrong = [replace(item, score=score, T_camera_object=far @ item.T_camera_object) for item in true]
+        assert scored(data, [*true, *wrong]).ap_mssd == pytest.approx(expected)
+
+
+def test_the_surest_takes_the_nearest_truth_that_is_free():
+    errors = np.array([[0.1, 0.2], [0.05, 0.3], [0.05, 0.01]])
+    assert match_by_score(errors, np.array([0.9, 0.8, 0.1]), 3, 0.25) == {0: 0, 2: 1}
+    assert match_by_score(errors, np.array([0.9, 0.8, 0.1]), 2, 0.25) == {0: 0}
+    assert match_by_score(errors, np.array([0.5, 0.5, 0.1]), 1, 0.1) == {}  # errors from the threshold on are none
+
+
+def test_a_shift_across_the_view_is_its_projection():
+    K = np.array([[[500.0, 0, 320], [0, 500.0, 240], [0, 0, 1.0]]])
+    true = make_transform(None, np.array([0.0, 0.0, 5.0]))[None]
+    shifted = make_transform(None, np.array([0.03, 0.04, 5.0]))[None]
+    flat = np.array([[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]])
+    assert mspd(shifted, true, SymmetryGroup.trivial(), K, flat)[0] == pytest.approx(5.0)
+    turned = true @ make_transform(rotation_z(np.pi))
+    assert mspd(turned, true, SymmetryGroup.trivial(), K, flat)[0] == pytest.approx(100.0)
+    assert mspd(turned, true, SymmetryGroup.turns("z", 2), K, flat)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_vsd_of_a_plate_is_the_share_of_pixels_that_differ():
+    camera = PinholeCamera.from_focal(20, 10, 1e6)  # so long that rays are parallel to z
+    true, nothing = np.zeros((10, 20)), np.zeros((10, 20))
+    true[2:8, 4:14] = 3.0  # 60 pixels
+    aside = np.roll(true, 5, axis=1)
+    near = np.where(true > 0, 2.93, 0.0)
+    assert vsd(true, true, nothing, camera, 1.0, (0.05, 0.5)) == pytest.approx([0.0, 0.0])
+    assert vsd(aside, true, nothing, camera, 1.0, (0.05,)) == pytest.approx([60 / 90])  # half of each alone
+    assert vsd(near, true, true, camera, 1.0, (0.05, 0.1)) == pytest.approx([1.0, 0.0])  # 7 cm of 1 m
+    assert vsd(nothing, true, true, camera, 1.0, (0.05,)) == pytest.approx([1.0])
+    hidden = np.where(true > 0, 1.0, 0.0)
+    assert vsd(true, true, hidden, camera, 1.0, (0.05,)) == pytest.approx([1.0])  # nothing of it is seen
+    half = np.where(np.arange(20) < 9, hidden, true)
+    assert vsd(near, true, half, camera, 1.0, (0.1,)) == pytest.approx([0.0])
+
+
+def test_evaluate_stores_them_when_asked(tmp_path, data):
+    pose_csv.write(tmp_path / "truth_made.csv", estimates_of(data))
+    plain = evaluate(tmp_path / "truth_made.csv", data, "test")
+    asked = evaluate(tmp_path / "truth_made.csv", data, "test", bop=True)
+    assert plain.bop is None
+    assert "bop" not in plain.to_plain()
+    assert asked.bop == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
+    assert any(line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in asked.summary())
+    write_scores(asked, tmp_path / "scores")
+    assert read_scores(tmp_path / "scores").bop == asked.bop

@@ -1,0 +1,201 @@
+"""The scores of the BOP challenges: average recall of objects to be located, average precision of objects to be found.
+
+MSSD counts from 5 to 50 % of the diameter, MSPD from 5 to 50 px of an image 640 px wide. Recall (BOP 2019, Hodan et
+al., ECCVW 2020) takes as many estimates as there are instances and pools all objects; precision (BOP 2024, Nguyen et
+al., 2025) takes up to 100 an image, ranks those of one object over all images, and is the mean over objects. VSD, the
+third part of the challenges' AR, needs renderings (``visible_surface.vsd``).
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.dataset.files.plain import NUMBERS, take_if_given
+from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors
+from warehouse_sim.evaluation.projection_error import mspd
+from warehouse_sim.evaluation.surface import ErrorModels
+from warehouse_sim.geometry.pose import Transforms
+from warehouse_sim.geometry.precision_recall import Matches, average_precision
+from warehouse_sim.schema import PoseEstimate
+
+THRESHOLDS = tuple(step / 20 for step in range(1, 11))
+"""Of MSSD over the diameter, and of MSPD over 100 px of an image 640 px wide."""
+_MOST_IN_IMAGE = 100
+
+
+@dataclass(frozen=True)
+class BopScores:
+    """All 0-1; nan where nothing was to be found."""
+
+    ar_mssd: float
+    """Average recall by MSSD."""
+    ar_mspd: float
+    """Average recall by MSPD."""
+    ap_mssd: float
+    """Mean average precision by MSSD; alone it is the score of BOP 2025."""
+    ap_mspd: float
+    """Mean average precision by MSPD."""
+    ap: float
+    """The mean of these two: the score of BOP 2024's detection tasks."""
+
+    def to_plain(self) -> dict[str, float | None]:
+        """Return JSON data; nan becomes null."""
+        return {name: round(value, 6) if np.isfinite(value) else None for name, value in asdict(self).items()}
+
+    @classmethod
+    def from_plain(cls, data: Any, where: str) -> "BopScores":
+        """Read what ``to_plain`` wrote.
+
+        Raises:
+            DatasetError: An entry is malformed.
+        """
+        found = {item.name: take_if_given(data, item.name, float, where, NUMBERS) for item in fields(cls)}
+        return cls(**{name: float("nan") if value is None else value for name, value in found.items()})
+
+
+def bop_scores(
+    predictions: Sequence[PoseEstimate], images: Sequence[ImageRecord], models: ErrorModels, least_visible: float = 0.1
+) -> BopScores:
+    """Score estimates as the challenges do.
+
+    Args:
+        predictions: Estimates of all images; those of objects that an image lacks do not count, as in the reference.
+        images: Images with their targets.
+        models: Where errors are measured.
+        least_visible: Share (0-1) that must be seen of what is to be found; what is found on less does not count.
+    """
+    kept = _best_of_each_image(predictions)
+    to_locate, to_detect = group_by_object(predictions, images), group_by_object(kept, images)
+    recall, precision = {}, {}
+    for name, error_of in {"mssd": _over_diameter(models), "mspd": _over_width(models)}.items():
+        errors = pairwise_errors(to_locate, predictions, error_of, models)
+        recall[name] = _average_recall(to_locate, errors, predictions, least_visible)
+        if len(kept) < len(predictions):
+            errors = pairwise_errors(to_detect, kept, error_of, models)
+        precision[name] = _mean_precision(to_detect, errors, kept, least_visible)
+    return BopScores(
+        recall["mssd"],
+        recall["mspd"],
+        precision["mssd"],
+        precision["mspd"],
+        (precision["mssd"] + precision["mspd"]) / 2.0,
+    )
+
+
+def match_by_score(
+    errors: Float[np.ndarray, "p g"], scores: Float[np.ndarray, " p"], most: int, threshold: float
+) -> dict[int, int]:
+    """Match estimates, the highest score first, each with the truth that is nearest and still free.
+
+    Args:
+        errors: Of each estimate against each truth; inf where they cannot belong together.
+        scores: Of each estimate.
+        most: How many estimates are taken.
+        threshold: Errors from here on are no match.
+
+    Returns:
+        Row of the truth by row of the estimate.
+    """
+    open_errors, found = errors.copy(), {}
+    for row in np.argsort(-scores, kind="stable")[:most].tolist():
+        nearest = int(open_errors[row].argmin()) if open_errors.shape[1] else -1
+        if nearest >= 0 and open_errors[row, nearest] < threshold:
+            found[row] = nearest
+            open_errors[:, nearest] = np.inf
+    return found
+
+
+def _over_diameter(models: ErrorModels) -> ErrorOf:
+    in_metres = mssd_if_near(models)
+
+    def error_of(
+        T_estimated: Transforms, targets: Sequence[TargetRecord], images: Sequence[ImageRecord]
+    ) -> Float[np.ndarray, " n"]:
+        return in_metres(T_estimated, targets, images) / models.info(targets[0]).diameter
+
+    return error_of
+
+
+def _over_width(models: ErrorModels) -> ErrorOf:
+    def error_of(
+        T_estimated: Transforms, targets: Sequence[TargetRecord], images: Sequence[ImageRecord]
+    ) -> Float[np.ndarray, " n"]:
+        K = np.stack([image.camera.K for image in images])
+        T_true = np.stack([target.T_camera_object for target in targets])
+        symmetry, points = models.info(targets[0]).symmetry, models.points(targets[0]).surface
+        widths = np.array([image.camera.width for image in images])
+        return mspd(T_estimated, T_true, symmetry, K, points) * (640.0 / widths) / 100.0
+
+    return error_of
+
+
+def _average_recall(
+    groups: Sequence[Group],
+    errors: Sequence[Float[np.ndarray, "p g"]],
+    predictions: Sequence[PoseEstimate],
+    least_visible: float,
+) -> float:
+    wanted, hits = 0, 0
+    for group, of_group in zip(groups, errors, strict=True):
+        asked = _asked(group, least_visible)
+        count, scores = int(asked.sum()), _scores(group, predictions)
+        wanted += count
+        for threshold in THRESHOLDS:
+            hits += len(match_by_score(of_group[:, asked], scores, count, threshold))
+    return hits / (wanted * len(THRESHOLDS)) if wanted else float("nan")
+
+
+def _mean_precision(
+    groups: Sequence[Group],
+    errors: Sequence[Float[np.ndarray, "p g"]],
+    predictions: Sequence[PoseEstimate],
+    least_visible: float,
+) -> float:
+    by_object: dict[int, list[tuple[Group, np.ndarray]]] = {}
+    for group, of_group in zip(groups, errors, strict=True):
+        by_object.setdefault(group.targets[0].obj_id, []).append((group, of_group))
+    precisions = []
+    for parts in by_object.values():
+        if any(_asked(group, least_visible).any() for group, _ in parts):
+            for threshold in THRESHOLDS:
+                matches = [_matches(group, own, predictions, least_visible, threshold) for group, own in parts]
+                precisions.append(average_precision(matches))
+    return float(np.mean(precisions)) if precisions else float("nan")
+
+
+def _matches(
+    group: Group,
+    errors: Float[np.ndarray, "p g"],
+    predictions: Sequence[PoseEstimate],
+    least_visible: float,
+    threshold: float,
+) -> Matches:
+    asked, scores = _asked(group, least_visible), _scores(group, predictions)
+    right, ignored = np.zeros((2, len(scores)), dtype=bool)
+    for row, column in match_by_score(errors, scores, len(scores), threshold).items():
+        right[row], ignored[row] = asked[column], not asked[column]
+    order = np.argsort(-scores, kind="stable")
+    return Matches(scores[order], right[order], ignored[order], int(asked.sum()))
+
+
+def _asked(group: Group, least_visible: float) -> Bool[np.ndarray, " g"]:
+    return np.array([target.visible_fraction >= least_visible for target in group.targets])
+
+
+def _scores(group: Group, predictions: Sequence[PoseEstimate]) -> Float[np.ndarray, " p"]:
+    return np.array([predictions[row].score for row in group.estimates], dtype=float)
+
+
+def _best_of_each_image(predictions: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+    """Return the estimates in order, of each image no more than count for detection."""
+    by_image: dict[tuple[int, int], list[int]] = {}
+    for row, item in enumerate(predictions):
+        by_image.setdefault((item.scene_id, item.image_id), []).append(row)
+    kept: list[int] = []
+    for rows in by_image.values():
+        kept += sorted(rows, key=lambda row: -predictions[row].score)[:_MOST_IN_IMAGE]
+    return [predictions[row] for row in sorted(kept)]
