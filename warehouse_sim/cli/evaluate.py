@@ -13,12 +13,15 @@ def evaluate(
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
 
     Args:
-        predictions: BOP pose CSV.
+        predictions: BOP pose CSV, or a folder of KITTI result files, which get KITTI's average precision.
         data: Dataset folder that holds the ground truth.
-        out: Folder for ``scores.json``.
+        out: Folder for ``scores.json`` (``kitti_scores.json``).
         split: Split to score on.
         bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
     """
+    if predictions.is_dir():
+        _evaluate_kitti(predictions, data, out, split)
+        return
     from warehouse_sim.evaluation import evaluate as run
     from warehouse_sim.evaluation import write_scores
 
@@ -27,3 +30,11 @@ def evaluate(
     for line in scores.summary():
         print(line)
     finish(path, "report", data, out, "--out", out / "report.html")
+
+
+def _evaluate_kitti(results: Path, data: Path, out: Path, split: str) -> None:
+    from warehouse_sim.evaluation.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
+
+    scores = evaluate_kitti_results(results, data, split)
+    print("\n".join(kitti_lines(scores)))
+    print(f"written: {write_kitti_scores(scores, out)}")

@@ -1,0 +1,127 @@
+"""KITTI's average precision by closed forms; tests/ecosystem holds it against the C++ of the development kit."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation.kitti_ap import kitti_scores
+from warehouse_sim.evaluation.kitti_overlap import KittiObjects
+from warehouse_sim.evaluation.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
+from warehouse_sim.geometry.footprints import shared_areas
+
+
+def pallet(number: int = 0, **changes) -> KittiLabel:
+    box = (100.0 * number, 50.0, 100.0 * number + 80.0, 110.0)
+    label = KittiLabel("pallet", 0.0, 0, 0.3, box, (0.144, 0.8, 1.2), (3.0 * number, 1.0, 6.0), 0.4)
+    return replace(label, **changes)
+
+
+def scores_of(truth, found, scores=()):
+    rows = kitti_scores([KittiObjects.of(truth)], [KittiObjects.of(found, scores)], {"pallet": 0.5})
+    return {(row.level, row.view): row for row in rows}
+
+
+@pytest.mark.parametrize(("count", "r11", "r40"), [(10, 3 / 11, 9 / 40), (20, 5 / 11, 19 / 40), (41, 1, 1), (60, 1, 1)])
+def test_the_truth_scores_one_from_41_objects_on_and_less_below(count, r11, r40):
+    labels = [pallet(number) for number in range(count)]
+    for row in scores_of(labels, labels).values():
+        assert (row.wanted, row.ap_11, row.ap_40) == (count, pytest.approx(r11), pytest.approx(r40))
+        if row.view == "image":
+            assert (row.aos_11, row.aos_40) == (pytest.approx(r11), pytest.approx(r40))
+
+
+def test_every_right_one_beside_a_wrong_one_of_its_score_is_half():
+    labels = [pallet(number) for number in range(50)]
+    wrong = [pallet(number + 100) for number in range(50)]
+    found = scores_of(labels, [item for pair in zip(labels, wrong, strict=True) for item in pair], [0.5] * 100)
+    assert found["easy", "space"].ap_40 == pytest.approx(0.5)
+    sure = scores_of(labels, labels + wrong, [0.9] * 50 + [0.1] * 50)
+    assert sure["easy", "space"].ap_40 == 1.0
+
+
+def test_what_is_turned_by_a_quarter_keeps_its_precision_and_half_its_orientation():
+    labels = [pallet(number) for number in range(50)]
+    turned = [replace(label, alpha=label.alpha + math.pi / 2) for label in labels]
+    row = scores_of(labels, turned)["easy", "image"]
+    assert (row.ap_40, row.aos_40) == (1.0, pytest.approx(0.5))
+
+
+def test_a_box_too_far_is_found_in_the_image_and_not_on_the_ground():
+    labels = [pallet(number) for number in range(50)]
+    far = [replace(label, location=(*label.location[:2], 9.0)) for label in labels]
+    high = [replace(label, location=(label.location[0], 0.5, label.location[2])) for label in labels]
+    assert scores_of(labels, far)["easy", "image"].ap_40 == 1.0
+    assert scores_of(labels, far)["easy", "ground"].ap_40 == 0.0
+    assert scores_of(labels, high)["easy", "ground"].ap_40 == 1.0
+    assert scores_of(labels, high)["easy", "space"].ap_40 == 0.0
+
+
+def test_hard_ones_are_asked_only_at_their_level_and_cost_nothing_above():
+    labels = [pallet(number) for number in range(50)] + [pallet(number, occluded=2) for number in range(50, 70)]
+    found = scores_of(labels, labels)
+    assert [found[level, "image"].wanted for level in ("easy", "moderate", "hard")] == [50, 50, 70]
+    assert found["easy", "image"].ap_40 == 1.0
+    ignored = KittiLabel("DontCare", -1, -1, -10, (4900.0, 0.0, 9000.0, 200.0), (-1, -1, -1), (-1000,) * 3, -10)
+    on_it = labels[:50] + [pallet(number) for number in range(50, 80)]
+    assert scores_of([*labels[:50], ignored], on_it, [0.5] * 80)["easy", "image"].ap_40 == 1.0
+    assert scores_of(labels[:50], on_it, [0.5] * 80)["easy", "image"].ap_40 == pytest.approx(50 / 80)
+
+
+def test_two_squares_turned_by_an_eighth_share_an_octagon():
+    one, turned, shifted = [0, 0, 1, 1, 0.0], [0, 0, 1, 1, math.pi / 4], [0.25, 0.5, 1, 1, math.pi]
+    shared = shared_areas(np.array([one], float), np.array([one, turned, shifted, [3, 0, 1, 1, 1]], float))
+    assert shared[0] == pytest.approx([1.0, 2 * math.sqrt(2) - 2, 0.375, 0.0])
+
+
+def test_areas_do_not_depend_on_where_and_how_both_lie():
+    rng = np.random.default_rng(0)
+    a, b = (
+        np.column_stack([rng.normal(0, 0.5, (6, 2)), rng.uniform(0.3, 2, (6, 2)), rng.uniform(-4, 4, 6)]) for _ in "ab"
+    )
+    shared = shared_areas(a, b)
+    assert shared == pytest.approx(shared_areas(b, a).T)
+    angle, moved = 1.1, []
+    for item in (a, b):
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        moved.append(np.column_stack([item[:, :2] @ turn.T + [3, -7], item[:, 2:4], item[:, 4] + angle]))
+    assert shared_areas(*moved) == pytest.approx(shared)
+
+
+def line(label: KittiLabel, score: float | None = None) -> str:
+    words = [label.type, label.truncated, label.occluded, label.alpha, *label.box_xyxy, *label.size_hwl]
+    return " ".join(map(str, [*words, *label.location, label.rotation_y, *([] if score is None else [score])]))
+
+
+def made_folder(root: Path, frames: int) -> Path:
+    (root / "ImageSets").mkdir(parents=True)
+    (root / "testing" / "label_2").mkdir(parents=True)
+    (root / "ImageSets" / "test.txt").write_text("".join(f"{frame:06d}\n" for frame in range(frames)))
+    for frame in range(frames):
+        (root / "testing" / "label_2" / f"{frame:06d}.txt").write_text(line(pallet(frame)) + "\n")
+    return root
+
+
+def test_result_files_are_scored_from_outside(tmp_path):
+    data, results = made_folder(tmp_path / "data", 45), tmp_path / "results"
+    results.mkdir()
+    for frame in range(45):
+        (results / f"{frame:06d}.txt").write_text(line(pallet(frame), 0.8) + "\n\n")
+    scores = evaluate_kitti_results(results, data, "test")
+    assert {row.ap_40 for row in scores} == {1.0}
+    assert "pallet           easy      image      45  100.00  100.00   100.00" in kitti_lines(scores)
+    assert '"ap_40": 1.0' in write_kitti_scores(scores, tmp_path / "out").read_text()
+    for frame in range(30, 45):
+        (results / f"{frame:06d}.txt").unlink()  # nothing found there
+    # Recall ends at 2/3, between 26/40 and 27/40, and the kit takes the last detection as a sample of its own.
+    assert evaluate_kitti_results(results, data, "test")[0].ap_40 == pytest.approx(27 / 40)
+    (results / "000003.txt").write_text(line(pallet(3)))
+    with pytest.raises(EvaluationError, match=r"000003\.txt: row 1: needs a score as its sixteenth field"):
+        evaluate_kitti_results(results, data, "test")
+    (results / "000099.txt").write_text("")
+    with pytest.raises(EvaluationError, match=r"000099\.txt: is of no frame of split 'test'"):
+        evaluate_kitti_results(results, data, "test")

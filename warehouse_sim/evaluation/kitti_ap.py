@@ -1,0 +1,179 @@
+"""Average precision as KITTI's object benchmark counts it: boxes in the image, on the ground, in space, and their turn.
+
+Geiger, Lenz and Urtasun, CVPR 2012, and the rules of its development kit: recall is sampled at up to 41 scores, and the
+precision at a recall is the best at that or a higher one. Fewer than 41 objects leave samples empty, which count as
+nought: of n < 41 perfectly found objects AP is about n / 40.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from warehouse_sim.evaluation.kitti_overlap import KittiObjects, overlaps, share_in
+
+View = Literal["image", "ground", "space"]
+VIEWS: tuple[View, ...] = ("image", "ground", "space")
+LEVELS = ("easy", "moderate", "hard")
+_LEAST_HEIGHT_PX, _MOST_OCCLUDED, _MOST_TRUNCATED = (40.0, 25.0, 25.0), (0, 1, 2), (0.15, 0.3, 0.5)
+_STEPS = 40
+ENOUGH = _STEPS + 1
+"""Objects of a class and level from which AP can reach 1."""
+_NEIGHBOURS = {"car": "van", "pedestrian": "person_sitting"}
+"""What is so much alike that finding it is no fault."""
+
+
+@dataclass(frozen=True)
+class KittiScore:
+    """Of one class, level of difficulty and view; shares 0-1."""
+
+    class_name: str
+    level: str
+    view: View
+    wanted: int
+    """Objects that are to be found; see ``ENOUGH``."""
+    ap_40: float
+    """Mean precision at recalls of 1/40, 2/40 ... 1 (the benchmark's since 2019)."""
+    ap_11: float
+    """The same at 0, 0.1 ... 1 (before)."""
+    aos_40: float | None
+    """With each right detection counted by (1 + cos of its error in alpha) / 2; of the image only."""
+    aos_11: float | None
+    """The same at 0, 0.1 ... 1."""
+
+
+def kitti_scores(
+    truth: Sequence[KittiObjects], found: Sequence[KittiObjects], least_overlap: Mapping[str, float]
+) -> list[KittiScore]:
+    """Score detections of some images; those with nothing to be found are left out.
+
+    Args:
+        truth: Labels of each image, with "DontCare" regions among them.
+        found: Detections of each.
+        least_overlap: Overlap that a detection must exceed, by class: KITTI asks for 0.7 of cars and 0.5 of others.
+    """
+    rows = []
+    for class_name, least in least_overlap.items():
+        for view in VIEWS:
+            shared = [overlaps(view, b, a) for a, b in zip(truth, found, strict=True)]
+            stuff = [share_in(view, b, a.only(a.is_dont_care)) for a, b in zip(truth, found, strict=True)]
+            for level in range(len(LEVELS)):
+                images = [
+                    _Image.of(class_name, level, a, b, over, dont_care, least)
+                    for a, b, over, dont_care in zip(truth, found, shared, stuff, strict=True)
+                ]
+                wanted = sum(int((image.role == 1).sum()) for image in images)
+                if wanted:
+                    precision, orientation = _curves(images, wanted)
+                    aos = _means(orientation) if view == "image" else (None, None)
+                    rows.append(KittiScore(class_name, LEVELS[level], view, wanted, *_means(precision), *aos))
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Image:
+    """Of one image, class and level: what counts, and what overlaps by more than is asked."""
+
+    role: Int[np.ndarray, " g"]
+    """Of the truth: 1 is to be found, 0 may be found, -1 is another class."""
+    counts: Int[np.ndarray, " d"]
+    """Of the detections: 1 counts, 0 is too low to count, -1 is another class."""
+    score: Float[np.ndarray, " d"]
+    overlap: Float[np.ndarray, "d g"]
+    """0 where it is no more than is asked."""
+    on_stuff: Bool[np.ndarray, " d"]
+    """Whether a detection lies on a region that nobody labelled."""
+    alpha: tuple[Float[np.ndarray, " g"], Float[np.ndarray, " d"]]
+    """Of truth and detections (rad)."""
+
+    @classmethod
+    def of(
+        cls,
+        class_name: str,
+        level: int,
+        truth: KittiObjects,
+        found: KittiObjects,
+        shared: Float[np.ndarray, "d g"],
+        stuff: Float[np.ndarray, "d s"],
+        least: float,
+    ) -> "_Image":
+        """Decide what counts."""
+        height = truth.box_xyxy[:, 3] - truth.box_xyxy[:, 1]
+        fits = (
+            (truth.occluded <= _MOST_OCCLUDED[level])
+            & (truth.truncated <= _MOST_TRUNCATED[level])
+            & (height >= _LEAST_HEIGHT_PX[level])
+        )
+        named = np.char.lower(truth.type) if len(truth) else truth.type
+        mine, alike = named == class_name.lower(), named == _NEIGHBOURS.get(class_name.lower(), "")
+        # Whole pixels, as the development kit has it.
+        low = np.trunc(np.abs(found.box_xyxy[:, 3] - found.box_xyxy[:, 1])) < _LEAST_HEIGHT_PX[level]
+        own = np.char.lower(found.type) == class_name.lower() if len(found) else np.zeros(0, dtype=bool)
+        return cls(
+            role=np.where(mine & fits, 1, np.where(mine | alike, 0, -1)),
+            counts=np.where(low, 0, np.where(own, 1, -1)),
+            score=found.score,
+            overlap=np.where(shared > least, shared, 0.0),
+            on_stuff=np.any(stuff > least, axis=1),
+            alpha=(truth.alpha, found.alpha),
+        )
+
+
+def _curves(images: Sequence[_Image], wanted: int) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " s"]]:
+    """Return precision and orientation similarity at the sampled recalls, nought beyond the last."""
+    precision, orientation = np.zeros((2, ENOUGH))
+    for step, least in enumerate(_sampled_scores(np.concatenate([_right_scores(image) for image in images]), wanted)):
+        right, wrong, alike = np.sum([_count(image, least) for image in images], axis=0)
+        precision[step], orientation[step] = np.array([right, alike]) / max(right + wrong, 1)
+    return np.maximum.accumulate(precision[::-1])[::-1], np.maximum.accumulate(orientation[::-1])[::-1]
+
+
+def _means(curve: Float[np.ndarray, " s"]) -> tuple[float, float]:
+    return float(curve[1:].mean()), float(curve[::4].mean())
+
+
+def _sampled_scores(scores: Float[np.ndarray, " n"], wanted: int) -> list[float]:
+    """Return the scores at which the recall comes nearest to 0, 1/40, 2/40 ..."""
+    ordered, recall, chosen = np.sort(scores)[::-1], 0.0, []
+    for place, score in enumerate(ordered.tolist()):
+        last = place == len(ordered) - 1
+        before, after = (place + 1) / wanted, (place + (1 if last else 2)) / wanted
+        if not last and after - recall < recall - before:
+            continue
+        chosen.append(score)
+        recall += 1.0 / _STEPS
+    return chosen[:ENOUGH]
+
+
+def _right_scores(image: _Image) -> Float[np.ndarray, " k"]:
+    """Return the scores of what is right when every detection is kept: of each truth the surest that is free."""
+    free, right = image.counts >= 0, []
+    for truth in np.flatnonzero(image.role >= 0):
+        open_ones = np.flatnonzero(free & (image.overlap[:, truth] > 0.0))
+        if len(open_ones) == 0:
+            continue
+        best = open_ones[np.argmax(image.score[open_ones])]
+        free[best] = False
+        if image.role[truth] == 1 and image.counts[best] == 1:
+            right.append(image.score[best])
+    return np.array(right, dtype=float)
+
+
+def _count(image: _Image, least_score: float) -> tuple[float, float, float]:
+    """Return how many detections of at least a score are right and wrong, and how well the right ones are turned."""
+    kept = image.score >= least_score
+    free, right, alike = (image.counts >= 0) & kept, 0, 0.0
+    for truth in np.flatnonzero(image.role >= 0):
+        over = np.where(free, image.overlap[:, truth], 0.0)
+        of_use = np.where(image.counts == 1, over, 0.0)
+        if not over.any():
+            continue
+        # What is too low to count is taken only where nothing else overlaps.
+        best = int(of_use.argmax()) if of_use.any() else int(np.flatnonzero(over)[0])
+        free[best] = False
+        if image.role[truth] == 1 and image.counts[best] == 1:
+            right += 1
+            alike += (1.0 + np.cos(image.alpha[0][truth] - image.alpha[1][best])) / 2.0
+    return right, int((free & (image.counts == 1) & ~image.on_stuff).sum()), alike
