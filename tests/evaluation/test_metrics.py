@@ -66,6 +66,7 @@ def test_medians_count_misses_as_infinite():
     assert median_values(table(row(), missed(), missed()))["median_add"] == np.inf
     assert median_values(table(row(), missed()))["median_add"] == np.inf
     assert median_values(table(row(yaw=-0.1)))["median_yaw_deg"] == pytest.approx(np.rad2deg(0.1))
+    assert median_values(table(row(pitch=-0.2)))["median_pitch_deg"] == pytest.approx(np.rad2deg(0.2))
 
 
 def test_accuracy_curve_rises_to_the_found_share():

@@ -6,6 +6,7 @@ from tests.evaluation.pallet import CORNERS, SYMMETRY, nudge, random_motion, see
 from warehouse_sim.evaluation.pose_error import (
     add,
     add_s,
+    chamfer,
     estimates_in_object,
     mssd,
     nearest_symmetry,
@@ -134,3 +135,13 @@ def test_add_and_rms_are_those_of_points_that_are_moved_one_by_one(scale: float)
             distance = np.linalg.norm(points @ turn.T + t - points, axis=1)
             assert add(T, points) == pytest.approx(distance.mean(), abs=1e-9 * max(scale, 1e-6), rel=1e-9)
             assert surface_rms(T, points) == pytest.approx(np.sqrt((distance**2).mean()), abs=1e-11, rel=1e-9)
+
+
+def test_chamfer_is_the_mean_of_both_ways():
+    rng = np.random.default_rng(5)
+    T, points = np.stack([random_motion(rng, 0.3, 0.2) for _ in range(4)]), surface()
+    moved = T[:, None, :3, :3] @ points[:, :, None] + T[:, None, :3, 3:]
+    apart = np.linalg.norm(moved[..., 0][:, :, None] - points, axis=-1)
+    expected = (apart.min(axis=1).mean(axis=1) + apart.min(axis=2).mean(axis=1)) / 2.0
+    assert chamfer(T, points, KDTree(points)) == pytest.approx(expected)
+    assert chamfer(HALF_TURN, points, KDTree(points)) == pytest.approx(0.0, abs=1e-12)

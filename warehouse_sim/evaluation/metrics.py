@@ -60,6 +60,7 @@ def median_values(table: ErrorTable) -> dict[str, float]:
         "median_vertical": np.abs(table.vertical),
         "median_depth": np.abs(table.depth),
         "median_yaw_deg": np.abs(np.rad2deg(table.yaw)),
+        "median_pitch_deg": np.abs(np.rad2deg(table.pitch)),
     }
     return {name: _median(column) for name, column in columns.items()}
 

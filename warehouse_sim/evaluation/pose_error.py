@@ -98,6 +98,22 @@ def add_s(
     return mean_nearest_distance(moved_back, points, tree).reshape(T_object_estimated.shape[:-2])
 
 
+def chamfer(
+    T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"], tree: KDTree
+) -> Float[np.ndarray, "*batch"]:
+    """Return the Chamfer distance (m): ``add_s`` both ways, from true to estimated points and back, halved.
+
+    Fan, Su and Guibas, CVPR 2017, equation 1, with distances that are not squared and with means, so that it compares
+    with the other lengths. It forgives all that ``add_s`` forgives; no score rests on it.
+
+    Args:
+        T_object_estimated: "*batch 4 4", without a symmetry axis.
+        points: Surface points in the object frame (m).
+        tree: ``KDTree(points)``.
+    """
+    return (add_s(T_object_estimated, points, tree) + add_s(invert(T_object_estimated), points, tree)) / 2.0
+
+
 def rotation_error(T_object_estimated: Transforms) -> Float[np.ndarray, "*batch"]:
     """Return the angle (rad) of the rotation between true and estimated pose."""
     return rotation_angle(T_object_estimated[..., :3, :3], np.eye(3))
