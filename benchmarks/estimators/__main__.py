@@ -13,7 +13,7 @@ import tyro
 from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
-from benchmarks.estimators.score import SETTINGS, bound_rows, rows, score
+from benchmarks.estimators.score import EVIDENCE, SETTINGS, bound_rows, rows, score
 from warehouse_sim.estimators import trained_names
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.resources import data_folder
@@ -35,7 +35,7 @@ def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False)
         model = data_folder("models") / name
         scored, held = {}, {}
         for data, settings, class_name in (
-            *((data, SETTINGS, "pallet") for data in SCORED),
+            *((data, (*SETTINGS, EVIDENCE), "pallet") for data in SCORED),
             *((data, SETTINGS[-1:], "carton") for data in CARTONS),
         ):
             root, place = made(data, folder), folder / "scores" / name / data.folder_name

@@ -21,17 +21,16 @@ from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.disturbances import DISTURBANCES
 from benchmarks.estimators.doubt_fit import fit
 from benchmarks.estimators.doubt_samples import Samples, collect, joined
+from benchmarks.estimators.ways import open_way, way_of
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.pose.doubt.model import read_doubt, write_doubt
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.learning.run_folder import WEIGHTS
-from warehouse_sim.resources import data_folder, model_names
 
 SEED = 8
 FITTED_ON: Mapping[str, tuple[str, ...]] = {
@@ -70,7 +69,7 @@ def samples_of(method: str, scenes: int, views: int, every: int, folder: Path) -
         for name in masks:
             file = folder / "doubt" / Path(method).name / data.name / f"{name.replace(' ', '_')}.npz"
             if not _is_fresh(file, method):
-                estimator = stress.opened(method, DatasetReader(data), doubt=False)
+                estimator = open_way(method, DatasetReader(data).objects, doubt=False)
                 collect(estimator, data, "val", name, every).save(file)
                 print(f"collected {file}", flush=True)
             parts.append(Samples.load(file))
@@ -79,10 +78,9 @@ def samples_of(method: str, scenes: int, views: int, every: int, folder: Path) -
 
 def fitted(method: str, samples: Samples) -> None:
     """Fit the doubt of a method and write it into its folder."""
-    way = stress.TRAINED if _is_trained(method) else PredictConfig()
-    folder = Path(method) if Path(method).is_dir() else data_folder("models") / method
-    model = fit(samples, way.selection, way.refine)
-    write_doubt(folder, read_doubt(folder).with_model(model))
+    way = way_of(method)
+    model = fit(samples, way.config.selection, way.config.refine)
+    write_doubt(way.folder, read_doubt(way.folder).with_model(model))
     print(f"{method}: fitted on {model.samples}, AUROC {model.auroc}, bound holds {model.coverage} on scenes left out")
 
 
@@ -97,7 +95,7 @@ def judged(method: str, only: Sequence[str], every: int, folder: Path) -> Iterat
     }
     for label, (root, masks) in data.items():
         reader = DatasetReader(root)
-        estimator = stress.opened(method, reader)
+        estimator = open_way(method, reader.objects)
         images = list(read_images(estimator, reader, reader.images("test")[::every]))
         place = folder / "scores" / Path(method).name / root.name / f"doubt {label}".replace(" ", "_")
         estimates = stress.predict(estimator, images, DISTURBANCES[masks])
@@ -142,7 +140,7 @@ def main(
     """Fit and judge the doubt of estimators.
 
     Args:
-        methods: Bundled models, run folders, or registered estimators that need no training.
+        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators that need no training.
         folder: Where data, samples, predictions and scores are kept.
         scenes: Number of scenes of the fit.
         views: Observations of each of them.
@@ -172,12 +170,8 @@ def main(
         write_result(RESULTS / "doubt.json", command, found, data=how)
 
 
-def _is_trained(method: str) -> bool:
-    return method in model_names() or Path(method).is_dir()
-
-
 def _is_fresh(file: Path, method: str) -> bool:
-    weights = (Path(method) if Path(method).is_dir() else data_folder("models") / method) / WEIGHTS
+    weights = way_of(method).folder / WEIGHTS
     return file.is_file() and not (weights.is_file() and weights.stat().st_mtime > file.stat().st_mtime)
 
 

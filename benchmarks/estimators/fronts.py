@@ -17,16 +17,14 @@ import tyro
 
 from benchmarks.estimators.plane_and_rectangle import dock_of
 from benchmarks.estimators.recorded_fronts import Entry, RecordedFront, drive_in, read_fronts
+from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim import load_estimator
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
-from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.docking import ForkConfig, approached_face, docking_faces
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.resources import model_names
 from warehouse_sim.schema import PoseEstimate
 
 TRIVIAL = "plane and rectangle"
@@ -117,7 +115,8 @@ def main(
 
     Args:
         folder: Sites with labels.
-        methods: Bundled models, run folders, or registered estimators; the trivial method is added.
+        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators; the trivial method is
+            added.
         catalog: Dataset folder whose objects estimators are shown; none by default.
         model: Which of them the fronts are said to be of; unknown by default.
         verbose: Print each frame.
@@ -126,7 +125,7 @@ def main(
     fronts, rows = read_fronts(folder), []
     objects = dict(DatasetReader(catalog).objects) if catalog else {}
     for method in (TRIVIAL, *methods):
-        estimator = None if method == TRIVIAL else _opened(method, objects)
+        estimator = None if method == TRIVIAL else open_way(method, objects)
         for masks in MASKS:
             for gravity in GRAVITY:
                 found = entries(estimator, objects, fronts, masks, gravity, None if estimator is None else model)
@@ -140,15 +139,6 @@ def main(
         command = f"python -m benchmarks.estimators.fronts FOLDER {' '.join(methods)} --write"
         how = "recorded fronts of pallets with labels by hand, which are no part of this project"
         write_result(RESULTS / "fronts.json", command, rows, data=how)
-
-
-def _opened(method: str, objects: dict[int, ObjectInfo]) -> PoseEstimator:
-    trained = method in model_names() or Path(method).is_dir()
-    config = PredictConfig(selection="consensus", refine="icp") if trained else PredictConfig()
-    estimator = load_estimator(method, config)
-    if isinstance(estimator, Onboarding):
-        estimator.onboard(objects)
-    return estimator
 
 
 def _row(

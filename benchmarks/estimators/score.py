@@ -48,6 +48,8 @@ SETTINGS = (
     Setting("consensus + ICP", PredictConfig(selection="consensus", refine="icp")),
 )
 """What the tables of all models show."""
+EVIDENCE = Setting("consensus + evidence", PredictConfig(selection="consensus", refine="evidence"))
+"""Shown beside them for pallets: several hypotheses of each, decided by the depth image."""
 
 
 def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:

@@ -16,7 +16,8 @@ import tyro
 from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.shifts import SEED, SHIFTS, Shift, made
 from benchmarks.estimators.slices import docking_rows
-from benchmarks.estimators.stress import opened, predict, scored
+from benchmarks.estimators.stress import predict, scored
+from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.reader import DatasetReader
@@ -55,7 +56,7 @@ def estimates_of(
 def rows_of(method: str, shift: Shift, data: Path, place: Path) -> list[dict[str, Any]]:
     """Return the docked shares of an estimator on a set, as rows of a result file."""
     reader = DatasetReader(data)
-    estimator = opened(method, reader)
+    estimator = open_way(method, reader.objects)
     images = list(read_images(estimator, reader, reader.images("test")))
     table = scored(estimates_of(estimator, images, reader, shift), data, place, f"{method}, {shift.name}").table
     return [
@@ -82,7 +83,7 @@ def main(
     """Score estimators on every set; what was scored before is read, so that a run that was interrupted goes on.
 
     Args:
-        methods: Bundled models, run folders, or registered estimators that need no training.
+        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators that need no training.
         folder: Where data, predictions and scores are kept.
         scenes: Number of scenes of a set; sets that are there stay as they are.
         views: Observations of each scene.

@@ -16,23 +16,21 @@ import tyro
 from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
 from benchmarks.estimators.score import rows
+from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import evaluate, generate, load_estimator, load_recipe
+from warehouse_sim import evaluate, generate, load_recipe
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.estimators.rgbd_image import RgbdImage
-from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.generation.plan import GenerateConfig
-from warehouse_sim.resources import model_names
 from warehouse_sim.schema import PoseEstimate
 
 SEED = 41
 SHOWN = ("add_5pct", "dock_0mm_2_7m", "dock_0mm", "dock_20mm")
-TRAINED = PredictConfig(selection="consensus", refine="icp")
 _IMAGES_AT_ONCE = 8
 
 
@@ -53,16 +51,6 @@ def made(recipe: str, scenes: int, views: int, folder: Path) -> Path:
         )
         generate(loaded, root, config)
     return root
-
-
-def opened(name: str, reader: DatasetReader, doubt: bool = True) -> PoseEstimator:
-    """Return an estimator that knows the objects of a dataset, as the tables use it."""
-    trained = name in model_names() or Path(name).is_dir()
-    config = replace(TRAINED if trained else PredictConfig(), doubt=doubt)
-    estimator = load_estimator(name, config)
-    if isinstance(estimator, Onboarding):
-        estimator.onboard(reader.objects)
-    return estimator
 
 
 def predict(
@@ -96,7 +84,7 @@ def main(
     """Score estimators under every disturbance.
 
     Args:
-        methods: Bundled models, run folders, or registered estimators that need no training.
+        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators that need no training.
         folder: Where data, predictions and scores are kept.
         recipe: Whose scenes.
         scenes: Number of scenes.
@@ -108,7 +96,7 @@ def main(
     data = made(recipe, scenes, views, folder)
     reader, found = DatasetReader(data), []
     for method in methods:
-        estimator = opened(method, reader)
+        estimator = open_way(method, reader.objects)
         images = list(read_images(estimator, reader, reader.images("test")[::every]))
         for name in only or DISTURBANCES:
             place = folder / "scores" / Path(method).name / data.name / name.replace(" ", "_")
