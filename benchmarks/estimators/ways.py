@@ -1,4 +1,7 @@
-"""How tables use an estimator: a trained one with ICP, ``NAME+evidence`` with evidence in its place."""
+"""How tables use an estimator: a trained one with ICP, ``NAME+evidence`` with evidence in its place.
+
+``NAME+evidence+flight`` is told besides that the camera measures time of flight.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,7 +14,7 @@ from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 
 _TRAINED = PredictConfig(selection="consensus", refine="icp")
-_EVIDENCE = "+evidence"
+_EVIDENCE, _FLIGHT = "+evidence", "+flight"
 
 
 @dataclass(frozen=True)
@@ -35,12 +38,14 @@ def way_of(method: str) -> Way:
     Raises:
         SystemExit: Evidence is asked for beside an estimator that goes by nothing else.
     """
-    model = method.removesuffix(_EVIDENCE)
+    told = method.removesuffix(_FLIGHT)
+    model = told.removesuffix(_EVIDENCE)
     if not (model in model_names() or Path(model).is_dir()):
         if model != method:
             raise SystemExit(f"{model} needs no training and decides by evidence itself: leave {_EVIDENCE} out")
         return Way(model, PredictConfig())
-    return Way(model, replace(_TRAINED, refine="evidence") if model != method else _TRAINED)
+    config = replace(_TRAINED, time_of_flight=told != method)
+    return Way(model, replace(config, refine="evidence") if model != told else config)
 
 
 def open_way(method: str, objects: Mapping[int, ObjectInfo], doubt: bool = True) -> PoseEstimator:

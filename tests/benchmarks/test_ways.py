@@ -16,3 +16,9 @@ def test_what_needs_no_training_decides_by_evidence_itself():
     assert way_of("icp-multistart").config.refine == "none"
     with pytest.raises(SystemExit, match="leave \\+evidence out"):
         way_of("icp-multistart+evidence")
+
+
+def test_the_kind_of_camera_can_be_told():
+    assert not way_of("densefusion-depth+evidence").config.time_of_flight
+    told = way_of("densefusion-depth+evidence+flight").config
+    assert (told.refine, told.time_of_flight) == ("evidence", True)
