@@ -106,7 +106,8 @@ def main(
                     found.append({**row, "name": f"{method}, {name}: {row['metric']}", "masks": name})
                     print(f"{found[-1]['name']:60} {row['value']:.3f} {row['interval']} n {row['n']}", flush=True)
     if write:
-        command = f"python -m benchmarks.estimators.stress {' '.join(methods)} --write"
+        size = f"--recipe {recipe} --scenes {scenes} --views {views}"
+        command = f"python -m benchmarks.estimators.stress {' '.join(methods)} {size} --write"
         how = {"recipe": recipe, "seed": SEED, "scenes": scenes, "views": views}
         write_result(RESULTS / "stress.json", command, found, data=how)
 
