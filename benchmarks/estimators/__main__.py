@@ -21,21 +21,23 @@ from warehouse_sim.resources import data_folder
 RESULT = Path(__file__).parents[1] / "results" / "estimators.json"
 
 
-def main(folder: Path = FOLDER, only: tuple[str, ...] = (), write: bool = False) -> None:
+def main(folder: Path = FOLDER, only: tuple[str, ...] = (), evidence: bool = True, write: bool = False) -> None:
     """Score the models and print the table.
 
     Args:
         folder: Where data, predictions and scores are kept.
         only: Names of models; all by default.
+        evidence: Whether pallets are scored with evidence, too, which takes half of the time.
         write: Store the result, the table and the cards. With ``only``, rows of other models stay.
     """
     found: list[dict] = []
     seen, best = observations() if write else [], SETTINGS[-1]
+    of_pallets = (*SETTINGS, EVIDENCE) if evidence else SETTINGS
     for name in only or trained_names():
         model = data_folder("models") / name
         scored, held = {}, {}
         for data, settings, class_name in (
-            *((data, (*SETTINGS, EVIDENCE), "pallet") for data in SCORED),
+            *((data, of_pallets, "pallet") for data in SCORED),
             *((data, SETTINGS[-1:], "carton") for data in CARTONS),
         ):
             root, place = made(data, folder), folder / "scores" / name / data.folder_name
