@@ -21,7 +21,7 @@ from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
@@ -39,9 +39,9 @@ def estimates_of(
     itself, as does one that goes by evidence, which is told which they may be; of another trained one each candidate
     is asked for, and the highest score counts.
     """
-    if not shift.candidates or isinstance(estimator, Onboarding):
+    if not shift.candidates or estimator.objects is None:
         return predict(estimator, images, shift.disturb)
-    known = {shape.obj_id for shape in estimator.objects or ()}
+    known = {shape.obj_id for shape in estimator.objects}
     if getattr(estimator, "config", PredictConfig()).refine == "evidence":
         may_be = tuple(sorted(known & set(reader.objects)))
         return predict(estimator, [_as_one_of(image, may_be) for image in images], lambda image, rng: image)

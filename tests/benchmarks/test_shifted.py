@@ -153,3 +153,23 @@ def test_of_a_trained_estimator_the_surest_of_the_sets_objects_counts() -> None:
     reader: Any = SimpleNamespace(objects={1: None, 2: None, 3: None})
     found = shifted.estimates_of(Trained(), [image], reader, BY_NAME["wrong class among five"])  # type: ignore[arg-type]
     assert [(item.detection, item.obj_id, item.score) for item in found] == [(0, 2, 0.9), (1, 2, 0.9)]
+
+
+class Deciding(Trained):
+    """One that goes by evidence, and, as doubt makes estimators, is shown the objects of a dataset."""
+
+    config = SimpleNamespace(refine="evidence")
+
+    def onboard(self, objects: Any) -> None:
+        raise AssertionError("not asked for here")
+
+    def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
+        assert all((item.model, item.may_be) == (None, (1, 2)) for item in image.detections)
+        return []
+
+
+def test_of_one_that_goes_by_evidence_the_sets_objects_are_the_candidates() -> None:
+    camera, mask = PinholeCamera.from_focal(4, 4, 50.0), np.ones((4, 4), dtype=bool)
+    image = RgbdImage(camera, np.ones((4, 4), np.float32), (Detection(mask, 1),))
+    reader: Any = SimpleNamespace(objects={1: None, 2: None, 3: None})
+    shifted.estimates_of(Deciding(), [image], reader, BY_NAME["wrong class among five"])  # type: ignore[arg-type]
