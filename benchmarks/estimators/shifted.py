@@ -50,7 +50,8 @@ def estimates_of(
         for item in predict(estimator, [_as_if(image, obj_id) for image in images], lambda image, rng: image):
             key = item.scene_id, item.image_id, item.detection
             best[key] = max(best.get(key, item), item, key=lambda one: one.score)
-    return list(best.values())
+    # Asked five times, an image has no one time.
+    return [replace(item, time=-1.0) for item in best.values()]
 
 
 def rows_of(method: str, shift: Shift, data: Path, place: Path) -> list[dict[str, Any]]:

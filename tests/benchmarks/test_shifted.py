@@ -141,7 +141,9 @@ class Trained:
         assert all(item.model != 99 for item in image.detections)
         scores = {1: 0.4, 2: 0.9}
         return [
-            PoseEstimate(0, image.image_id, int(item.model or 0), scores[int(item.model or 0)], np.eye(4), detection=i)
+            PoseEstimate(
+                0, image.image_id, int(item.model or 0), scores[int(item.model or 0)], np.eye(4), 0.1 * i, detection=i
+            )
             for i, item in enumerate(image.detections)
         ]
 
@@ -153,6 +155,7 @@ def test_of_a_trained_estimator_the_surest_of_the_sets_objects_counts() -> None:
     reader: Any = SimpleNamespace(objects={1: None, 2: None, 3: None})
     found = shifted.estimates_of(Trained(), [image], reader, BY_NAME["wrong class among five"])  # type: ignore[arg-type]
     assert [(item.detection, item.obj_id, item.score) for item in found] == [(0, 2, 0.9), (1, 2, 0.9)]
+    assert len({item.time for item in found}) == 1, "a file of poses has one time an image"
 
 
 class Deciding(Trained):
