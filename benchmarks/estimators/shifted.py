@@ -110,9 +110,9 @@ def main(
                     low, high = row["interval"]
                     print(f"{row['name']:80} {row['value']:.3f} [{low:.3f}, {high:.3f}] n {row['n']}", flush=True)
     if write:
-        command = (
-            f"python -m benchmarks.estimators.shifted {' '.join(methods)} --scenes {scenes} --views {views} --write"
-        )
+        chosen = f" --only {' '.join(map(repr, only))}" if only else ""
+        size = f"--scenes {scenes} --views {views}{chosen}"
+        command = f"python -m benchmarks.estimators.shifted {' '.join(methods)} {size} --write"
         write_result(RESULTS / "shifted.json", command, found, seed=SEED, scenes=held)
 
 
