@@ -166,7 +166,7 @@ def main(
             )
     if write:
         chosen = "".join(f" {name!r}" for name in only)
-        how_much = f"--every {every}" + (f" --only{chosen}" if only else "")
+        how_much = f"--every {every}" + (f" --only{chosen}" if only else "") + ("" if refit else " --no-refit")
         command = f"python -m benchmarks.estimators.doubt {' '.join(methods)} {how_much} --write"
         how = {"recipe": sensors.RECIPE, "seed of the fit": SEED, "scenes": scenes, "views": views, "every": every}
         write_result(RESULTS / "doubt.json", command, found, data=how)
