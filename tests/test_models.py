@@ -60,6 +60,12 @@ def test_a_card_says_how_the_weights_were_made(name: str) -> None:
         assert word in text, word
 
 
+@pytest.mark.parametrize("name", MODELS)
+def test_no_folder_of_a_machine_is_named(name: str) -> None:
+    for path in model_dir(name).rglob("*.yaml"):
+        assert "name: /" not in path.read_text(encoding="utf-8"), path
+
+
 def test_the_table_names_every_model() -> None:
     text = (Path(data_folder("models")) / "README.md").read_text(encoding="utf-8")
     assert all(f"({name}/card.md)" in text for name in MODELS)
