@@ -11,6 +11,7 @@ from pathlib import Path
 import safetensors.torch
 import torch
 import tyro
+import yaml
 
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, write_meshes
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
@@ -42,6 +43,7 @@ def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None
     optional = [path.name for path in run.iterdir() if path.suffix in (".safetensors", ".yaml")]
     for file in {*_KEPT, *optional} - {run_folder.WEIGHTS}:
         shutil.copyfile(run / file, model / file)
+    _name_no_machine(model / run_folder.CONFIG)
     shutil.rmtree(model / FIRST_STAGE, ignore_errors=True)
     if first:
         (model / FIRST_STAGE).mkdir()
@@ -57,6 +59,14 @@ def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None
         raise SystemExit(f"{model} has {size:.1f} MiB; at most {_LIMIT_MIB:.0f} may be bundled")
     print(f"output: {model}, {size:.2f} MiB")
     return model
+
+
+def _name_no_machine(file: Path) -> None:
+    """Shorten the folder that a run began in to its last two names, where it is one of a machine."""
+    text = file.read_text(encoding="utf-8")
+    start = (yaml.safe_load(text).get("started_from") or {}).get("name", "")
+    if Path(start).is_absolute():
+        write_bytes(file, text.replace(start, "/".join(Path(start).parts[-2:])).encode("utf-8"), durable=True)
 
 
 def _left_out(model: Path, weights: dict[str, torch.Tensor], pattern: str) -> dict[str, torch.Tensor]:

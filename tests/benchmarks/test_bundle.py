@@ -11,7 +11,7 @@ import torch
 from benchmarks.estimators import bundle
 from benchmarks.estimators.train import FIRST, in_order, limited
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config, write_config
 from warehouse_sim.estimators.pose.densefusion.training.warm_start import per_object_tensors
 from warehouse_sim.resources import data_folder
 
@@ -35,6 +35,19 @@ def test_left_out_objects_leave_the_others_their_weights(tmp_path: Path, monkeyp
         expected = before[name][kept] if name in grown else before[name]
         np.testing.assert_array_equal(value.numpy(), expected.numpy())
     assert torch.is_tensor(after[next(iter(grown))])
+
+
+def test_a_bundled_model_names_no_folder_of_a_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(data_folder("models") / "densefusion-depth", run)
+    config = read_config(run)
+    assert config.started_from is not None
+    before = replace(config.started_from, name="/home/somebody/runs/first/densefusion-depth")
+    write_config(run, replace(config, started_from=before))
+    monkeypatch.setattr(bundle, "data_folder", lambda name: tmp_path)
+    after = read_config(bundle.bundle(run, "small"))
+    assert after.started_from == replace(before, name="first/densefusion-depth")
+    assert replace(after, started_from=config.started_from) == config
 
 
 def test_the_cheap_methods_are_trained_first_and_time_is_shared() -> None:

@@ -6,8 +6,9 @@ import pytest
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import TrainingError, UnknownNameError
+from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import trained_names
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion import runner as module
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
@@ -104,3 +105,16 @@ def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path
     (run / "objects.safetensors").unlink()
     with pytest.raises(TrainingError, match=r"has no objects\.safetensors, which ICP needs"):
         predict(run, toy_root, "test", PredictConfig(refine="icp"))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("rectangle-fit", "rectangle-fit weighs readings in its own way"),
+        ("densefusion-depth", "add --refine icp or evidence"),
+    ],
+)
+def test_what_time_of_flight_would_change_nothing_of_is_refused(name: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load_estimator(name, PredictConfig(time_of_flight=True))
+    assert load_estimator("densefusion-depth", PredictConfig(time_of_flight=True, refine="icp")).objects

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.kitti_ap import kitti_scores
@@ -125,3 +126,13 @@ def test_result_files_are_scored_from_outside(tmp_path):
     (results / "000099.txt").write_text("")
     with pytest.raises(EvaluationError, match=r"000099\.txt: is of no frame of split 'test'"):
         evaluate_kitti_results(results, data, "test")
+
+
+def test_the_verb_says_where_the_scores_are_and_what_comes_next(tmp_path, capsys):
+    data, results = made_folder(tmp_path / "data", 2), tmp_path / "results"
+    results.mkdir()
+    (results / "000000.txt").write_text(line(pallet(0), 0.8) + "\n")
+    evaluate(results, data, tmp_path / "out")
+    *_, where, then = capsys.readouterr().out.splitlines()
+    assert where == f"output: {tmp_path / 'out' / 'kitti_scores.json'}"
+    assert then.startswith(f"next:   warehouse-sim inspect {data}")

@@ -37,4 +37,4 @@ def _evaluate_kitti(results: Path, data: Path, out: Path, split: str) -> None:
 
     scores = evaluate_kitti_results(results, data, split)
     print("\n".join(kitti_lines(scores)))
-    print(f"written: {write_kitti_scores(scores, out)}")
+    finish(write_kitti_scores(scores, out), "inspect", data, "--out", out / "inspect")

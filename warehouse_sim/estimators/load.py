@@ -29,6 +29,8 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
         folder = model_dir(name_or_run)
         if (kind := read_kind(folder)) in FRONT_ENDS.names():
             raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
+        if config.time_of_flight and config.refine == "none":
+            raise InputError("--time-of-flight tells ICP and evidence what to believe: add --refine icp or evidence")
         estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
         return _with_doubt(estimator, name, folder, config)
     registered = ESTIMATORS.names()
@@ -46,6 +48,8 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
         raise InputError(
             f"{name} selects and refines in its own way; leave --selection, --refine and --refiner-iterations out"
         )
+    if config.time_of_flight:
+        raise InputError(f"{name} weighs readings in its own way; leave --time-of-flight out")
     made: PoseEstimator = target()
     return _with_doubt(made, name, data_folder("models") / name, config)
 

@@ -64,7 +64,7 @@ class PredictConfig:
     time_of_flight: bool = False
     """Whether the depth camera measures time of flight. Level surfaces along which such a camera looks seem centimetres
     too far, since light bounces; where gravity is known they are believed the less, the flatter it looks along them.
-    Objects that truly lean by some degrees are then taken for upright."""
+    Objects that truly lean by some degrees are then taken for upright. For ``refine`` icp and evidence."""
     track: bool = False
     """Whether the images of a drive are seen one after the other: poses are filtered in the world with the covariance
     of each, and objects that are lost for some images are given where they were."""
