@@ -38,6 +38,8 @@ class Plan:
     """Sets made for front ends."""
     pose: tuple[Data, ...] = ()
     """Sets of the pose estimators beside them."""
+    init: str = ""
+    """Front end whose weights it begins with, if that is trained."""
 
     def limited(
         self, minutes: float | None, steps: int | None, batch: int | None, workers: int, threads: int
@@ -59,15 +61,15 @@ class Plan:
         return own + ([made(item, pose_folder, workers) for item in self.pose] if pose_folder else [])
 
 
-_DETECTOR = DetectorConfig(batch=32, learning_rate=2e-3, validations=6)
+_DETECTOR = DetectorConfig(batch=32, learning_rate=2e-3, validations=6, precision="auto")
 _PALLETS = replace(_DETECTOR, classes=("pallet",))
 _SEGMENTER = SegmenterConfig(batch=32, learning_rate=2e-3, validations=6)
 _EVERY_POSE_SET = (*POSE_SETS, *CARTON_SETS)
 PLANS = {
     "detector-depth": Plan(_PALLETS, FULLY_LABELLED, POSE_SETS),
     # People and trucks of the other sets have no labels, and would be taught as empty floor.
-    "detector-rgb": Plan(replace(_DETECTOR, classes=TARGETS), FULLY_LABELLED),
-    "detector-lidar": Plan(replace(_PALLETS, depth_source="lidar"), WITH_SWEEPS),
+    "detector-rgb": Plan(replace(_DETECTOR, classes=TARGETS), FULLY_LABELLED, init="detector-depth"),
+    "detector-lidar": Plan(replace(_PALLETS, depth_source="lidar"), WITH_SWEEPS, init="detector-depth"),
     "segmenter-depth": Plan(_SEGMENTER, FULLY_LABELLED, _EVERY_POSE_SET),
     "keypoints-rgb": Plan(_SEGMENTER, FULLY_LABELLED, _EVERY_POSE_SET),
     "segmenter-rgb": Plan(_SEGMENTER, FULLY_LABELLED, _EVERY_POSE_SET),
@@ -119,7 +121,10 @@ def main(
     for name, plan in plans.items():
         run = folder / "runs" / name
         if not (run / "result.json").is_file():
-            train(name, plan.folders(folder, pose, workers), run, plan.config, resume=run.exists(), cache=kept)
+            init, resume = folder / "runs" / plan.init, run.exists()
+            started = init if plan.init and not resume and (init / "result.json").is_file() else None
+            data = plan.folders(folder, pose, workers)
+            train(name, data, run, plan.config, resume=resume, init=started, cache=kept)
             print(f"{name}: {(run / 'result.json').read_text()}")
 
 
