@@ -7,7 +7,7 @@ lies on no pallet: no true one, however little is seen of it, is within half a m
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,32 +42,31 @@ class Case:
     config: PredictConfig
 
 
-_ICP = {"selection": "consensus", "refine": "icp", "objects": _OBJECTS}
+_PLAIN = PredictConfig(objects=_OBJECTS)
+_ICP = replace(_PLAIN, selection="consensus", refine="icp")
+_EVIDENCE = replace(_PLAIN, selection="consensus", refine="evidence")
+_TRUTH = "truth"
 CASES = (
-    Case("true masks", "densefusion-depth", TEST_INDUSTRIAL, PredictConfig(detections="truth", **_ICP)),  # type: ignore[arg-type]
-    Case("segment-densefusion-depth", "segment-densefusion-depth", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
-    Case("detect-depth", "detect-depth", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
-    Case("detect-densefusion", "detect-densefusion", TEST_INDUSTRIAL, PredictConfig(**_ICP)),  # type: ignore[arg-type]
-    Case("detect-keypoints", "detect-keypoints", TEST_INDUSTRIAL, PredictConfig(objects=_OBJECTS)),
-    Case(
-        "detect-pointcloud, true masks",
-        "detect-pointcloud",
-        TEST_DISTANCE,
-        PredictConfig(detections="truth", selection="consensus", refine="evidence", objects=_OBJECTS),
-    ),
-    Case(
-        "detect-pointcloud, true boxes",
-        "detect-pointcloud",
-        TEST_DISTANCE,
-        PredictConfig(detections="truth-boxes", selection="consensus", refine="evidence", objects=_OBJECTS),
-    ),
-    Case(
-        "detect-pointcloud",
-        "detect-pointcloud",
-        TEST_DISTANCE,
-        PredictConfig(selection="consensus", refine="evidence", objects=_OBJECTS),
+    Case("true masks", "densefusion-depth", TEST_INDUSTRIAL, replace(_ICP, detections=_TRUTH)),
+    Case("segment-densefusion-depth", "segment-densefusion-depth", TEST_INDUSTRIAL, _ICP),
+    Case("true masks+evidence", "densefusion-depth", TEST_INDUSTRIAL, replace(_EVIDENCE, detections=_TRUTH)),
+    Case("segment-densefusion-depth+evidence", "segment-densefusion-depth", TEST_INDUSTRIAL, _EVIDENCE),
+    # Without a network for the pose: what the finding alone is worth.
+    Case("rectangle-fit, true masks", "rectangle-fit", TEST_INDUSTRIAL, replace(_PLAIN, detections=_TRUTH)),
+    Case("segment-rectangle-fit", "segment-rectangle-fit", TEST_INDUSTRIAL, _PLAIN),
+    Case("detect-depth", "detect-depth", TEST_INDUSTRIAL, _ICP),
+    Case("detect-densefusion", "detect-densefusion", TEST_INDUSTRIAL, _ICP),
+    Case("detect-keypoints", "detect-keypoints", TEST_INDUSTRIAL, _PLAIN),
+    *(
+        Case(name, "detect-pointcloud", TEST_DISTANCE, replace(_EVIDENCE, detections=detections))
+        for name, detections in (
+            ("detect-pointcloud, true masks", _TRUTH),
+            ("detect-pointcloud, true boxes", "truth-boxes"),
+            ("detect-pointcloud", "auto"),
+        )
     ),
 )
+"""Chains with the bundled weights, each beside the same with the truth in place of what it finds."""
 
 
 def main(
