@@ -2,7 +2,7 @@
 BIN := .venv/bin
 OUT ?= out/demo
 
-.PHONY: demo test test-slow test-ecosystem lint speed setup setup-demo clean help
+.PHONY: demo test test-slow test-ecosystem lint bench speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
@@ -10,6 +10,7 @@ help:
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter"
+	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
 	@echo "make setup      install only, into .venv, what tests need; make setup-demo: what the demo needs"
 
@@ -36,6 +37,9 @@ lint: .venv/.ready-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+bench: .venv/.ready-dev
+	$(BIN)/warehouse-sim bench all --quick
 
 # One thread in numpy's libraries, as each of generate's workers has: more only spin. Drivers keep theirs.
 speed: .venv/.ready-dev .venv/.ready-speed

@@ -38,11 +38,11 @@ def test_list_finds_recipes_from_anywhere(installed) -> None:
     assert "smoke" in out
 
 
-def test_of_the_benchmarks_it_carries_the_results_and_no_code(installed) -> None:
+def test_of_the_benchmarks_it_carries_results_and_suites_and_no_code(installed) -> None:
     carried = {
         path.name for path in (installed / "warehouse_sim" / "_data" / "benchmarks").rglob("*") if path.is_file()
     }
-    assert carried == {path.name for path in (ROOT / "benchmarks" / "results").iterdir()}
+    assert carried == {path.name for kind in ("results", "suites") for path in (ROOT / "benchmarks" / kind).iterdir()}
 
 
 @pytest.mark.gl

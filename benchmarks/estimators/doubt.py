@@ -18,12 +18,12 @@ import tyro
 
 from benchmarks.estimators import sensors, stress
 from benchmarks.estimators.data import FOLDER
-from benchmarks.estimators.disturbances import DISTURBANCES
 from benchmarks.estimators.doubt_fit import fit
 from benchmarks.estimators.doubt_samples import Samples, collect, joined
 from benchmarks.estimators.ways import open_way, way_of
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import generate, load_recipe
+from warehouse_sim.benchmark.mask_errors import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.pose.doubt.model import read_doubt, write_doubt
@@ -86,7 +86,7 @@ def fitted(method: str, samples: Samples) -> None:
 
 def judged(method: str, only: Sequence[str], every: int, folder: Path) -> Iterator[tuple[str, Scores]]:
     """Yield scores under each disturbance, and by each camera that the doubt was not fitted on."""
-    data = {name: (stress.made("industrial-v1", 24, 6, folder), name) for name in only or DISTURBANCES}
+    data = {name: (stress.made("industrial-v1", 24, 6, folder), name) for name in only or MASK_ERRORS}
     cameras = sensors.cameras()
     data |= {
         f"{name} camera": (sensors.made(name, cameras[name], 16, 6, folder), "exact")
@@ -98,7 +98,7 @@ def judged(method: str, only: Sequence[str], every: int, folder: Path) -> Iterat
         estimator = open_way(method, reader.objects)
         images = list(read_images(estimator, reader, reader.images("test")[::every]))
         place = folder / "scores" / Path(method).name / root.name / f"doubt {label}".replace(" ", "_")
-        estimates = stress.predict(estimator, images, DISTURBANCES[masks])
+        estimates = stress.predict(estimator, images, MASK_ERRORS[masks])
         yield label, stress.scored(estimates, root, place, f"{method}, {label}")
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.estimators.disturbances import DISTURBANCES
 from benchmarks.estimators.stress import predict
+from warehouse_sim.benchmark.mask_errors import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.pose.doubt.watch import Watcher
@@ -72,14 +72,14 @@ def collect(
         estimator: An estimator without doubt of its own.
         data: Dataset folder.
         split: "train", "val" or "test".
-        disturbance: Name among ``DISTURBANCES``.
+        disturbance: Name among ``MASK_ERRORS``.
         every: Every so manyth image.
         least_visible: Targets with a smaller visible share do not count, 0-1.
     """
     reader = DatasetReader(data)
     records = reader.images(split)[::every]
     images = list(read_images(estimator, reader, records))
-    disturb, seen = DISTURBANCES[disturbance], {}
+    disturb, seen = MASK_ERRORS[disturbance], {}
 
     def remembered(image, rng):  # type: ignore[no-untyped-def]
         seen[image.scene_id, image.image_id] = disturb(image, rng)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from warehouse_sim.evaluation import Scores
-from warehouse_sim.evaluation.intervals import scene_bootstrap
+from warehouse_sim.evaluation.intervals import scene_bootstrap, seed_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 
 TITLES = {"add_5pct": "ADD < 5 % d", "add_10pct": "ADD < 10 % d", "dock_0mm": "docked"}
@@ -35,19 +35,6 @@ def answer(question: str, first: Sequence[Scores], second: Sequence[Scores], met
         "scenes_interval": rounded(scene_bootstrap(gains.mean(axis=0), scenes, _DRAWS, np.random.default_rng(0))),
         "seeds": rounded(by_seed),
     }
-
-
-def seed_interval(values: Sequence[float]) -> tuple[float, float]:
-    """Return Student's 95 % interval for the mean over trainings with other seeds.
-
-    With three of them it is 4.3 standard errors wide on each side (2 degrees of freedom), with eight 2.4; resampling
-    three values, as a bootstrap does, would make it less than half of that.
-    """
-    mean, count = float(np.mean(values)), len(values)
-    if count < 2:
-        return -1.0, 1.0  # one training tells nothing: shares and their differences lie between these
-    half = student_t.ppf(0.975, count - 1) * float(np.std(values, ddof=1)) / np.sqrt(count)
-    return mean - half, mean + half
 
 
 def seed_p(values: Sequence[float]) -> float:

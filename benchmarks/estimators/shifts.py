@@ -11,8 +11,8 @@ from typing import Any
 
 import yaml
 
-from benchmarks.estimators.disturbances import Disturb, exact, unnamed
 from warehouse_sim import generate, load_recipe
+from warehouse_sim.benchmark.mask_errors import Disturb, exact, unnamed
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.generation.plan import GenerateConfig

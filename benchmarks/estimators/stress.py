@@ -14,11 +14,11 @@ import numpy as np
 import tyro
 
 from benchmarks.estimators.data import FOLDER
-from benchmarks.estimators.disturbances import DISTURBANCES, Disturb
 from benchmarks.estimators.score import rows
 from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import evaluate, generate, load_recipe
+from warehouse_sim.benchmark.mask_errors import MASK_ERRORS, Disturb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.split import SplitConfig
@@ -98,9 +98,9 @@ def main(
     for method in methods:
         estimator = open_way(method, reader.objects)
         images = list(read_images(estimator, reader, reader.images("test")[::every]))
-        for name in only or DISTURBANCES:
+        for name in only or MASK_ERRORS:
             place = folder / "scores" / Path(method).name / data.name / name.replace(" ", "_")
-            scores = scored(predict(estimator, images, DISTURBANCES[name]), data, place, f"{method}, {name}")
+            scores = scored(predict(estimator, images, MASK_ERRORS[name]), data, place, f"{method}, {name}")
             for row in rows(scores, method, name, "pallet"):
                 if row["metric"] in SHOWN:
                     found.append({**row, "name": f"{method}, {name}: {row['metric']}", "masks": name})

@@ -3,6 +3,7 @@
 import pytest
 
 from benchmarks.estimators.ways import way_of
+from warehouse_sim.errors import InputError
 from warehouse_sim.resources import data_folder
 
 
@@ -14,7 +15,7 @@ def test_a_trained_estimator_goes_on_with_icp_or_with_evidence():
 
 def test_what_needs_no_training_decides_by_evidence_itself():
     assert way_of("icp-multistart").config.refine == "none"
-    with pytest.raises(SystemExit, match="leave \\+evidence out"):
+    with pytest.raises(InputError, match="leave \\+evidence out"):
         way_of("icp-multistart+evidence")
 
 

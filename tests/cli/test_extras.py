@@ -47,6 +47,7 @@ VERB = {
     "export-scene": ("export-scene smoke --to glb --out s.glb", SCENES),
     "evaluate": ("evaluate {predictions} --data {data} --out scores", set()),
     "report": ("report {data} --out r.html", PAGES),
+    "bench": ("bench industrial --quick --out {new}", SCENES | NETWORKS),
     "demo": ("demo --recipe smoke --out {new}", SCENES | NETWORKS | PAGES),
 }
 """A command of each verb and the extras without which it must refuse."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import tyro
 
+from warehouse_sim.cli.bench import bench
 from warehouse_sim.cli.catalog import catalog
 from warehouse_sim.cli.check_scene import check_scene
 from warehouse_sim.cli.convert import convert
@@ -52,6 +53,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "export-scene": export_scene,
     "evaluate": evaluate,
     "report": report,
+    "bench": bench,
     "demo": demo,
 }
 

@@ -19,7 +19,8 @@ from warehouse_sim.output import make_folder
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
-_FORMAT = 6
+SCORES_FORMAT = 6
+"""Counts up when a number of scores.json means something else."""
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
 
@@ -73,7 +74,7 @@ class Scores:
     def to_plain(self) -> dict[str, Any]:
         """Return the content of scores.json."""
         return {
-            "format": _FORMAT,
+            "format": SCORES_FORMAT,
             "method": self.method,
             "dataset": self.dataset,
             "settings": self.settings,
@@ -162,10 +163,10 @@ def read_scores(folder: Path) -> Scores:
     """
     path = folder / SCORES_FILE
     data = read_json(path)
-    if not isinstance(data, dict) or data.get("format") != _FORMAT:
+    if not isinstance(data, dict) or data.get("format") != SCORES_FORMAT:
         found = data.get("format") if isinstance(data, dict) else None
         raise EvaluationError(
-            f"{path}: is a score of format {found}, not {_FORMAT}, and its numbers would mean something else; "
+            f"{path}: is a score of format {found}, not {SCORES_FORMAT}, and its numbers would mean something else; "
             f"run warehouse-sim evaluate again on the {PREDICTIONS_FILE} beside it"
         )
     where = str(path)

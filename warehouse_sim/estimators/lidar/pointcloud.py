@@ -74,7 +74,7 @@ class LidarMethod:
     inputs = "LiDAR: boxes, clusters, cloud"
 
     def __init__(self, network: str, resampling: Resampling = "kmeans", detector: str = "detector-lidar") -> None:
-        self._network, self._resampling, self._detector = network, resampling, detector
+        self.front_end, self.estimator, self._resampling = detector, network, resampling
 
     def __call__(self) -> PoseEstimator:
         """Return the estimator with default settings."""
@@ -86,15 +86,15 @@ class LidarMethod:
         Raises:
             InputError: The network reads an image, or doubt was fitted for it alone.
         """
-        network = load_estimator(self._network, replace(config, doubt=False, refuse=None))
+        network = load_estimator(self.estimator, replace(config, doubt=False, refuse=None))
         if config.refuse is not None:
             raise InputError("no doubt was fitted for what LiDAR chains estimate; leave --refuse out")
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
-            raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
+            raise InputError(f"{self.estimator} reads an image; a LiDAR alone has none")
         chain = cast(PoseEstimator, LidarChain(network, (), self._resampling))
-        if self._detector not in model_names():
+        if self.front_end not in model_names():
             return chain
-        return WithFrontEnd(chain, open_stages(self._detector), config.objects)
+        return WithFrontEnd(chain, open_stages(self.front_end), config.objects)
 
 
 DETECT_POINTCLOUD = LidarMethod("densefusion-pointcloud")

@@ -76,7 +76,7 @@ def unnamed(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
     return replace(image, detections=tuple(replace(item, model=None) for item in image.detections))
 
 
-DISTURBANCES: dict[str, Disturb] = {
+MASK_ERRORS: dict[str, Disturb] = {
     "exact": exact,
     "eroded by 1 px": grown(-1),
     "dilated by 1 px": grown(1),

@@ -1,14 +1,14 @@
 """Recorded pallet fronts with labels: reading them, and whether a fork that trusts an estimate would go in."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask
+from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.errors import InputError
 from warehouse_sim.evaluation.docking import ForkConfig
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
@@ -62,22 +62,23 @@ def read_fronts(folder: Path) -> list[RecordedFront]:
     """Read all frames of the sites under a folder.
 
     Raises:
-        InputError: It holds no labels.
+        InputError: It holds no labels, or malformed ones.
+        DatasetError: An image cannot be read.
     """
     found = []
     for labels in sorted(folder.glob("*/labels.json")) or sorted(folder.glob("labels.json")):
-        site = json.loads(labels.read_text(encoding="utf-8"))
-        for frame in site["frames"]:
-            found.append(_read(labels.parent, np.array(site["K"], dtype=float), frame))
+        site = read_json(labels)
+        try:
+            found += [_read(labels.parent, np.array(site["K"], dtype=float), frame) for frame in site["frames"]]
+        except (KeyError, TypeError, ValueError, IndexError) as problem:
+            raise InputError(f"{labels}: is malformed ({problem!r}); docs/benchmark.md says what it holds") from problem
     if not found:
         raise InputError(f"{folder}: holds no labels.json, nor does a folder in it")
     return found
 
 
 def _read(folder: Path, K: Float[np.ndarray, "3 3"], frame: dict) -> RecordedFront:
-    depth, mask = (cv2.imread(str(folder / frame[key]), cv2.IMREAD_UNCHANGED) for key in ("depth", "mask"))
-    if depth is None or mask is None:
-        raise InputError(f"{folder}: frame {frame['frame']}: its depth or mask cannot be read")
+    depth, mask = decode_any_depth(folder / frame["depth"]), decode_any_mask(folder / frame["mask"])
     T = np.array(frame["T_camera_dock"], dtype=float)
     centres = transform_points(invert(T), np.array(frame["pocket_centres_m"]))
     order = np.argsort(centres[:, 1])
@@ -85,7 +86,7 @@ def _read(folder: Path, K: Float[np.ndarray, "3 3"], frame: dict) -> RecordedFro
         f"{folder.name}/{frame['frame']:03d}",
         K,
         depth.astype(np.float32) / 1000.0,
-        mask > 0,
+        mask,
         folder / frame["rgb"],
         T,
         centres[order],

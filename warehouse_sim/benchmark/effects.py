@@ -1,0 +1,155 @@
+"""Paired effects: the same ground truth with one thing changed, by twins of a dataset or by conditions."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from warehouse_sim.benchmark.groups import groups
+from warehouse_sim.benchmark.rows import Row, make_row, over_trainings
+from warehouse_sim.benchmark.scored import Answer
+from warehouse_sim.benchmark.suite import CompareConfig, Suite
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.evaluation.intervals import difference_interval, seed_interval
+
+_SAME = 0.005
+"""Visible fractions nearer than this are the same."""
+Key = tuple[int, int, int]
+"""Scene, place that it is seen from, instance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Rows of two answers that are about the same object seen from the same place."""
+
+    first: Int[np.ndarray, " p"]
+    """Rows of the changed one."""
+    second: Int[np.ndarray, " p"]
+    """Rows of what it is compared with."""
+    unpaired: int
+    """Ground truths of the changed one that do not count in the other, as where too little is visible."""
+
+
+def effect_rows(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
+    """Yield by how much each change raises the share of each metric, for every estimator.
+
+    Args:
+        answers: All of the suite.
+        suite: Whose metrics and bins count.
+        compare: What is compared.
+
+    Raises:
+        ConfigError: There is no variant or condition of the name to compare with.
+    """
+    for name in dict.fromkeys(answer.group.name for answer in answers):
+        mine = [answer for answer in answers if answer.group.name == name]
+        yield from _of_variants(mine, suite, compare) if compare.variants else _of_conditions(mine, suite, compare)
+
+
+def _of_variants(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
+    for answer in answers:
+        variants = answer.opened.variants
+        if not variants:
+            continue
+        if compare.against not in variants:
+            known = ", ".join(dict.fromkeys(variants))
+            raise ConfigError(f"{suite.name}: compare: against: there is no twin {compare.against!r}; known: {known}")
+        for variant in dict.fromkeys(variants):
+            if variant != compare.against:
+                rows = _rows_of(answer, variant), _rows_of(answer, compare.against)
+                yield from _rows(answer, answer, rows, suite, compare, variant)
+
+
+def _of_conditions(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
+    by_name = {answer.condition: answer for answer in answers}
+    against = by_name.get(compare.against)
+    if against is None:  # who could not answer it is named elsewhere
+        return
+    among = compare.among or tuple(name for name in by_name if name != compare.against)
+    for name in among:
+        if name in by_name:
+            rows = _all_rows(by_name[name]), _all_rows(against)
+            yield from _rows(by_name[name], against, rows, suite, compare, "")
+
+
+def _rows(
+    first: Answer,
+    second: Answer,
+    rows: tuple[Bool[np.ndarray, " n"], Bool[np.ndarray, " m"]],
+    suite: Suite,
+    compare: CompareConfig,
+    label: str,
+) -> Iterator[Row]:
+    pairs = paired(first, second, *rows)
+    if compare.changed_only:
+        seen = first.scores[0].table.visible_fraction, second.scores[0].table.visible_fraction
+        changed = np.abs(seen[0][pairs.first] - seen[1][pairs.second]) > _SAME
+        pairs = Pairs(pairs.first[changed], pairs.second[changed], pairs.unpaired)
+    values = {metric: (over_trainings(first, metric), over_trainings(second, metric)) for metric in suite.metrics}
+    subjects = first.subjects(suite.edges)
+    for group, of_group in groups(subjects, compare.by):
+        inside = of_group[pairs.first]
+        named = ", ".join(part for part in (f"{compare.factor}: {label or first.condition}", group) if part != "all")
+        for metric, (one, other) in values.items():
+            gains = one[:, pairs.first[inside]] - other[:, pairs.second[inside]]
+            row = _effect(first, named, metric, gains, subjects.table.scene_id[pairs.first[inside]], compare.against)
+            if row is not None:
+                yield row
+
+
+def _effect(
+    answer: Answer, label: str, metric: str, gains: Float[np.ndarray, "t p"], scene_id: np.ndarray, against: str
+) -> Row | None:
+    applies = ~np.isnan(gains).any(axis=0)
+    if not applies.any():
+        return None
+    by_pair, scenes = gains[:, applies].mean(axis=0), scene_id[applies]
+    value, (low, high) = float(by_pair.mean()), difference_interval(by_pair, scenes)
+    if len(gains) > 1:
+        one, other = seed_interval(gains[:, applies].mean(axis=1).tolist())
+        low, high = max(min(low, one), -1.0), min(max(high, other), 1.0)
+    return make_row(answer, "effects", label, metric, value, (low, high), scenes, against)
+
+
+def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: Bool[np.ndarray, " m"]) -> Pairs:
+    """Return which of some rows of two answers belong together, by scene, place and instance.
+
+    Args:
+        first: The changed one.
+        second: What it is compared with.
+        rows: Of the first.
+        others: Of the second.
+    """
+    mine, theirs = _keys(first), _keys(second)
+    place = {theirs[row]: row for row in np.flatnonzero(others).tolist()}
+    found = [(row, place[mine[row]]) for row in np.flatnonzero(rows).tolist() if mine[row] in place]
+    left, right = np.array(found, dtype=int).reshape(-1, 2).T
+    return Pairs(left, right, int(rows.sum()) - len(found))
+
+
+def _keys(answer: Answer) -> list[Key]:
+    """Return of each row the scene, the number of the viewpoint and the instance, which twins share."""
+    numbers = answer.opened.groups
+    instances = {
+        (image.scene_id, image.image_id, item.gt_index): item.instance_id or item.gt_index
+        for image in answer.opened.reader.images("test")
+        for item in image.targets
+    }
+    table = answer.scores[0].table
+    places = zip(table.scene_id.tolist(), table.image_id.tolist(), table.gt_index.tolist(), strict=True)
+    return [
+        (scene, numbers[image] if numbers else image, instances[scene, image, index]) for scene, image, index in places
+    ]
+
+
+def _rows_of(answer: Answer, variant: str) -> Bool[np.ndarray, " n"]:
+    of_image = np.array([name == variant for name in answer.opened.variants])
+    return of_image[answer.scores[0].table.image_id]
+
+
+def _all_rows(answer: Answer) -> Bool[np.ndarray, " n"]:
+    """Return all rows, of twins those of the base: the others have the same keys."""
+    if answer.opened.variants:
+        return _rows_of(answer, answer.opened.variants[0])
+    return np.ones(len(answer.scores[0].table), dtype=bool)

@@ -1,0 +1,240 @@
+"""Who enters a suite: the truth, shuffled truth, estimators by name or run folder, files of results of others."""
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from warehouse_sim import __version__
+from warehouse_sim.benchmark.answering import answers
+from warehouse_sim.benchmark.kept import digest, file_digest
+from warehouse_sim.benchmark.suite import ConditionConfig
+from warehouse_sim.benchmark.ways import Way, way_of
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.dataset.results import predictions
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.resources import data_folder
+from warehouse_sim.schema import PoseEstimate
+
+TRUTH, SHUFFLED = "truth", "shuffled"
+Share = Callable[[float, str], None]
+_SEED = 20_260
+"""Of the shuffling."""
+_TRIES = 100
+"""Draws before all others are gone through."""
+_DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "doubt.yaml")
+"""What of a model's folder its answers depend on."""
+
+
+class Entrant(Protocol):
+    """Who answers."""
+
+    @property
+    def name(self) -> str:
+        """As tables call it."""
+
+    @property
+    def trainings(self) -> int:
+        """How many trainings are behind a number: 0 where nothing is trained."""
+
+    def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
+        """Return all that decides its answers besides the data."""
+
+    def estimates(
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+    ) -> list[PoseEstimate]:
+        """Return its answers to the images of a split."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The labels themselves: what a metric gives to whoever is right."""
+
+    name: str = TRUTH
+    trainings: int = 0
+
+    def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
+        """Return its name: the data decide the rest."""
+        return {"kind": TRUTH}
+
+    def estimates(
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+    ) -> list[PoseEstimate]:
+        """Return every label as an estimate."""
+        return [_estimate(image, item, item.T_camera_object) for image, item in _labels(reader, split)]
+
+
+@dataclass(frozen=True)
+class Shuffled:
+    """Each label's pose given to another object of its class, seen from elsewhere: what chance scores."""
+
+    name: str = SHUFFLED
+    trainings: int = 0
+
+    def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
+        """Return its name and the seed."""
+        return {"kind": SHUFFLED, "seed": _SEED}
+
+    def estimates(
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+    ) -> list[PoseEstimate]:
+        """Return every label with the pose of one in another place; of a dataset with one image nothing is left."""
+        labels = _labels(reader, split)
+        rng = np.random.default_rng(_SEED)
+        by_object: dict[int, list[tuple[ImageRecord, TargetRecord]]] = defaultdict(list)
+        for image, item in labels:
+            by_object[item.obj_id].append((image, item))
+        found, taken = [], set[tuple[int, int, bytes]]()
+        for image, item in labels:
+            among = by_object[item.obj_id], labels
+            drawn = (_drawn_elsewhere(image, some, rng, taken) for some in among)
+            other = next((one for one in drawn if one is not None), None)
+            if other is not None:
+                taken.add((image.scene_id, image.image_id, other.T_camera_object.tobytes()))
+                found.append(_estimate(image, item, other.T_camera_object))
+        return found
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An estimator of this package or of a plug-in, or the trainings of one with several seeds: one of them."""
+
+    name: str
+    way: Way
+    trainings: int = 0
+
+    def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
+        """Return its weights by their hash, its settings, and what is done to what it sees."""
+        told = self.told(condition)
+        names = [*self.way.parts, *told.detections.split("+")]
+        return {
+            "kind": "estimator",
+            "model": self.way.model if not Path(self.way.model).is_dir() else "run folder",
+            "weights_sha256": {Path(name).name: found for name in names if (found := weights_digest(name))},
+            "predict": to_mapping(told),
+            "disturb": condition.disturb,
+            "version": __version__,
+        }
+
+    def told(self, condition: ConditionConfig) -> PredictConfig:
+        """Return its settings of prediction under a condition.
+
+        Raises:
+            ConfigError: The condition sets what is no setting of prediction.
+        """
+        plain = to_mapping(self.way.config) | condition.predict
+        return from_mapping(PredictConfig, plain, f"conditions: {condition.data}: predict")
+
+    def estimates(
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+    ) -> list[PoseEstimate]:
+        """Return what the estimator says."""
+        return answers(replace(self.way, config=self.told(condition)), reader, split, condition.disturb, progress)
+
+
+@dataclass(frozen=True)
+class ResultFile:
+    """A file of poses that others made: one CSV, or a folder with one for each condition or dataset by its name."""
+
+    name: str
+    path: Path
+    trainings: int = 0
+
+    def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
+        """Return the hash of the file."""
+        return {"kind": "file", "sha256": file_digest(self._file(condition))}
+
+    def estimates(
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+    ) -> list[PoseEstimate]:
+        """Return the rows of the file."""
+        return predictions.read(self._file(condition))
+
+    def _file(self, condition: ConditionConfig) -> Path:
+        file = self.path if self.path.is_file() else self.path / f"{condition.data}.csv"
+        if not file.is_file():
+            raise InputError(f"{file}: there is no such file; a folder of results has one CSV for each dataset's name")
+        return file
+
+
+@dataclass(frozen=True)
+class Group:
+    """One row of a table: an entrant, or several trainings of one."""
+
+    name: str
+    members: tuple[Entrant, ...]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    """What else a result says of it."""
+
+    @property
+    def trainings(self) -> int:
+        """How many trainings are behind its numbers; 0 where nothing is trained."""
+        return sum(item.trainings for item in self.members)
+
+
+def entrant(name: str) -> Group:
+    """Return who goes by a name of the command line: truth, shuffled, a CSV or a folder of such, or an estimator's way.
+
+    Raises:
+        UnknownNameError: Nobody does.
+        InputError: It is told what it does not take.
+    """
+    if name in (TRUTH, SHUFFLED):
+        return Group(name, (Truth() if name == TRUTH else Shuffled(),))
+    path = Path(name)
+    if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
+        return Group(path.stem, (ResultFile(path.stem, path),))
+    way = way_of(name)
+    shown = path.name if path.is_dir() else name
+    return Group(shown, (Asked(shown, way, trainings=int(way.is_trained)),))
+
+
+def weights_digest(name: str) -> str:
+    """Return the SHA-256 of all files that a model's answers depend on; empty where there are none."""
+    folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
+    files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern)) if folder.is_dir() else []
+    if Path(name).is_file():  # a file of detections
+        files = [Path(name)]
+    return digest([[path.name, file_digest(path)] for path in files]) if files else ""
+
+
+def _labels(reader: DatasetReader, split: str) -> list[tuple[ImageRecord, TargetRecord]]:
+    return [(image, item) for image in reader.images(split) for item in image.targets if item.has_pose]
+
+
+def _estimate(image: ImageRecord, item: TargetRecord, T_camera_object: np.ndarray) -> PoseEstimate:
+    return PoseEstimate(image.scene_id, image.image_id, item.obj_id, 1.0, T_camera_object, detection=item.gt_index)
+
+
+def _drawn_elsewhere(
+    image: ImageRecord,
+    among: Sequence[tuple[ImageRecord, TargetRecord]],
+    rng: np.random.Generator,
+    taken: set[tuple[int, int, bytes]],
+) -> TargetRecord | None:
+    """Return a target of another place whose pose no other of the image has got."""
+
+    def is_free(other: ImageRecord, item: TargetRecord) -> bool:
+        return (
+            _elsewhere(image, other) and (image.scene_id, image.image_id, item.T_camera_object.tobytes()) not in taken
+        )
+
+    for _ in range(_TRIES):
+        other, item = among[int(rng.integers(len(among)))]
+        if is_free(other, item):
+            return item
+    return next((item for other, item in among if is_free(other, item)), None)
+
+
+def _elsewhere(image: ImageRecord, other: ImageRecord) -> bool:
+    """Return whether an image was taken in another scene or from another place; a twin's poses are one's own."""
+    if other.scene_id != image.scene_id:
+        return True
+    # Where a dataset says nothing of a world, all images have that of the camera.
+    unknown = np.array_equal(image.T_world_camera, np.eye(4))
+    return other.image_id != image.image_id and (unknown or not np.allclose(other.T_world_camera, image.T_world_camera))

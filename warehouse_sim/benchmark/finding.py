@@ -1,0 +1,182 @@
+"""How well detectors find the objects of a dataset: average precision, precision by recall, confusion of classes."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.benchmark.entrants import TRUTH, weights_digest
+from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
+from warehouse_sim.benchmark.rows import DRAWS, Row, Table
+from warehouse_sim.benchmark.scored import SPLIT, Opened
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.results.detection_file import read_results, write_results
+from warehouse_sim.dataset.results.found_object import FoundObject
+from warehouse_sim.estimators.detect import detect
+from warehouse_sim.evaluation.detection_intervals import precision_intervals
+from warehouse_sim.evaluation.detection_scores import Asked, Seen, seen_by_class, wanted_in
+from warehouse_sim.evaluation.intervals import share_interval, wilson
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.geometry.overlap import box_ious
+from warehouse_sim.geometry.precision_recall import match, precision_recall
+from warehouse_sim.output import make_folder
+
+_LEAST_OVERLAP, _LEAST_SCORE = 0.5, 0.5
+_AP_DRAWS = 200
+_RECALLS = tuple(round(0.1 * k, 1) for k in range(1, 11))
+_FOUND, _NOTHING, _SOMETHING, _MISSED = "what was found", "nothing", "something", "missed"
+
+
+def found_by(name: str, opened: Opened, out: Path, anew: bool = False) -> list[FoundObject]:
+    """Return what a detector finds in the images of a dataset, kept as a file of COCO's results.
+
+    Args:
+        name: ``truth``, or detectors and segmenters by name, run folder or file, joined by +.
+        opened: The dataset.
+        out: Folder of the benchmark.
+        anew: Detect again, whatever is kept.
+
+    Raises:
+        TrainingError: There are no bundled weights of that name.
+        UnknownNameError: There is no such detector.
+    """
+    reader = opened.reader
+    if name == TRUTH:
+        return [item for image in reader.images(SPLIT) for item in _labelled(reader, image)]
+    weights = {part: weights_digest(part) for part in name.split("+")}
+    inputs = {"kind": "detector", "names": list(weights), "weights_sha256": weights, "data": reader.digest}
+    place = folder_for(out / "detections" / opened.made.root.resolve().name, name.rpartition("/")[2], inputs)
+    if anew or not is_kept(place, inputs):
+        found, _ = detect(name, opened.made.root, SPLIT)
+        make_folder(place)
+        write_results(place / "detections.json", found, reader)
+        keep(place, inputs)
+    return read_results(place / "detections.json", reader, SPLIT)
+
+
+def detection_rows(name: str, condition: str, found: Sequence[FoundObject], reader: DatasetReader) -> Iterator[Row]:
+    """Yield the rows of one detector on one dataset; trainings is 1 for all but the truth.
+
+    Args:
+        name: The detector.
+        condition: Name of the dataset in the suite.
+        found: Its detections.
+        reader: The dataset.
+    """
+    images, asked = reader.images(SPLIT), Asked()
+    trainings = int(name != TRUTH)
+    for class_name, parts in sorted(seen_by_class(found, reader, images, asked).items()):
+        if not wanted_in(parts):
+            continue
+        scenes = len({item.scene_id for item in parts})
+
+        def row(
+            table: Table,
+            metric: str,
+            value: float,
+            ends: tuple[float, float],
+            group: str = class_name,
+            n: int = wanted_in(parts),
+            scenes: int = scenes,
+        ) -> Row:
+            interval = round(min(ends[0], value), 5), round(max(ends[1], value), 5)
+            return Row(table, name, condition, group, metric, round(value, 5), interval, n, scenes, trainings)
+
+        for metric, (value, low, high) in precision_intervals(parts, _AP_DRAWS, np.random.default_rng(0)).items():
+            # With one scene, or none in doubt, a bootstrap has no width.
+            one, other = wilson(value, wanted_in(parts))
+            yield row("detection", f"ap_{metric}", value, (min(low, one), max(high, other)))
+        for recall, value, ends in _precision_by_recall(parts):
+            yield row("precision", f"at_recall_{round(100 * recall)}", value, ends)
+    yield from _confusion_rows(name, condition, found, reader, asked, trainings)
+
+
+def _labelled(reader: DatasetReader, image: ImageRecord) -> Iterator[FoundObject]:
+    for item in image.targets:
+        if item.pixels_visible > 0:
+            mask, class_name = reader.mask_visible(image, item.gt_index), reader.objects[item.obj_id].class_name
+            yield FoundObject(image.scene_id, image.image_id, 1.0, class_name, item.obj_id, mask=mask)
+
+
+def _precision_by_recall(parts: Sequence[Seen]) -> Iterator[tuple[float, float, tuple[float, float]]]:
+    """Yield recall, the best precision at it or beyond, 0 where it is not reached, and a 95 % interval over scenes."""
+    matches = [match(item.scores, item.boxes, item.wanted, _LEAST_OVERLAP) for item in parts]
+    scenes = sorted({item.scene_id for item in parts})
+    of_scene = [[m for m, item in zip(matches, parts, strict=True) if item.scene_id == scene] for scene in scenes]
+    picks = np.random.default_rng(0).integers(len(scenes), size=(_AP_DRAWS, len(scenes)))
+    drawn = np.stack([_read_at([m for number in row for m in of_scene[number]]) for row in picks])
+    whole, wanted = _read_at(matches), wanted_in(parts)
+    for number, recall in enumerate(_RECALLS):
+        low, high = np.percentile(drawn[:, number], [2.5, 97.5])
+        one, other = wilson(float(whole[number]), max(round(recall * wanted), 1))
+        yield recall, float(whole[number]), (min(float(low), one), max(float(high), other))
+
+
+def _read_at(matches: list) -> Float[np.ndarray, " r"]:
+    precision, recall, _ = precision_recall(matches)
+    best = np.append(np.maximum.accumulate(precision[::-1])[::-1], 0.0)
+    # A recall of 1 - 1e-16 is one.
+    return best[np.minimum(np.searchsorted(recall, np.array(_RECALLS) - 1e-9, side="left"), len(precision))]
+
+
+def _confusion_rows(
+    name: str,
+    condition: str,
+    found: Sequence[FoundObject],
+    reader: DatasetReader,
+    asked: Asked,
+    trainings: int,
+) -> Iterator[Row]:
+    """Yield as what the objects of each class were found, and what share of the detections is on nothing."""
+    pairs = [pair for image in reader.images(SPLIT) for pair in _confusions(image, found, reader, asked)]
+    for true in sorted({true for true, _, _ in pairs}):
+        mine = [(label, scene) for of, label, scene in pairs if of == true]
+        scene_id = np.array([scene for _, scene in mine])
+        labels = {_NOTHING} if true == _FOUND else {label for label, _ in mine} | {_MISSED}
+        for label in sorted(labels):
+            values = np.array([one == label for one, _ in mine], dtype=float)
+            low, high = share_interval(values, scene_id, DRAWS, np.random.default_rng(0))
+            value = float(values.mean())
+            interval = round(min(low, value), 5), round(max(high, value), 5)
+            counted = len(values), len(set(scene_id.tolist()))
+            yield Row("confusion", name, condition, true, f"as {label}", round(value, 5), interval, *counted, trainings)
+
+
+def _confusions(
+    image: ImageRecord, found: Sequence[FoundObject], reader: DatasetReader, asked: Asked
+) -> Iterator[tuple[str, str, int]]:
+    """Yield true class, class that it was found as, and scene: the surest detection first, whatever its class."""
+    mine = [
+        item
+        for item in found
+        if (item.scene_id, item.image_id) == (image.scene_id, image.image_id) and item.score >= _LEAST_SCORE
+    ]
+    mine.sort(key=lambda item: -item.score)
+    targets = [item for item in image.targets if item.pixels_visible > 0]
+    boxes = np.array([_edges(item) for item in mine], dtype=float).reshape(-1, 4)
+    truth = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
+    truth[:, 2:] += 1.0
+    overlap, as_what = box_ious(boxes, truth), dict[int, str]()
+    for row, item in enumerate(mine):
+        free = [k for k in range(len(targets)) if k not in as_what and overlap[row, k] >= _LEAST_OVERLAP]
+        label = item.class_name or _class_of(item, reader)
+        if free:
+            as_what[max(free, key=lambda k, row=row: overlap[row, k])] = label
+        on_something = bool((overlap[row] >= _LEAST_OVERLAP).any())
+        yield _FOUND, _SOMETHING if on_something else _NOTHING, image.scene_id
+    for number, target in enumerate(targets):
+        if asked.takes(target):
+            yield reader.objects[target.obj_id].class_name, as_what.get(number, _MISSED), image.scene_id
+
+
+def _class_of(item: FoundObject, reader: DatasetReader) -> str:
+    names = {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
+    return names.get(item.model or 0, "unknown")
+
+
+def _edges(item: FoundObject) -> tuple[float, float, float, float]:
+    if item.edges is not None:
+        return item.edges
+    left, top, right, bottom = mask_box_xyxy(np.asarray(item.mask, dtype=bool)) or (0, 0, -1, -1)
+    return float(left), float(top), right + 1.0, bottom + 1.0

@@ -1,0 +1,148 @@
+"""Groups of ground truths that tables have a row for: by class, distance, points of a LiDAR, twin."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.evaluation.error_table import ErrorTable
+
+_JOINED = " x "
+Place = tuple[int, int, int]
+"""Scene, image, position among its labels."""
+Rows = Bool[np.ndarray, " n"]
+
+
+@dataclass(frozen=True)
+class EdgeConfig:
+    """Where bins begin; the last of distance and visible fraction ends them."""
+
+    distance: tuple[float, ...] = (0.0, 2.0, 7.0, 15.0, 25.0, 35.0)
+    """Of the distance (m), rising."""
+    visible_fraction: tuple[float, ...] = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+    """Of the visible share (0-1), rising; what is seen as a whole is in the last."""
+    lidar_points: tuple[int, ...] = (0, 50, 100)
+    """Least numbers of LiDAR points; groups hold one another."""
+
+    def __post_init__(self) -> None:
+        for name in ("distance", "visible_fraction", "lidar_points"):
+            edges = getattr(self, name)
+            if len(edges) < 1 or any(not low < high for low, high in pairwise(edges)) or not np.isfinite(edges).all():
+                raise ValueError(f"{name} must rise, found {list(edges)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Subjects:
+    """Ground truths of a dataset, and what a score does not say of them."""
+
+    table: ErrorTable
+    edges: EdgeConfig = field(default_factory=EdgeConfig)
+    variants: tuple[str, ...] = ()
+    """Name of the variant of each observation of a scene; empty without twins."""
+    lidar_points: Mapping[Place, int] = field(default_factory=dict)
+    """How many points of the sweep are on each."""
+
+    def places(self) -> list[Place]:
+        """Return scene, image and position of each row."""
+        columns = self.table.scene_id, self.table.image_id, self.table.gt_index
+        return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def split_name(grouping: str) -> list[str]:
+    """Return the groupings that a name joins."""
+    return grouping.split(_JOINED)
+
+
+def groups(subjects: Subjects, grouping: str) -> Iterator[tuple[str, Rows]]:
+    """Yield label and rows of every group of a grouping that holds anything."""
+    parts = [list(GROUPINGS[name](subjects)) for name in split_name(grouping)]
+    for chosen in product(*parts):
+        rows = np.logical_and.reduce([rows for _, rows in chosen])
+        if rows.any():
+            yield ", ".join(label for label, _ in chosen), rows
+
+
+def lidar_points(reader: DatasetReader, split: str) -> dict[Place, int]:
+    """Count the points of the main LiDAR on each target of a split, by the ids of the sweep.
+
+    A target without CAD has the points in its box for a model; those are counted. Without sweeps it is empty.
+    """
+    found: dict[Place, int] = {}
+    for image in reader.images(split):
+        mounted = None
+        for target in image.targets:
+            place = image.scene_id, image.image_id, target.gt_index
+            if target.geometry is not None and not target.geometry.has_cad:
+                found[place] = len(target.geometry.model_points())
+                continue
+            mounted = mounted or reader.sweep(image)
+            if mounted is None:
+                return {}
+            found[place] = int((mounted.reading.instance_ids == target.instance_id).sum())
+    return found
+
+
+def _all(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    yield "all", np.ones(len(subjects.table), dtype=bool)
+
+
+def _class(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    yield from _named(subjects.table.class_name)
+
+
+def _object(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    yield from _named(subjects.table.object_name)
+
+
+def _named(names: np.ndarray) -> Iterator[tuple[str, Rows]]:
+    for name in sorted(set(names.tolist())):
+        yield name, names == name
+
+
+def _distance(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    yield from _bins(subjects.table.distance, subjects.edges.distance, " m")
+
+
+def _visible_fraction(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    edges = subjects.edges.visible_fraction
+    yield from _bins(np.minimum(subjects.table.visible_fraction, np.nextafter(edges[-1], 0.0)), edges, " visible")
+
+
+def _bins(values: Float[np.ndarray, " n"], edges: tuple[float, ...], unit: str) -> Iterator[tuple[str, Rows]]:
+    for low, high in pairwise(edges):
+        yield f"{low:g}-{high:g}{unit}", (values >= low) & (values < high)
+
+
+def _lidar_points(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    counted = np.array([subjects.lidar_points.get(place, -1) for place in subjects.places()])
+    for least in subjects.edges.lidar_points:
+        label = f"at least {least} points" if least else "any number of points"
+        yield label, (counted >= least) if least else np.ones(len(counted), dtype=bool)
+
+
+def _variant(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    names = np.array(subjects.variants or ("base",))
+    of_row = names[subjects.table.image_id % len(names)]
+    for name in dict.fromkeys(names.tolist()):
+        yield name, of_row == name
+
+
+def _stacking(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
+    yield "alone", subjects.table.stacked == 0
+    yield "stacked", subjects.table.stacked == 1
+
+
+GROUPINGS: dict[str, Callable[[Subjects], Iterator[tuple[str, Rows]]]] = {
+    "all": _all,
+    "class": _class,
+    "object": _object,
+    "distance": _distance,
+    "visible_fraction": _visible_fraction,
+    "lidar_points": _lidar_points,
+    "variant": _variant,
+    "stacking": _stacking,
+}
+"""From ground truths to label and rows of each group."""

@@ -1,0 +1,112 @@
+"""A result as a page that a person reads: Markdown, an interval in every cell."""
+
+from collections.abc import Iterator, Sequence
+
+from warehouse_sim.benchmark.result import SuiteResult
+from warehouse_sim.benchmark.rows import Row, Table
+
+_TITLES: dict[Table, str] = {
+    "scores": "Scores",
+    "effects": "Paired effects",
+    "curves": "Accuracy over threshold",
+    "spread": "Spread of the error, in per cent of the diameter",
+    "detection": "Detection",
+    "confusion": "Confusion",
+    "precision": "Precision by recall",
+    "fronts": "Recorded fronts",
+    "simulated": "Simulated truck",
+}
+_HOW: dict[Table, str] = {
+    "scores": "Per cent of the ground truths that count; a miss is a failure. 95 % intervals in brackets.",
+    "effects": "Points gained (+) or lost (-) on the same ground truths with one thing changed, 95 % intervals in "
+    "brackets; bold where the interval leaves zero out.",
+    "curves": "Per cent with an ADD below that part of the diameter.",
+    "spread": "Quantiles of ADD; what is missed counts as a whole diameter.",
+    "detection": "Average precision in per cent, intervals over scenes.",
+    "confusion": "Per cent of the true objects of a class that were found as another, or not at all.",
+    "precision": "Precision in per cent at recalls of 10 to 100 %.",
+    "fronts": "Per cent of recorded fronts that a fork enters that trusts the estimate.",
+    "simulated": "Per cent of the poses at which a simulated truck takes the pallet.",
+}
+
+
+def page(result: SuiteResult) -> str:
+    """Return the page of a result."""
+    lines = [f"# {result.suite}{' (quick)' if result.quick else ''}", "", result.question, "", *_size(result), ""]
+    for table, title in _TITLES.items():
+        rows = [row for row in result.rows if row.table == table]
+        if rows:
+            lines += [f"## {title}", "", _HOW[table], "", *_table(rows), ""]
+    if result.left_out:
+        lines += ["## Not scored", ""]
+        lines += [f"- {item.estimator}, {item.condition}: {item.reason}" for item in result.left_out]
+        lines.append("")
+    if result.notes:
+        lines += ["## Notes", "", *(f"- {note}" for note in result.notes), ""]
+    return "\n".join(lines)
+
+
+def summary(result: SuiteResult) -> Iterator[str]:
+    """Yield the lines that a person wants to read first."""
+    yield from _size(result)
+    for table in ("scores", "effects", "detection", "fronts"):
+        rows = [row for row in result.rows if row.table == table]
+        if table == "scores":
+            rows = [row for row in rows if row.group == "all"] or rows
+        if rows:
+            yield from _table(rows)
+    for item in result.left_out:
+        yield f"not scored: {item.estimator}, {item.condition}: {item.reason}"
+    for note in result.notes:
+        yield f"note: {note}"
+
+
+def _size(result: SuiteResult) -> Iterator[str]:
+    if result.quick:
+        yield "Made at the small sizes of --quick: read the intervals, not the numbers."
+    for item in result.data:
+        source = f"recipe {item.recipe} {item.recipe_sha256}, seed {item.seed}" if item.recipe else item.recipe_sha256
+        left = ", ".join(f"{count} {why}" for why, count in item.left_out_of_docking.items())
+        yield (
+            f"{item.name}: {_counted(item.scenes, 'scene')}, {_counted(item.images, 'image')}, "
+            f"{_counted(item.ground_truths, 'ground truth')} ({source})"
+            f"{'; docking is not asked of: ' + left if left else ''}"
+        )
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
+def _table(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a table with a line for each estimator, condition and group, and a column for each metric."""
+    metrics = list(dict.fromkeys(row.metric for row in rows))
+    lines: dict[tuple[str, ...], dict[str, Row]] = {}
+    for row in rows:
+        lines.setdefault((row.estimator, row.condition, row.group, row.against), {})[row.metric] = row
+    paired = any(row.against for row in rows)
+    head = ["estimator", "condition", "group", *(["against"] if paired else []), "n", *metrics, "interval over"]
+    yield f"| {' | '.join(head)} |"
+    yield "|" + "---|" * len(head)
+    for (estimator, condition, group, against), cells in lines.items():
+        first = max(cells.values(), key=lambda row: row.n)
+        shown = [_cell(cells.get(metric), first) for metric in metrics]
+        named = [estimator, condition, group, *([against] if paired else []), str(first.n)]
+        yield f"| {' | '.join([*named, *shown, first.over])} |"
+
+
+def _cell(row: Row | None, first: Row) -> str:
+    if row is None:
+        return "-"
+    low, high = row.interval
+    if row.table != "effects":
+        text = f"{_share(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
+    else:
+        text = f"{100 * row.value:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
+        text = f"**{text}**" if low > 0.0 or high < 0.0 else text
+    return text if row.n == first.n else f"{text} of {row.n}"
+
+
+def _share(value: float) -> str:
+    text = f"{100 * value:.1f}"
+    return "99.9" if text == "100.0" and value < 1.0 else text  # 100 is kept for what is really all

@@ -1,0 +1,138 @@
+"""The result of a suite as a file: what was asked of whom on which data, and every number with its interval."""
+
+import os
+import platform
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.benchmark.rows import Row
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.manifest import package_versions
+from warehouse_sim.errors import ConfigError, EvaluationError
+from warehouse_sim.output import make_folder
+
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class DataFacts:
+    """A dataset that was scored."""
+
+    name: str
+    recipe: str
+    """Empty of others' data."""
+    recipe_sha256: str
+    """Of the resolved recipe with seed, scenes, formats and backend, its first digits; of others' data: of the labels.
+    """
+    seed: int | None
+    scenes: int
+    images: int
+    ground_truths: int
+    """Those that count: at least 10 % visible."""
+    left_out_of_docking: dict[str, int] = field(default_factory=dict)
+    """Pallets that docking is not asked of, by reason."""
+
+
+@dataclass(frozen=True)
+class EstimatorFacts:
+    """Who was asked."""
+
+    name: str
+    trainings: int
+    """How many are behind its numbers; 0 where nothing is trained."""
+    weights_sha256: str = ""
+    """First digits of the hash over all its weights; empty where there are none."""
+    samples: int | None = None
+    """Training samples that it saw, where the suite trained it."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What could not be scored, and why."""
+
+    estimator: str
+    condition: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class SuiteResult:
+    """One run of a suite."""
+
+    suite: str
+    """Name and version."""
+    question: str
+    quick: bool
+    """Whether it was made at the small sizes of --quick: intervals say what that is worth."""
+    command: str
+    """What makes it again."""
+    machine: dict[str, Any]
+    seconds: float
+    """Wall time of this run; what was kept of runs before took none."""
+    reused: int
+    """Scores that were made by a run before, of inputs that are all the same."""
+    data: tuple[DataFacts, ...]
+    estimators: tuple[EstimatorFacts, ...]
+    rows: tuple[Row, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
+    """What else a reader must know."""
+    format: int = _FORMAT
+
+    def __post_init__(self) -> None:
+        if self.format != _FORMAT:
+            raise ValueError(f"format must be {_FORMAT}, found {self.format}; run the suite again")
+        known = {item.name for item in self.estimators}
+        seen = set()
+        for row in self.rows:
+            low, high = row.interval
+            where = f"{row.table}, {row.estimator}, {row.condition}, {row.group}, {row.metric}"
+            if not low <= row.value <= high:
+                raise ValueError(f"rows: {where}: {row.value} lies outside its interval {[low, high]}")
+            if row.n < 1 or row.scenes < 1:
+                raise ValueError(f"rows: {where}: n and scenes must be 1 or more, found {row.n} and {row.scenes}")
+            if row.estimator not in known:
+                raise ValueError(f"rows: {where}: the estimator is not among those that were asked")
+            if where + row.against in seen:
+                raise ValueError(f"rows: {where}: comes twice")
+            seen.add(where + row.against)
+
+
+def machine(renderers: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return what numbers depend on besides the code."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "renderers": list(renderers),
+        "packages": package_versions(),
+    }
+
+
+def write_result(result: SuiteResult, path: Path) -> Path:
+    """Write a result and return its path."""
+    make_folder(path.parent)
+    write_json(path, to_mapping(result), depth=2)
+    return path
+
+
+def read_result(path: Path) -> SuiteResult:
+    """Read a result, every field of it checked.
+
+    Raises:
+        EvaluationError: It is none, or one of its numbers cannot be.
+    """
+    try:
+        return from_mapping(SuiteResult, read_json(path), str(path))
+    except ConfigError as problem:
+        raise EvaluationError(str(problem)) from problem
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

@@ -1,0 +1,154 @@
+"""Rows of a result: one number each, with its interval, and what it was counted on."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.benchmark.groups import groups
+from warehouse_sim.benchmark.scored import Answer
+from warehouse_sim.benchmark.suite import Suite
+from warehouse_sim.errors import ConfigError
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.intervals import seed_interval, share_interval
+from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
+
+Table = Literal["scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated"]
+DRAWS = 1000
+_AMONG_FOUND = "_of_found"
+LINEMOD_SYMMETRIC = (10, 11)
+"""Eggbox and glue, of which LINEMOD's users take the distance to the nearest point (Hinterstoisser et al. 2012)."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number."""
+
+    table: Table
+    """Which table it stands in."""
+    estimator: str
+    """Who answered."""
+    condition: str
+    """What was asked."""
+    group: str
+    """Of which ground truths, "all" or a group's label."""
+    metric: str
+    """What was counted; shares are 0-1."""
+    value: float
+    interval: tuple[float, float]
+    """95 %: over scenes, and over trainings where there are several."""
+    n: int
+    """Ground truths that were counted, or pairs of them, or detections."""
+    scenes: int
+    """Scenes that they are in."""
+    trainings: int = 0
+    """How many trainings are behind it; 0 where nothing is trained. With 1 the interval knows nothing of others."""
+    against: str = ""
+    """What a paired effect is against; empty elsewhere."""
+
+    @property
+    def over(self) -> str:
+        """What the interval covers, in words."""
+        counted = f"{self.scenes} scene" if self.scenes == 1 else f"{self.scenes} scenes"
+        if not self.trainings:
+            return counted
+        return f"{counted}, {'one training' if self.trainings == 1 else f'{self.trainings} trainings'}"
+
+
+def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
+    """Return one value in 0-1 a ground truth by metric, nan where it does not apply.
+
+    Beside those of ``evaluation.metrics``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
+    eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate.
+    """
+    values = pass_values(table, MetricConfig(diameter_percent=(1, 2, 3, 4, 5, 6, 7, 8, 9, 10)))
+    symmetric = np.isin(table.obj_id, LINEMOD_SYMMETRIC)
+    values |= {
+        f"add_adds_{k}pct": np.where(symmetric, values[f"add_s_{k}pct"], values[f"add_{k}pct"]) for k in (2, 5, 10)
+    }
+    values["found"] = table.found.astype(float)
+    return values | {f"{name}{_AMONG_FOUND}": np.where(table.found, column, np.nan) for name, column in values.items()}
+
+
+def require_metrics(suite: Suite, table: ErrorTable) -> None:
+    """Check that all metrics of a suite are known.
+
+    Raises:
+        ConfigError: One is not.
+    """
+    known = metric_columns(table)
+    if strange := [name for name in suite.metrics if name not in known]:
+        raise ConfigError(f"{suite.name}: metrics: {strange[0]!r} is none; known: {', '.join(sorted(known))}")
+
+
+def over_trainings(answer: Answer, metric: str) -> Float[np.ndarray, "t n"]:
+    """Return the values of a metric by training and ground truth."""
+    return np.stack([metric_columns(scores.table)[metric] for scores in answer.scores])
+
+
+def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
+    """Yield the shares of every group and metric of a suite."""
+    columns = {metric: over_trainings(answer, metric) for metric in suite.metrics}
+    subjects = answer.subjects(suite.edges)
+    for grouping in suite.by:
+        for label, rows in groups(subjects, grouping):
+            for metric, values in columns.items():
+                row = share_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
+                if row is not None:
+                    yield row
+
+
+def share_row(
+    answer: Answer,
+    table: Table,
+    label: str,
+    metric: str,
+    values: Float[np.ndarray, "t n"],
+    scene_id: np.ndarray,
+) -> Row | None:
+    """Return a share as a row; None where it applies to nothing.
+
+    The interval over scenes is that of the mean over trainings; with several trainings it is widened to Student's
+    interval over them, which is what another training may give.
+    """
+    applies = ~np.isnan(values).all(axis=0)
+    if not applies.any():
+        return None
+    by_truth, scenes = np.nanmean(values[:, applies], axis=0), scene_id[applies]
+    low, high = share_interval(by_truth, scenes, DRAWS, np.random.default_rng(0))
+    value = float(by_truth.mean())
+    if len(values) > 1:
+        one, other = seed_interval([float(np.nanmean(part[applies])) for part in values])
+        low, high = max(min(low, one), 0.0), min(max(high, other), 1.0)
+    return make_row(answer, table, label, metric, value, (min(low, value), max(high, value)), scenes)
+
+
+def make_row(
+    answer: Answer,
+    table: Table,
+    label: str,
+    metric: str,
+    value: float,
+    interval: tuple[float, float],
+    scene_id: np.ndarray,
+    against: str = "",
+) -> Row:
+    """Return a row of what an entrant answered."""
+    ends = round(float(interval[0]), 5), round(float(interval[1]), 5)
+    counted = len(scene_id), len(set(scene_id.tolist()))
+    who = answer.group.name, answer.condition
+    return Row(table, *who, label, metric, round(value, 5), ends, *counted, answer.group.trainings, against)
+
+
+def curve_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
+    """Yield accuracy over threshold, 1 to 10 % of the diameter, of every group."""
+    subjects = answer.subjects(suite.edges)
+    for grouping in suite.by:
+        for label, rows in groups(subjects, grouping):
+            for percent in range(1, 11):
+                values = over_trainings(answer, f"add_{percent}pct")[:, rows]
+                row = share_row(answer, "curves", label, f"add_{percent}pct", values, subjects.table.scene_id[rows])
+                if row is not None:
+                    yield row

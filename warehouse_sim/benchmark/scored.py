@@ -1,0 +1,108 @@
+"""Predictions and scores of each entrant under each condition, kept, and made anew only where inputs differ."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from warehouse_sim.benchmark.entrants import Entrant, Group
+from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
+from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
+from warehouse_sim.benchmark.sets import MadeSet
+from warehouse_sim.benchmark.suite import ConditionConfig
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
+from warehouse_sim.errors import EvaluationError
+from warehouse_sim.evaluation import ScoreConfig, Scores, evaluate, read_scores, write_scores
+from warehouse_sim.evaluation.scores import SCORES_FORMAT
+from warehouse_sim.output import make_folder
+
+SPLIT = "test"
+Share = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A dataset of a suite, read."""
+
+    made: MadeSet
+    reader: DatasetReader
+    points: dict[tuple[int, int, int], int]
+    """LiDAR points on each ground truth, where a grouping asks for them."""
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """Name of the variant of each observation of a scene; empty without twins."""
+        manifest = self.reader.manifest
+        return () if manifest is None else tuple(item.variant for item in manifest.twins)
+
+    @property
+    def groups(self) -> tuple[int, ...]:
+        """Number of the twin group of each observation of a scene; empty without twins."""
+        manifest = self.reader.manifest
+        return () if manifest is None else tuple(item.group for item in manifest.twins)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What an entrant was worth under a condition, by each of its trainings."""
+
+    group: Group
+    condition: str
+    opened: Opened
+    scores: tuple[Scores, ...]
+
+    def subjects(self, edges: EdgeConfig) -> Subjects:
+        """Return the ground truths, the same for all trainings."""
+        return Subjects(self.scores[0].table, edges, self.opened.variants, self.opened.points)
+
+
+def scored(
+    member: Entrant,
+    condition: ConditionConfig,
+    opened: Opened,
+    out: Path,
+    config: ScoreConfig,
+    anew: bool = False,
+    progress: Share = lambda share, note: None,
+) -> tuple[Scores, bool]:
+    """Return the scores of an entrant under a condition, and whether they were made before.
+
+    Args:
+        member: Who answers.
+        condition: What is asked.
+        opened: The data.
+        out: Folder of the benchmark.
+        config: How answers are scored.
+        anew: Make predictions and scores again, whatever is kept.
+        progress: Called with the share of the images that is done.
+    """
+    reader = opened.reader
+    inputs = member.inputs(condition) | {"data": reader.digest, "split": SPLIT}
+    place = folder_for(out / "predictions" / opened.made.root.resolve().name, member.name, inputs)
+    csv = place / "predictions.csv"
+    if anew or not is_kept(place, inputs):
+        estimates = member.estimates(reader, SPLIT, condition, progress)
+        make_folder(place)
+        predictions.write(csv, estimates)
+        keep(place, inputs)
+    return _scores(member.name, csv, opened, out, config, anew)
+
+
+def _scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig, anew: bool) -> tuple[Scores, bool]:
+    beside = predictions.doubt_file(csv)
+    inputs = {
+        "predictions": file_digest(csv),
+        "doubt": file_digest(beside) if beside.is_file() else "",
+        "data": opened.reader.digest,
+        "settings": to_mapping(config),
+        "format": SCORES_FORMAT,
+    }
+    place = folder_for(out / "scores" / opened.made.root.resolve().name, name, inputs)
+    if not anew and is_kept(place, inputs):
+        with suppress(EvaluationError):
+            return read_scores(place), True
+    write_scores(evaluate(csv, opened.made.root, SPLIT, config, method=name), place)
+    keep(place, inputs)
+    return read_scores(place), False  # the same numbers as when they are read again

@@ -1,0 +1,59 @@
+"""``warehouse-sim bench``: suites of the benchmark, from data to a result with intervals."""
+
+import os
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import tyro
+
+from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.optional import require_extra
+
+
+def bench(
+    suite: tyro.conf.Positional[str],
+    estimators: tuple[str, ...] = (),
+    quick: bool = False,
+    data: Path | None = None,
+    out: Path = Path("out/bench"),
+    workers: int | None = None,
+    anew: bool = False,
+) -> int:
+    """Run a suite: generate what is missing, predict, score, and write a result with an interval beside every number.
+
+    What was made before is used again where recipe, weights and settings are the same, by their hashes; a run that was
+    stopped goes on where it was. Exit code 1 says that an estimator of the command line could not be scored.
+
+    Args:
+        suite: Name of a shipped suite, see ``warehouse-sim list``, the path of a .yaml file, or ``all``.
+        estimators: Who is asked: truth, shuffled, bundled names or run folders, perhaps with +evidence, +argmax, +lidar
+            and so on (docs/benchmark.md), a CSV of poses or a folder of such; by default those of the suite.
+        quick: Small sizes: minutes on two cores, wide intervals.
+        data: Folder of others that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
+        out: Folder for data, predictions, scores and results.
+        workers: Processes that generate; one per processor by default.
+        anew: Predict and score again, whatever is kept; data stay.
+    """
+    require_extra("generate", "to make scenes")
+    require_extra("learn", "to predict")
+    from warehouse_sim.benchmark.page import summary
+    from warehouse_sim.benchmark.run import RunConfig, run_suite
+    from warehouse_sim.benchmark.suite import load_suite
+    from warehouse_sim.resources import suite_names
+
+    config = RunConfig(out, workers or os.cpu_count() or 1, anew)
+    failed = False
+    for name in suite_names() if suite == "all" else [suite]:
+        loaded = load_suite(name)
+        command = ["warehouse-sim", "bench", name, *(["--estimators", *estimators] if estimators else [])]
+        command += [*(["--quick"] if quick else []), *(["--data", str(data)] if data else [])]
+        with share_progress(loaded.title) as progress:
+            result = run_suite(loaded, estimators, quick, replace(config, command=shlex.join(command)), progress)
+        print(f"{result.suite}: {result.question}")
+        for line in summary(result):
+            print(line)
+        scored = {row.estimator for row in result.rows}
+        failed = failed or any(item.name not in scored for item in result.estimators if estimators)
+        finish(out / "results" / f"{loaded.name}{'-quick' if quick else ''}.json")
+    return int(failed)
