@@ -50,7 +50,7 @@ setup: .venv/.ready-dev
 setup-demo: .venv/.ready-demo
 
 # The stem is an extra of pyproject.toml.
-.venv/.ready-%: pyproject.toml constraints.txt setup.sh
+.venv/.ready-%: pyproject.toml setup.sh locks/%.txt locks/build.txt locks/torch-cpu.txt locks/torch-cuda.txt
 	sh setup.sh $*
 
 clean:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the system libraries that are missing, then the package with pinned versions into .venv.
+# Installs the system libraries that are missing, then the package into .venv with what locks/ names, hashes checked.
 # Usage: sh setup.sh [EXTRA]    (PYTHON=/path/to/python3.12 sh setup.sh to choose the interpreter)
 # EXTRA is one of pyproject.toml: demo (what `make demo` needs), dev (tests too; the default), speed (the peers of `make speed`).
 set -eu
@@ -74,8 +74,9 @@ install_system_packages() {
         say "setup: without $wanted the backends pathtrace and mujoco (OSMesa) do not open; all else works"
 }
 
+# Only what the locks name, with the hashes they give; wheels alone, so that no package runs code of its own here.
 pip_install() {
-    .venv/bin/python -m pip install --quiet --constraint constraints.txt "$@"
+    .venv/bin/python -m pip install --quiet --require-hashes --no-deps --only-binary :all: "$@"
 }
 
 # Where there is no GPU: the CPU's wheel, without gigabytes of CUDA. PyTorch's own index has it where pip's does not.
@@ -83,19 +84,20 @@ install_torch() {
     held=$(.venv/bin/python -c 'from importlib.metadata import version; print(version("torch"))' 2>/dev/null || true)
     [ "${held%+*}" != "$1" ] || return 0
     if command -v nvidia-smi >/dev/null && nvidia-smi >/dev/null 2>&1; then
-        pip_install "torch==$1"
+        pip_install --requirement locks/torch-cuda.txt
     else
-        pip_install "torch==$1+cpu" 2>/dev/null ||
-            pip_install --extra-index-url https://download.pytorch.org/whl/cpu "torch==$1"
+        pip_install --requirement locks/torch-cpu.txt 2>/dev/null ||
+            pip_install --extra-index-url https://download.pytorch.org/whl/cpu --requirement locks/torch-cpu.txt
     fi
 }
 
 python=$(find_python)
 install_system_packages "$python"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-say "setup: installing the pinned packages of '$extra' into .venv ($("$python" --version)); the first time takes some minutes"
+say "setup: installing the locked packages of '$extra' into .venv ($("$python" --version)); the first time takes some minutes"
 install_torch "$(sed -n 's/^torch==//p' constraints.txt)"
-pip_install --editable ".[$extra]"
+pip_install --requirement locks/build.txt --requirement "locks/$extra.txt"
+.venv/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 touch ".venv/.ready-$extra"
 [ "$extra" != dev ] || touch .venv/.ready-demo  # which it includes
 say "setup: done; $(du -sm .venv | cut -f1) MB in .venv"
