@@ -27,6 +27,14 @@ def write_result(path: Path, command: str, rows: Sequence[dict[str, Any]], **mor
     print(f"output: {path}")
 
 
+def beside_stored(path: Path, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows in place of those of their names in a stored result, whose others stay; new ones come last."""
+    old = json.loads(path.read_text(encoding="utf-8"))["rows"] if path.is_file() else []
+    new = {row["name"]: row for row in rows}
+    kept = [new.pop(row["name"], row) for row in old]
+    return kept + list(new.values())
+
+
 def machine() -> dict[str, Any]:
     """Return what the numbers depend on besides the code."""
     with open_renderer("raster") as renderer:

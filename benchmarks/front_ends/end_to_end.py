@@ -17,7 +17,7 @@ import tyro
 from benchmarks.estimators.data import Data, made
 from benchmarks.estimators.score import docking_in_range
 from benchmarks.front_ends.data import FOLDER, TEST_DISTANCE, TEST_INDUSTRIAL
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim import evaluate, predict
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
@@ -78,22 +78,22 @@ def main(
         folder: Where data are kept, and poses.
         only: Cases in whose names one of these is.
         workers: Processes that generate.
-        write: Store the result file.
+        write: Store what was measured; rows of other cases in the result file stay.
     """
-    rows = []
+    rows, file = [], RESULTS / "front_end_chains.json"
     for case in CASES:
         if only and not any(text in case.name for text in only):
             continue
         root = made(case.data, folder, workers)
         poses = predict(case.estimator, root, "test", case.config)
-        file = folder / "poses" / f"{case.name.replace(', ', '-').replace(' ', '_')}.csv"
-        file.parent.mkdir(parents=True, exist_ok=True)
-        predictions.write(file, poses)
-        rows.append(row(case, root, poses, evaluate(file, root, "test", method=case.name)))
+        csv = folder / "poses" / f"{case.name.replace(', ', '-').replace(' ', '_')}.csv"
+        csv.parent.mkdir(parents=True, exist_ok=True)
+        predictions.write(csv, poses)
+        rows.append(row(case, root, poses, evaluate(csv, root, "test", method=case.name)))
         print(rows[-1], flush=True)
-    if write:
-        command = "python -m benchmarks.front_ends.end_to_end --write"
-        write_result(RESULTS / "front_end_chains.json", command, rounded(rows))
+        if write:
+            command = "python -m benchmarks.front_ends.end_to_end --write"
+            write_result(file, command, beside_stored(file, rounded(rows)))
 
 
 def row(case: Case, root: Path, poses: list[PoseEstimate], scores: Scores) -> dict[str, Any]:

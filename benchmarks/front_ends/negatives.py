@@ -1,6 +1,6 @@
-"""Show an estimator what looks like a pallet and is none, or none that can be taken: how much of it is accepted.
+"""Show estimators what looks like a pallet and is none, or none that can be taken: how much of it is accepted.
 
-python -m benchmarks.front_ends.negatives [--estimator segment-densefusion-depth] [--scenes 10] [--write]
+python -m benchmarks.front_ends.negatives [--estimators densefusion-depth rectangle-fit] [--scenes 10] [--write]
 
 Four things stand in halls of `industrial`, each before a camera, 2.5 to 7 m away: a ghost pocket (a gap as wide as one
 beside a pallet, under one load), three cartons in a row under a load, a shelf, and pallets with something in a pocket
@@ -34,6 +34,8 @@ RECIPE, SEED = "industrial", 1921
 KINDS = ("pallet", "ghost pocket", "three cartons", "shelf", "blocked pocket")
 """The first is what is to be accepted."""
 RECALL = 0.95
+WITHOUT_STAGES = ("rectangle-fit", "icp-multistart", "front-fit")
+"""Trivial and classical methods; they neither choose among predictions nor refuse."""
 _POCKET, _DECK, _FRONT = 0.2275, 0.144, 0.8
 """Width of a pocket, height and width of the front of an EPAL 1 (m), UIC 435-2."""
 _CLEAR = 1.9
@@ -121,40 +123,46 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
 
 
 def main(
-    estimator: str = "densefusion-depth",
+    estimators: tuple[str, ...] = ("densefusion-depth", "rectangle-fit"),
     refine: Refinement = "icp",
     scenes: int = 10,
     write: bool = False,
     pictures: Path | None = None,
 ) -> None:
-    """Measure with and without `--refuse-blocked`, and print.
+    """Measure all estimators on the same things, those that can also with `--refuse-blocked`, and print.
 
     Args:
-        estimator: A chain that finds pallets itself, or an estimator, which is told where the thing is.
-        refine: As of `predict`.
+        estimators: Chains that find pallets themselves, and estimators, which are told where the thing is.
+        refine: As of `predict`, of those that have stages.
         scenes: Halls; ten things stand in each.
         write: Store the result file.
-        pictures: Folder for a picture of each trial.
+        pictures: Folder for a picture of each trial, with the scores of the first way.
     """
-    config = PredictConfig(selection="consensus", refine=refine)
-    opened = {blocked: load_estimator(estimator, replace(config, refuse_blocked=blocked)) for blocked in (False, True)}
-    scores: dict[bool, dict[str, list[tuple[float, float]]]] = {key: {kind: [] for kind in KINDS} for key in opened}
+    ways = {label: way for name in estimators for label, way in opened(name, refine).items()}
+    scores: dict[str, dict[str, list[tuple[float, float]]]] = {way: {kind: [] for kind in KINDS} for way in ways}
     for trial in trials(scenes):
-        for blocked, found in opened.items():
-            scores[blocked][trial.kind].append(accepted(trial, found))
+        for label, way in ways.items():
+            scores[label][trial.kind].append(accepted(trial, way))
         if pictures is not None:
-            _picture(pictures, trial, *scores[True][trial.kind][-1])
-    rows = [
-        row | {"name": f"{row['name']}{', --refuse-blocked' if key else ''}"}
-        for key, item in scores.items()
-        for row in summary(item, estimator)
-    ]
+            _picture(pictures, trial, *scores[next(iter(ways))][trial.kind][-1])
+    rows = [row for label, item in scores.items() for row in summary(item, label)]
     for row in rows:
         print(row)
     if write:
-        command = f"python -m benchmarks.front_ends.negatives --estimator {estimator} --scenes {scenes} --write"
-        file = RESULTS / f"negatives_{estimator.replace('-', '_')}.json"
-        write_result(file, command, rounded(rows), data={"recipe": RECIPE, "seed": SEED})
+        names = " ".join(estimators)
+        command = f"python -m benchmarks.front_ends.negatives --estimators {names} --scenes {scenes} --write"
+        write_result(RESULTS / "negatives.json", command, rounded(rows), data={"recipe": RECIPE, "seed": SEED})
+
+
+def opened(name: str, refine: Refinement) -> dict[str, PoseEstimator]:
+    """Return an estimator as it is and, where it can refuse what is blocked, doing so; by what tables call them."""
+    if name.removeprefix("segment-") in WITHOUT_STAGES:
+        return {name: load_estimator(name, PredictConfig())}
+    config = PredictConfig(selection="consensus", refine=refine)
+    return {
+        name: load_estimator(name, config),
+        f"{name} --refuse-blocked": load_estimator(name, replace(config, refuse_blocked=True)),
+    }
 
 
 def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> list[dict[str, Any]]:

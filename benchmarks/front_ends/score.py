@@ -17,7 +17,7 @@ import tyro
 
 from benchmarks.estimators.data import Data, made
 from benchmarks.front_ends.data import FOLDER, SCORED_ON, TEST_DISTANCE, TEST_INDUSTRIAL
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detection_file import read_results, write_results
 from warehouse_sim.dataset.results.found_object import FoundObject
@@ -89,7 +89,7 @@ def main(
     Args:
         folder: Where data are kept, and what was found.
         runs: Run folders by method, by default those in FOLDER; bundled weights where there is none.
-        only: Questions in whose names one of these is.
+        only: Questions in whose names one of these is; rows of others in the result file stay.
         workers: Processes that generate.
     """
     rows = list[dict[str, Any]]()
@@ -103,8 +103,11 @@ def main(
         root = made(question.data, folder, workers)
         rows += answer(question, [str(stage) for stage in stages], root, folder / "found")
         print(rows[-1] if rows else f"{question.name}: nothing to be found")
-    seeds = {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON}
-    write_result(RESULTS / "front_ends.json", "python -m benchmarks.front_ends.score", rounded(rows), data=seeds)
+    file, seeds = (
+        RESULTS / "front_ends.json",
+        {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON},
+    )
+    write_result(file, "python -m benchmarks.front_ends.score", beside_stored(file, rounded(rows)), data=seeds)
 
 
 def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) -> list[dict[str, Any]]:
