@@ -1,0 +1,92 @@
+"""Does the truck get there? The estimator in the loop: the truck sees, estimates, tracks, corrects, and goes in.
+
+    python -m benchmarks.docking.closed_loop industrial dock_staging --episodes 20 --write
+
+Episodes are kept line by line; a run that was stopped goes on.
+"""
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.docking.closed_loop.episode import Row
+from benchmarks.docking.closed_loop.pictures import picture
+from benchmarks.docking.closed_loop.report import by_level, table
+from benchmarks.docking.closed_loop.run import TRUTH, Kept, Runner
+from benchmarks.docking.closed_loop.settings import CONDITIONS, DRIFTS
+from benchmarks.result import RESULTS, rounded, write_result
+from warehouse_sim.render import open_renderer
+
+FOLDER = Path("out") / "closed_loop"
+
+
+def main(
+    recipes: Annotated[tuple[str, ...], tyro.conf.Positional],
+    /,
+    episodes: int = 20,
+    methods: tuple[str, ...] = (TRUTH, "rectangle-fit", "densefusion-depth"),
+    levels: tuple[str, ...] = tuple(CONDITIONS),
+    seed: int = 0,
+    masks: str = TRUTH,
+    least_score: float = 0.2,
+    folder: Path = FOLDER,
+    pictures: int = 0,
+    write: bool = False,
+) -> None:
+    """Drive, dock, count and print.
+
+    Args:
+        recipes: Where scenes come from.
+        episodes: Starts of each recipe; each is driven under every level by every method.
+        methods: "truth", or estimators as tables name them.
+        levels: Names of conditions (``settings.CONDITIONS``).
+        seed: Of the scenes.
+        masks: "truth" for the true mask of the pallet in each image, or a front end by name.
+        least_score: Below this an estimate does not count; several in a row stop the truck.
+        folder: Where episodes and pictures are kept.
+        pictures: How many starts of each recipe to draw, under the first level, all methods in one picture.
+        write: Store the result file.
+    """
+    started, rows = time.time(), list[Row]()
+    kept, conditions = Kept(folder / "episodes.jsonl"), [CONDITIONS[name] for name in levels]
+    with open_renderer("raster") as renderer:
+        for recipe in recipes:
+            runner = Runner(recipe, seed, methods, conditions, renderer, kept, masks, least_score)
+            for row in runner.rows(episodes):
+                rows.append(row)
+                print(_line(row), flush=True)
+            drawn = list(dict.fromkeys((row["scene"], row["start"]) for row in rows if row["source"] == recipe))
+            for place in drawn[:pictures]:
+                picture(folder / f"{recipe}_{place[0]}_{place[1]}.png", runner, *place)
+    summaries = by_level(rows)
+    print("\n".join(table(summaries)))
+    if write:
+        chosen = "" if levels == tuple(CONDITIONS) else " --levels " + " ".join(f"'{name}'" for name in levels)
+        command = (
+            f"python -m benchmarks.docking.closed_loop {' '.join(recipes)} --episodes {episodes} --methods "
+            f"{' '.join(methods)}{chosen} --seed {seed} --masks {masks} --least-score {least_score:g} --write"
+        )
+        settings = {"drive": asdict(runner.drive), "truck": asdict(runner.truck)}
+        settings |= {"drifts": {name: asdict(item) for name, item in DRIFTS.items()}}
+        settings |= {"levels": [asdict(item) for item in conditions]}
+        of_each = {recipe: rounded(by_level([row for row in rows if row["source"] == recipe])) for recipe in recipes}
+        facts = {"seconds_of_last_run": round(time.time() - started), "settings": settings, "by_recipe": of_each}
+        write_result(RESULTS / "closed_loop.json", command, rounded(summaries), **facts)
+
+
+def _line(row: Row) -> str:
+    place = f"{row['source']} {row['scene']}.{row['start']}, {row['condition']}, {row['method']}"
+    if "errors" not in row:
+        return f"{place}: {row['outcome']}"
+    errors = row["errors"]
+    return (
+        f"{place}: {row['outcome']} after {row['time']:.0f} s, lateral {1e3 * errors['lateral']:+.0f} mm, depth "
+        f"{1e3 * errors['depth']:+.0f} mm, yaw {57.29577951308232 * errors['yaw']:+.2f} deg"
+    )
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,119 @@
+"""Who estimates the pallet on the way: the truth, or an estimator that sees what the truck's camera sees there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from benchmarks.docking.closed_loop.drive import Glance
+from benchmarks.docking.closed_loop.live import LiveScene
+from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.detections import taken_by
+from warehouse_sim.estimators.front_ends import FindObjects
+from warehouse_sim.estimators.gravity import down_of_camera
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.tracking.tracker import View, in_sight
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.schema import ObjectInstance, ObjectModel, PoseEstimate
+
+_LEAST_PIXELS = 32
+"""As estimators ask of a dataset's true masks."""
+_TOLD, _NEAR = 0.5, 0.4
+"""What a front end finds is the truck's if it lies within this (m) of where it was told to go, or believes it."""
+
+
+def stated(sigma: float, turn_deg: float) -> Float[np.ndarray, "6 6"]:
+    """Return the covariance of estimates that state none: by place (m) and by turn (deg), standard deviations."""
+    return np.diag([sigma**2] * 3 + [float(np.deg2rad(turn_deg)) ** 2] * 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """Knows the pallet while it is in sight; ``T_object_wrong`` makes it wrong by always the same."""
+
+    pallet: ObjectInstance
+    model: ObjectModel
+    camera: PinholeCamera
+    T_object_wrong: Transform | None = None
+    least_score: float = 0.0
+
+    def __call__(self, glance: Glance) -> PoseEstimate | None:
+        """Return the true pose in the camera frame."""
+        T_world_camera = glance.viewpoint.T_world_camera
+        here = View(0, glance.index, self.camera, T_world_camera, glance.viewpoint.time)
+        if not in_sight(here, self.pallet.T_world_object[:3, 3]):
+            return None
+        T = invert(T_world_camera) @ self.pallet.T_world_object
+        T = T if self.T_object_wrong is None else T @ self.T_object_wrong
+        return PoseEstimate(0, glance.index, self.model.obj_id, 1.0, T, covariance=stated(0.002, 0.1))
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """An estimator on live images.
+
+    Args:
+        live: Renders what the truck sees.
+        estimator: Estimates poses.
+        pallet: The truck's.
+        model: Its geometry.
+        front_end: What finds objects in the image, one after the other; none takes the true mask of the pallet.
+        told: Where the truck was told that the pallet is (m, world), for what a front end finds.
+        number: Of the approach; images of one scene have numbers of their own.
+        least_score: Scores below this do not count, of estimators whose doubt was fitted; a score without doubt is no
+            probability, and counts whatever it is.
+        sigma: What is taken for the covariance where the estimator states none.
+    """
+
+    live: LiveScene
+    estimator: PoseEstimator
+    pallet: ObjectInstance
+    model: ObjectModel
+    front_end: Sequence[FindObjects]
+    told: Float[np.ndarray, " 3"]
+    number: int
+    least_score: float
+    sigma: tuple[float, float] = (0.02, 1.5)
+
+    def __call__(self, glance: Glance) -> PoseEstimate | None:
+        """Return the estimate of the pallet that the truck was sent to."""
+        shot = self.live.shoot(glance.viewpoint, glance.driven, f"closed loop {self.number} {glance.index}")
+        image = RgbdImage(
+            shot.camera,
+            shot.depth,
+            (),
+            shot.rgb,
+            shot.scene_index,
+            1000 * self.number + glance.index,
+            glance.T_odom_camera,
+            down_of_camera(glance.T_odom_camera),
+        )
+        image = self._with_detections(image, shot.instance_ids == self.pallet.instance_id)
+        if not image.detections:
+            return None
+        found = [item for item in self.estimator.estimate(image) if item.obj_id == self.model.obj_id]
+        found = found if not self.front_end else self._mine(found, glance)
+        if not found:
+            return None
+        best = max(found, key=lambda item: item.score)
+        if best.covariance is not None:
+            return best
+        return replace(best, covariance=stated(*self.sigma), score=max(best.score, self.least_score))
+
+    def _with_detections(self, image: RgbdImage, mask: np.ndarray) -> RgbdImage:
+        if not self.front_end:
+            seen = int(mask.sum()) >= _LEAST_PIXELS
+            mine = Detection(mask, self.model.obj_id, number=self.pallet.instance_id)
+            return replace(image, detections=(mine,) if seen else ())
+        for stage in self.front_end:
+            image = replace(image, detections=tuple(stage(image)))
+        return replace(image, detections=taken_by(self.estimator, image.detections, (self.model.name,)))
+
+    def _mine(self, found: Sequence[PoseEstimate], glance: Glance) -> list[PoseEstimate]:
+        known = glance.T_odom_object
+        at, most = (self.told, _TOLD) if known is None else (known[:3, 3], _NEAR)
+        away = [float(np.linalg.norm((glance.T_odom_camera @ item.T_camera_object)[:3, 3] - at)) for item in found]
+        near = [pair for pair in zip(away, found, strict=True) if pair[0] <= most]
+        return [min(near, key=lambda pair: pair[0])[1]] if near else []

@@ -1,0 +1,231 @@
+"""All episodes of a recipe, scene by scene; what was driven before is not driven again."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+
+from benchmarks.docking.closed_loop.drive import Approach, Perceive
+from benchmarks.docking.closed_loop.episode import Row, Setting, episode, way_is_free
+from benchmarks.docking.closed_loop.live import LiveScene, hidden_scene
+from benchmarks.docking.closed_loop.perceive import Seen, Truth
+from benchmarks.docking.closed_loop.settings import Condition, DriveConfig
+from benchmarks.docking.closed_loop.starts import Start, starts_in
+from benchmarks.docking.truck import TruckConfig
+from benchmarks.estimators.ways import open_way
+from warehouse_sim.dataset.formats.bop.models import even_mesh
+from warehouse_sim.dataset.objects import ObjectInfo, object_info
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.detections import open_stages
+from warehouse_sim.estimators.front_ends import FindObjects
+from warehouse_sim.generation.drawn import DrawnScene, draw_scene
+from warehouse_sim.generation.plan import target_models
+from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.render.renderer import Renderer
+from warehouse_sim.schema import SceneSpec
+
+TRUTH = "truth"
+"""The method that knows, and the masks that are the true ones."""
+_MOST_BARREN = 20
+"""After so many scenes without a start a recipe is given up."""
+LEFT_OUT = "left out"
+"""Outcome of an episode whose level cannot be had at its start."""
+
+
+class Kept:
+    """Rows in a file of JSON lines."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._rows: dict[str, Row] = {}
+        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
+            try:
+                row = json.loads(line)
+            except json.JSONDecodeError:
+                continue  # the last line of a run that was stopped
+            self._rows[row["key"]] = row
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._rows
+
+    def __getitem__(self, key: str) -> Row:
+        return self._rows[key]
+
+    def add(self, key: str, row: Row) -> Row:
+        """Keep a row and return it."""
+        self._rows[key] = kept = {"key": key, **row}
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(kept) + "\n")
+        return kept
+
+
+@dataclass(eq=False)
+class Runner:
+    """Episodes of one recipe.
+
+    Args:
+        source: Recipe.
+        seed: Of its scenes.
+        methods: "truth", or estimators as tables name them (``benchmarks.estimators.ways``).
+        conditions: Levels.
+        renderer: Draws.
+        kept: Rows so far.
+        masks: "truth", or a front end by name.
+        least_score: Below this an estimate does not count.
+        starts: Of each scene, at most.
+        drive: The truck's motion.
+        truck: Its forks.
+    """
+
+    source: str
+    seed: int
+    methods: Sequence[str]
+    conditions: Sequence[Condition]
+    renderer: Renderer
+    kept: Kept
+    masks: str = TRUTH
+    least_score: float = 0.2
+    starts: int = 2
+    drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
+    truck: TruckConfig = TruckConfig()  # noqa: RUF009  frozen
+
+    def rows(self, episodes: int) -> Iterator[Row]:
+        """Yield the rows of ``episodes`` starts; each is driven under every level by every method.
+
+        Raises:
+            PlacementError: Its scenes leave no room for a truck.
+        """
+        scene = started = 0
+        while started < episodes:
+            if scene >= _MOST_BARREN and not started:
+                raise PlacementError(f"{self.source}: a truck has room for an approach in none of {scene} scenes")
+            key = self._key("scene", scene)
+            if key not in self.kept:
+                self.kept.add(key, {"starts": len(self._starts(scene))})
+            for number in range(min(self.kept[key]["starts"], episodes - started)):
+                yield from self._of_start(scene, number)
+                started += 1
+            scene += 1
+
+    def approach(self, scene: int, number: int, condition: Condition, method: str) -> tuple[Row, Approach, Start]:
+        """Drive one episode again and return all of it, for a picture.
+
+        Raises:
+            LookupError: Its level cannot be had at that start.
+        """
+        start = self._starts(scene)[number]
+        perceive = self._perceive(start, condition, method)
+        if isinstance(perceive, str):
+            raise LookupError(perceive)
+        return *episode(self._setting, start, condition, method, perceive), start
+
+    def _of_start(self, scene: int, number: int) -> Iterator[Row]:
+        for condition in self.conditions:
+            for method in self.methods:
+                key = self._key("episode", scene, number, asdict(condition), method, self._eyes(method))
+                if key not in self.kept:
+                    start = self._starts(scene)[number]
+                    perceive = self._perceive(start, condition, method)
+                    if isinstance(perceive, str):
+                        row = self._left_out(scene, number, condition, method, perceive)
+                    else:
+                        row, _ = episode(self._setting, start, condition, method, perceive)
+                    self.kept.add(key, row)
+                yield self.kept[key]
+
+    def _eyes(self, method: str) -> list[object]:
+        return [] if method == TRUTH else [self.masks, self.least_score]
+
+    def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
+        place = {"source": self.source, "scene": scene, "start": number}
+        level = {"condition": condition.name, "factor": condition.factor, "method": method}
+        return place | level | {"outcome": LEFT_OUT, "by": why}
+
+    @cached_property
+    def _recipe(self) -> Recipe:
+        return load_recipe(self.source)
+
+    @cached_property
+    def _setting(self) -> Setting:
+        return Setting(self._recipe.name, self.seed, self._recipe.sensors.make_camera(), self.drive, self.truck)
+
+    @cached_property
+    def _objects(self) -> dict[int, ObjectInfo]:
+        found = {}
+        for model in target_models(self._recipe):
+            meshes = {False: model.mesh(), True: even_mesh(model)}
+            info = object_info(model, Path())
+            found[model.obj_id] = replace(info, read_mesh=lambda _, even, meshes=meshes: meshes[even])
+        return found
+
+    @cached_property
+    def _opened(self) -> dict[str, PoseEstimator]:
+        return {name: open_way(name, self._objects) for name in self.methods if name != TRUTH}
+
+    @cached_property
+    def _front_end(self) -> list[FindObjects]:
+        return [] if self.masks == TRUTH else open_stages(self.masks)
+
+    _drawn_of: tuple[int, DrawnScene, list[Start]] | None = None
+    _live_of: tuple[tuple[object, ...], LiveScene] | None = None
+    _hidden_of: tuple[tuple[object, ...], SceneSpec | None, str] | None = None
+
+    def _drawn(self, scene: int) -> tuple[DrawnScene, list[Start]]:
+        """Return a scene and its starts; the last one is kept."""
+        if self._drawn_of is None or self._drawn_of[0] != scene:
+            drawn = draw_scene(self._recipe, self.seed, scene)
+            self._drawn_of = (
+                scene,
+                drawn,
+                starts_in(drawn, self._setting.camera, self.truck, self.starts, partial(way_is_free, self._setting)),
+            )
+        return self._drawn_of[1:]
+
+    def _starts(self, scene: int) -> list[Start]:
+        return self._drawn(scene)[1]
+
+    def _perceive(self, start: Start, condition: Condition, method: str) -> Perceive | str:
+        """Return who estimates, or why the level cannot be had here."""
+        scene, pallet = start.station.scene, start.pallet
+        model = scene.model_of(pallet)
+        if method == TRUTH:
+            return Truth(pallet, model, self._setting.camera)
+        live = self._live(start, condition)
+        if isinstance(live, str):
+            return live
+        estimator = self._opened[method]
+        return Seen(live, estimator, pallet, model, self._front_end, start.told, start.number, self.least_score)
+
+    def _live(self, start: Start, condition: Condition) -> LiveScene | str:
+        """Return the loaded scene of a level; that of the last episode where it serves."""
+        drawn, _ = self._drawn(start.station.scene.scene_index)
+        hides = (start.number, condition.visible) if condition.visible else ()
+        key = (drawn.scene.scene_index, condition.light, condition.sensor, *hides)
+        if self._live_of is None or self._live_of[0] != key:
+            hidden, why = self._hidden(drawn, start, condition)
+            if why:
+                return why
+            settings = condition.light, condition.sensor, hidden, condition.hidden_for
+            self._live_of = key, LiveScene(self._recipe, drawn, self.renderer, *settings)
+        return self._live_of[1]
+
+    def _hidden(self, drawn: DrawnScene, start: Start, condition: Condition) -> tuple[SceneSpec | None, str]:
+        if condition.visible is None:
+            return None, ""
+        key = (drawn.scene.scene_index, start.number, condition.visible)
+        if self._hidden_of is None or self._hidden_of[0] != key:
+            view, stream = start.mount.view(start.pose), f"closed loop hidden {start.number}"
+            found = hidden_scene(self._recipe, drawn, view, start.pallet.instance_id, condition.visible, stream)
+            self._hidden_of = key, *found
+        return self._hidden_of[1:]
+
+    def _key(self, *what: object) -> str:
+        settings: Mapping[str, object] = {
+            "source": self.source, "seed": self.seed, "starts": self.starts, "what": what,
+            "drive": asdict(self.drive), "truck": asdict(self.truck),
+        }  # fmt: skip
+        return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]

@@ -1,0 +1,161 @@
+"""Where approaches begin: a truck before a side that it can take a pallet by, off its axis and turned."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.docking.questions import why_not
+from benchmarks.docking.station import Station, station_of
+from benchmarks.docking.truck import TruckConfig
+from benchmarks.docking.world import heading
+from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.trucks import TRUCKS
+from warehouse_sim.errors import PlacementError
+from warehouse_sim.estimators.tracking.tracker import View, in_sight
+from warehouse_sim.evaluation.docking import DockingFace
+from warehouse_sim.generation.drawn import DrawnScene
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene import scene_rng
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.scene.viewpoints.drives import Mount
+from warehouse_sim.scene.viewpoints.free_space import UNDERFOOT, FreeSpace, vehicle_boxes
+from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
+from warehouse_sim.scene.viewpoints.paths import FloorPose
+from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
+from warehouse_sim.schema import FREE, UNDER_A_STACK, ObjectInstance, SceneSpec
+
+KIND = "forklift_forks"
+"""The camera is between the tips and goes up with the forks: it sees the face until the tips are before it."""
+_DISTANCE = (4.0, 7.0)
+"""From the truck's origin to the face (m)."""
+_ASIDE, _OFFSET = 0.15, np.deg2rad(10.0)
+"""How far the truck is beside the face's axis at most, as a share of the way to where its tips are before the face: a
+truck with this radius cannot come onto the axis from farther. And the greatest angle between its heading and the line
+to the face (rad)."""
+_TRIES = 60
+_BEYOND = 4.0
+"""How far beyond the ends of the aisle a truck may stand (m), as on drives."""
+_LEAST_SIGHT = 0.6
+"""Share of the pallet's sample points that must be in sight, by boxes, as recipes have it."""
+_WELL_OFF = 0.15
+"""How far from the truth (m, standard deviation along x and y) the place is that a truck with a front end is told."""
+_TOUCH = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A truck before a pallet."""
+
+    number: int
+    """Of the start within its scene."""
+    station: Station
+    face: DockingFace
+    pose: FloorPose
+    mount: Mount
+    told: np.ndarray
+    """Where the truck is told that the pallet is (m, world)."""
+
+    @property
+    def pallet(self) -> ObjectInstance:
+        """What it goes for."""
+        return self.station.pallet
+
+
+def starts_in(
+    drawn: DrawnScene, camera: PinholeCamera, truck: TruckConfig, most: int, is_free: Callable[[Start], bool]
+) -> list[Start]:
+    """Return up to ``most`` starts of a scene, each before another pallet; the same for the same scene.
+
+    Args:
+        drawn: The scene.
+        camera: The truck's.
+        truck: Its tines must fit.
+        most: How many.
+        is_free: Whether nothing stands in the way of a start.
+    """
+    rng = scene_rng(drawn.scene.seed, drawn.scene.scene_index, "closed loop", drawn.scene.attempt)
+    try:
+        space = FreeSpace.of_scene(drawn.scene)
+    except PlacementError:
+        return []
+    found: list[Start] = []
+    for station, face in _sides(drawn, truck, rng):
+        if any(item.pallet is station.pallet for item in found):
+            continue
+        start = _draw(len(found), station, face, space, camera, rng)
+        found += [] if start is None or not is_free(start) else [start]
+        if len(found) == most:
+            break
+    return found
+
+
+def collisions_of(scene: SceneSpec, start: Start) -> Callable[[FloorPose], bool]:
+    """Return what says whether the truck at a pose touches anything but its pallet.
+
+    Args:
+        scene: With all that stands there.
+        start: How high the forks are, and which pallet they go for.
+    """
+    solids = Solids.of(scene.instances, scene.models)
+    others = solids.subset(~solids.of_objects([start.pallet.instance_id]))
+    obstacles = others.boxes.subset(others.extents[1][:, 2] > UNDERFOOT)
+
+    def touches(pose: FloorPose) -> bool:
+        bodies = BoxStack.of(vehicle_boxes(start.mount.view(pose), start.mount.lift))
+        pairs = bodies.pairs(obstacles)
+        return bool(np.min(bodies.separation(obstacles, pairs).distance, initial=np.inf) < -_TOUCH)
+
+    return touches
+
+
+def _sides(drawn: DrawnScene, truck: TruckConfig, rng: np.random.Generator) -> Iterator[tuple[Station, DockingFace]]:
+    """Yield the sides that docking asks for, in random order."""
+    scene = drawn.scene
+    reach = reachability(scene, TRUCKS[drawn.settings.layout.truck])
+    sides = [(number, name) for number, item in reach.items() for name in item.faces]
+    solids = Solids.of(scene.instances, scene.models)
+    for index in rng.permutation(len(sides)):
+        number, name = sides[index]
+        verdict = reach[number].faces[name]
+        if verdict not in (FREE, UNDER_A_STACK):
+            continue
+        station = station_of(scene, number, solids)
+        face = station.face(name)
+        if not why_not(station, face, truck, verdict):
+            yield station, face
+
+
+def _draw(
+    number: int,
+    station: Station,
+    face: DockingFace,
+    space: FreeSpace,
+    camera: PinholeCamera,
+    rng: np.random.Generator,
+) -> Start | None:
+    pallet = station.pallet
+    T_world_dock = pallet.T_world_object @ face.T_object_dock
+    yaw, _ = heading(T_world_dock)
+    mounting = MOUNTINGS[KIND]
+    lift = max(0.0, float(pallet.T_world_object[2, 3] - station.scene.model_of(pallet).size[2] / 2.0))
+    height, pitch = mounting.height.draw(rng) + lift, float(np.deg2rad(mounting.pitch_deg.draw(rng)))
+    mount = Mount(KIND, mounting, height, pitch, lift)
+    told = pallet.T_world_object[:3, 3] + np.array([*rng.normal(0.0, _WELL_OFF, 2), 0.0])
+    for _ in range(_TRIES):
+        back = float(rng.uniform(*_DISTANCE))
+        aside = float(rng.uniform(-_ASIDE, _ASIDE)) * (back - FORKLIFT.tip)
+        ahead, left = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+        x, y = T_world_dock[:2, 3] - back * ahead + aside * left
+        turned = -float(np.arctan2(aside, back)) + float(rng.uniform(-_OFFSET, _OFFSET))
+        pose = FloorPose(float(x), float(y), yaw + turned)
+        view = mount.view(pose)
+        here = View(0, 0, camera, view.T_world_camera, 0.0)
+        if not space.area.x_min - _BEYOND <= x <= space.area.x_max + _BEYOND:
+            continue
+        if not space.admits_bodies(vehicle_boxes(view, lift)) or not in_sight(here, pallet.T_world_object[:3, 3]):
+            continue
+        if space.sight_share(view.T_world_camera[:3, 3], pallet) >= _LEAST_SIGHT:
+            return Start(number, station, face, pose, mount, told)
+    return None

@@ -1,0 +1,118 @@
+"""Runs go on where they stopped, count what they leave out, and see what the package's own images show."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.docking.closed_loop import run as run_module
+from benchmarks.docking.closed_loop.live import LiveScene
+from benchmarks.docking.closed_loop.report import by_level, table
+from benchmarks.docking.closed_loop.run import Kept, Runner
+from benchmarks.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
+from warehouse_sim.generation.drawn import draw_scene
+from warehouse_sim.generation.moment import Stage
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.twins import base_variant
+from warehouse_sim.render import open_renderer
+from warehouse_sim.scene.lighting import PRESETS as LIGHTS
+from warehouse_sim.sensors.rgbd.depth.models import MODELS, PRESETS
+
+ROW = {"source": "made", "scene": 0, "start": 0, "condition": "base", "factor": "base", "method": "truth"}
+DRIVEN = {"time": 20.0, "distance": 4.0, "corrections": 1, "images": 12}
+ERRORS = {"errors": {"depth": -0.01, "lateral": 0.02, "vertical": 0.0, "yaw": np.deg2rad(0.5)}}
+
+
+def test_every_level_changes_one_factor_of_the_base_and_names_what_there_is() -> None:
+    for name, item in CONDITIONS.items():
+        assert item.name == name
+        assert item.light in LIGHTS
+        assert item.sensor in ("own", *MODELS, *PRESETS)
+        assert item.drift in DRIFTS
+        changed = [key for key in ("light", "visible", "sensor", "is_open") if getattr(item, key) != getattr(BASE, key)]
+        assert len(changed) <= 1
+        assert (item == BASE) == (name == "base")
+
+
+def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "episodes.jsonl"
+    one = Runner("smoke", 3, ("truth",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    rows = list(one.rows(1))
+    assert [(row["condition"], row["method"]) for row in rows] == [("base", "truth"), ("open loop", "truth")]
+    assert rows[0]["outcome"] == "docked"
+    assert rows[1]["images"] == 1
+    with file.open("a") as open_file:
+        open_file.write('{"key": "half a li')
+
+    def never(*_: object) -> None:
+        raise AssertionError("a scene was drawn again")
+
+    monkeypatch.setattr(run_module, "draw_scene", never)
+    again = Runner("smoke", 3, ("truth",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    assert list(again.rows(1)) == rows
+    other = Runner("smoke", 3, ("truth",), (CONDITIONS["no drift"],), None, Kept(file), starts=1)
+    with pytest.raises(AssertionError, match="drawn again"):
+        list(other.rows(1))
+    assert all(json.loads(line)["key"] for line in file.read_text().splitlines()[:-1])
+
+
+def test_levels_are_counted_with_intervals_over_scenes_and_without_what_was_left_out() -> None:
+    docked = {**ROW, **DRIVEN, **ERRORS, "outcome": "docked", "swept": {"docks": True}}
+    rows = [
+        *({**docked, "scene": scene} for scene in range(6)),
+        {**ROW, **DRIVEN, "scene": 6, "outcome": "no estimate"},
+        {**ROW, **DRIVEN, **ERRORS, "scene": 7, "outcome": "struck", "swept": {"docks": False}},
+        {**ROW, "scene": 8, "outcome": "left out", "by": "no free floor"},
+    ]
+    (found,) = by_level(rows)
+    assert (found["value"], found["episodes"], found["left_out"], found["aborted"]) == (0.75, 8, 1, 1)
+    assert found["swept test docks"] == 0.75
+    low, high = found["interval"]
+    assert low < 0.45  # eight scenes say no more
+    assert high > 0.9
+    assert found["median_lateral_mm"] == pytest.approx(20.0)
+    assert found["median_yaw_deg"] == pytest.approx(0.5)
+    assert "no estimate 1, struck 1" in table([found])[-1]
+    (none,) = by_level(rows[-1:])
+    assert (none["episodes"], none["left_out"]) == (0, 1)
+
+
+@pytest.mark.gl
+def test_a_live_image_shows_what_an_observation_from_there_shows() -> None:
+    recipe = load_recipe("smoke")
+    drawn = draw_scene(recipe, 3, 0)
+    viewpoint = drawn.scene.viewpoints[0]
+    with open_renderer("raster") as renderer:
+        live = LiveScene(recipe, drawn, renderer, "nominal", "ideal")
+        shot = live.shoot(viewpoint, 0.0, "some noise")
+        again = live.shoot(viewpoint, 0.0, "some noise")
+        stage = Stage(renderer, recipe.sensors.make_camera())
+        moment, _ = stage.set_up(base_variant(drawn.scene, live.choice), 0, viewpoint)
+        buffers = moment.images.seen_from(viewpoint.T_world_camera)
+    np.testing.assert_array_equal(shot.instance_ids, buffers.instance_ids)
+    read = shot.depth > 0.0
+    assert read.mean() > 0.5
+    np.testing.assert_allclose(shot.depth[read], buffers.depth[read], atol=1e-3)
+    np.testing.assert_array_equal(shot.depth, again.depth)
+    np.testing.assert_array_equal(shot.rgb, again.rgb)
+    assert shot.rgb.std() > 5.0
+
+
+@pytest.mark.gl
+def test_a_darker_light_and_another_place_give_another_image() -> None:
+    recipe = load_recipe("smoke")
+    drawn = draw_scene(recipe, 3, 0)
+    viewpoint = drawn.scene.viewpoints[0]
+    aside = replace(viewpoint, T_world_camera=viewpoint.T_world_camera @ np.array(
+        [[1.0, 0, 0, 0.2], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
+    ))  # fmt: skip
+    with open_renderer("raster") as renderer:
+        day = LiveScene(recipe, drawn, renderer, "nominal", "own")
+        first, moved = day.shoot(viewpoint, 0.0, "a"), day.shoot(aside, 0.2, "b")
+        night = LiveScene(recipe, drawn, renderer, "night", "own").shoot(viewpoint, 0.0, "a")
+    assert (first.instance_ids != moved.instance_ids).mean() > 0.01
+    np.testing.assert_array_equal(first.instance_ids, night.instance_ids)
+    # The work lights reach the middle, not the edges.
+    assert np.percentile(night.rgb, 10) < 0.5 * np.percentile(first.rgb, 10)
