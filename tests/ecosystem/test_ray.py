@@ -11,8 +11,11 @@ from tests.generation.test_generate import hashes
 pytestmark = [pytest.mark.ecosystem, pytest.mark.gl]
 
 
-def test_a_cluster_that_loses_a_node_makes_the_bytes_of_one_process(run_tool: RunTool, tmp_path: Path) -> None:
-    printed = run_tool("ray_nodes.py", tmp_path, Path(__file__).parents[2], timeout=580.0)
+@pytest.mark.parametrize("place", ["file", "s3"])
+def test_a_cluster_that_loses_a_node_makes_the_bytes_of_one_process(
+    run_tool: RunTool, tmp_path: Path, place: str
+) -> None:
+    printed = run_tool("ray_nodes.py", tmp_path, Path(__file__).parents[2], place, timeout=580.0)
     said = json.loads(printed.splitlines()[-1])
     assert said["nodes"] == 2
     assert said["left"] == 1

@@ -1,6 +1,8 @@
 """A shard as one tar archive at any place that fsspec knows: there whole or not at all."""
 
 import tarfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,10 +23,10 @@ def stored_shards(place: str) -> list[str]:
         DatasetError: The place cannot be read.
     """
     files, root = _open(place)
-    try:
+    with _reaching(f"{place}: cannot be read", ""):
+        # What is remembered of a folder does not know what others have stored there since.
+        files.invalidate_cache()
         found = files.ls(root, detail=False) if files.exists(root) else []
-    except OSError as problem:
-        raise DatasetError(f"{place}: cannot be read ({problem})") from problem
     names = (str(path).rstrip("/").rpartition("/")[2] for path in found)
     return sorted(name for name in names if name.startswith("shard-") and name.endswith(".tar"))
 
@@ -36,7 +38,7 @@ def pack_shard(folder: Path, place: str, name: str) -> None:
         DatasetError: It cannot be written.
     """
     files, root = _open(place)
-    try:
+    with _reaching(f"{place}/{name}: cannot be written", ""):
         files.makedirs(root, exist_ok=True)
         with (
             files.transaction,
@@ -45,8 +47,6 @@ def pack_shard(folder: Path, place: str, name: str) -> None:
         ):
             for path in sorted(item for item in folder.rglob("*") if item.is_file()):
                 archive.add(path, str(path.relative_to(folder)), recursive=False)
-    except OSError as problem:
-        raise DatasetError(f"{place}/{name}: cannot be written ({problem})") from problem
 
 
 def unpack_shard(place: str, name: str, folder: Path) -> None:
@@ -56,11 +56,25 @@ def unpack_shard(place: str, name: str, folder: Path) -> None:
         DatasetError: The archive cannot be read.
     """
     files, root = _open(place)
+    with (
+        _reaching(f"{place}/{name}: cannot be read", "; make the shard again"),
+        files.open(f"{root}/{name}", "rb") as stream,
+        tarfile.open(fileobj=stream, mode="r:") as archive,
+    ):
+        archive.extractall(folder, filter="data")
+
+
+@contextmanager
+def _reaching(what: str, remedy: str) -> Iterator[None]:
+    """Say in one line what a place answers: its library raises errors of its own, which only it knows by name.
+
+    Raises:
+        DatasetError: Anything went wrong in the block.
+    """
     try:
-        with files.open(f"{root}/{name}", "rb") as stream, tarfile.open(fileobj=stream, mode="r:") as archive:
-            archive.extractall(folder, filter="data")
-    except (OSError, tarfile.TarError) as problem:
-        raise DatasetError(f"{place}/{name}: cannot be read ({problem}); make the shard again") from problem
+        yield
+    except Exception as problem:
+        raise DatasetError(f"{what} ({problem}){remedy}") from problem
 
 
 def _open(place: str) -> tuple[Any, str]:
