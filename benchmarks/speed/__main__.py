@@ -35,6 +35,7 @@ from benchmarks.speed.rgbd_models import rgbd_models
 from benchmarks.speed.scaling import scaling
 from benchmarks.speed.scoring import scoring
 from benchmarks.speed.silhouettes import silhouettes
+from benchmarks.speed.streaming import streaming
 from benchmarks.speed.subject import Settings
 from benchmarks.speed.training import training
 from benchmarks.speed.twins import twins
@@ -55,6 +56,7 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "inference": inference,
     "latency": latency,
     "training": training,
+    "streaming": streaming,
     "scoring": scoring,
 }
 

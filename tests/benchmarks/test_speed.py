@@ -29,6 +29,7 @@ ROWS = {
     "inference",
     "latency",
     "training",
+    "streaming",
     "scoring",
 }
 

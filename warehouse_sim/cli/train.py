@@ -1,8 +1,8 @@
 """``warehouse-sim train``: a dataset folder becomes a run folder."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -10,7 +10,11 @@ from warehouse_sim.cli.console import finish, say, share_progress
 from warehouse_sim.estimators import DETECTORS, SEGMENTERS
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.stream_settings import StreamConfig
 from warehouse_sim.optional import require_extra
+
+if TYPE_CHECKING:
+    from warehouse_sim.schema import Observation
 
 
 def train(
@@ -25,7 +29,9 @@ def train(
 ) -> None:
     """Train an estimator on the train split, watch it on val, and fit there how its confidence predicts its error.
 
-    Test is never read. Detectors and segmenters have settings of their own: ``warehouse-sim train NAME --help``.
+    Test is never read. With --stream.recipe observations are made while the network trains on them, and of the data,
+    which that recipe has made with another seed, the train split is not read. Detectors and segmenters have settings of
+    their own: ``warehouse-sim train NAME --help``.
 
     Args:
         estimator: Name of an estimator, see ``warehouse-sim list``.
@@ -97,8 +103,22 @@ def _train(
 
     method = trainable(estimator)
     with share_progress("training") as progress:
-        run(estimator, data, out, config, resume, progress, init, cache)
+        run(estimator, data, out, config, resume, progress, init, cache, open_stream)
     with share_progress("calibrating") as progress:
         remark = method.calibrate(out, data, progress)
     if remark:
         say(remark)
+
+
+def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":
+    """Make the observations of a stream from a number on.
+
+    Raises:
+        MissingPackageError: What makes scenes is not installed.
+        RecipeError: The recipe holds something that a recipe does not take.
+    """
+    require_extra("generate", "to make the observations that are trained on")
+    from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.stream import stream
+
+    return stream(load_recipe(config.recipe), config.seed, config.workers, start)

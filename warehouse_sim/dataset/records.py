@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -64,3 +66,16 @@ class ImageRecord:
     targets: tuple[TargetRecord, ...]
     calibrated: bool = True
     """Whether the camera is known; else only its size is, and its focal length is a guess for drawing."""
+
+
+class ImagePixels(Protocol):
+    """What gives the arrays of an image: a reader of files, or an observation that has none."""
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Return the colour image."""
+
+    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Return the depth image: metres along the optical axis, 0 = no reading."""
+
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Return the mask of a target's visible pixels."""

@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS, Trainable, is_trainable
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.settings import LoopConfig
+
+if TYPE_CHECKING:
+    from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream
 
 
 def train(
@@ -18,6 +22,7 @@ def train(
     progress: Progress | None = None,
     init: str | Path | None = None,
     cache: Path | None = None,
+    open_stream: "OpenStream | None" = None,
 ) -> Path:
     """Train ``estimator`` on the train splits of ``data``, watch it on their val splits, and return the run folder.
 
@@ -32,6 +37,8 @@ def train(
         init: Bundled estimator or run folder whose weights training begins with; fresh ones by default.
         cache: Folder that keeps the crops for the next training, by default one in the user's cache folder;
             ``Path("none")`` keeps them in memory.
+        open_stream: Gives the observations of the stream that ``config`` names, from a number on; what trains on them
+            reads no train split.
 
     Raises:
         UnknownNameError: No such estimator, or nothing to begin with of that name.
@@ -41,7 +48,9 @@ def train(
         TrainingError: A split, the run folder or the weights to begin with cannot be used.
     """
     folders = (data,) if isinstance(data, Path) else tuple(data)
-    return trainable(estimator).train(folders, run, config, resume, progress, init, cache)
+    method = trainable(estimator)
+    streams: dict[str, Any] = {"open_stream": open_stream} if getattr(method, "takes_streams", False) else {}
+    return method.train(folders, run, config, resume, progress, init, cache, **streams)
 
 
 def trainable(name: str) -> Trainable:

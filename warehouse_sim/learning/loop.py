@@ -4,6 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 import torch
 from jaxtyping import Float, Int
@@ -14,7 +15,6 @@ from warehouse_sim.learning.averaging import MovingAverage
 from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
 from warehouse_sim.learning.observer import Observer, TrainingState
-from warehouse_sim.learning.order import SampleOrder
 from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
 from warehouse_sim.learning.precision import choose_precision, mixed
 from warehouse_sim.learning.settings import LoopConfig
@@ -54,9 +54,16 @@ class Task(nn.Module, ABC):
         return None
 
 
+class Order(Protocol):
+    """Which samples each step takes; the step alone decides, so that a resumed run goes on as it would have."""
+
+    def indices(self, step: int) -> Int[Tensor, " b"]:
+        """Return the samples of one step."""
+
+
 def fit(
     task: Task,
-    order: SampleOrder,
+    order: Order,
     config: LoopConfig,
     clock: Clock,
     run: Path,
@@ -93,9 +100,7 @@ def fit(
 class _Loop:
     """One process's part of a training."""
 
-    def __init__(
-        self, task: Task, order: SampleOrder, config: LoopConfig, clock: Clock, run: Path, worker: Worker
-    ) -> None:
+    def __init__(self, task: Task, order: Order, config: LoopConfig, clock: Clock, run: Path, worker: Worker) -> None:
         self._task, self._order, self._config, self._run, self._worker = task, order, config, run, worker
         self._device = worker.device
         self.state = TrainingState(config, clock, self._device, choose_precision(config.precision))

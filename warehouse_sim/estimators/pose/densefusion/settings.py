@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Annotated, Any, Literal, TypeVar
 
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.stream_settings import StreamConfig
 from warehouse_sim.ranges import Range, Share, ranged
 
 Size = Literal["nano", "small", "full"]
@@ -151,9 +152,13 @@ class TrainConfig(LoopConfig):
     """Threads that decode images, 1-1,024."""
     augment: AugmentConfig = field(default_factory=AugmentConfig)
     """How samples are disturbed."""
+    stream: StreamConfig = field(default_factory=StreamConfig)
+    """What is trained on in place of the train split, where a recipe is named."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.stream.recipe and self.devices > 1:
+            raise ValueError(f"a stream feeds one process, not {self.devices}: leave out stream.recipe or devices")
         if self.phase != "joint" and self.refiner_iterations == 0:
             raise ValueError(f"phase {self.phase} trains the refiner: refiner_iterations must be 1 or more")
 

@@ -1,6 +1,6 @@
 """Draw network inputs from a crop set: choose points, disturb them, centre and scale them."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import torch
 from jaxtyping import Bool, Float, Int
@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.augment import (
 )
 from warehouse_sim.estimators.pose.densefusion.crops.choice import Choice, choose_with_surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
-from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, CropTable
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.crops.given_mask import NOISE_WIDTH
 from warehouse_sim.estimators.pose.densefusion.crops.levelling import is_known, level_turns
 from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
@@ -23,6 +23,13 @@ from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 DEPTH_LIMIT = 3.0
 """Depth crops are clipped to so many half diameters before and behind the centre."""
+
+
+class CropSource(Protocol):
+    """What crops are drawn from, by their numbers."""
+
+    def rows(self, index: Int[Tensor, " b"]) -> CropTable:
+        """Return copies of the crops ``index``, in this order."""
 
 
 class Batch(NamedTuple):
@@ -50,7 +57,7 @@ class Batch(NamedTuple):
 
 
 def draw_batch(
-    crops: CropSet,
+    crops: CropSource,
     index: Int[Tensor, " b"],
     count: int,
     generator: torch.Generator | None = None,

@@ -114,7 +114,7 @@ class CropSet:
             for table, first, places in zip(self.tables, self._first.tolist(), found, strict=False)
         ]
         back = torch.cat(found).argsort()
-        return _joined(parts).rows(back)
+        return join_tables(parts).rows(back)
 
     def to(self, device: torch.device) -> "CropSet":
         """Return the same crops on ``device``; tables that lie on disk stay there when it is the CPU.
@@ -124,7 +124,7 @@ class CropSet:
         if device.type == "cpu":
             return self
         chosen = None if self._chosen is None else self._chosen.to(device)
-        return CropSet([_joined([table.to(device) for table in self.tables])], chosen)
+        return CropSet([join_tables([table.to(device) for table in self.tables])], chosen)
 
     def _column(self, parts: list[Tensor]) -> Tensor:
         column = torch.cat(parts)
@@ -197,6 +197,7 @@ def _packed(depth: np.ndarray, base: np.float32) -> np.ndarray:
     return np.where(depth > 0, depth - base, np.nan).astype(np.float16)
 
 
-def _joined(parts: Sequence[CropTable]) -> CropTable:
+def join_tables(parts: Sequence[CropTable]) -> CropTable:
+    """Return the crops of several tables in one, in their order."""
     columns: list[Any] = [None if column[0] is None else torch.cat(column) for column in zip(*parts, strict=True)]
     return CropTable(*columns)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.dataset.records import ImagePixels, ImageRecord, TargetRecord
 from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, surroundings
@@ -77,11 +77,11 @@ def wanted_targets(image: ImageRecord, config: CropConfig) -> list[TargetRecord]
     return [target for target in image.targets if target.has_pose and config.least_visible.takes(target)]
 
 
-def image_crops(reader: DatasetReader, image: ImageRecord, config: CropConfig, seed: int) -> Iterator[Crop]:
+def image_crops(reader: ImagePixels, image: ImageRecord, config: CropConfig, seed: int) -> Iterator[Crop]:
     """Yield a crop of each wanted target of ``image``, decoding the image once.
 
     Args:
-        reader: The dataset.
+        reader: The dataset, or an observation that is in none.
         image: Which image.
         config: How to cut.
         seed: Decides which pixels of large targets are kept, the same for each target whatever the order.
@@ -183,7 +183,7 @@ def _pixels_of(
     return (u + left).astype(np.int32), (v + top).astype(np.int32), border_px
 
 
-def _owners(reader: DatasetReader, image: ImageRecord) -> Int32[np.ndarray, "h w"]:
+def _owners(reader: ImagePixels, image: ImageRecord) -> Int32[np.ndarray, "h w"]:
     """Return the position of the label that each pixel shows plus 1, 0 for none."""
     owners = np.zeros((image.camera.height, image.camera.width), dtype=np.int32)
     for target in image.targets:

@@ -14,7 +14,7 @@ from warehouse_sim.learning.array_store import Arrays, joined, kept_arrays
 
 _FORMAT = 2
 """To be raised when the arrays change."""
-_SEED = 0
+CUT_SEED = 0
 """Decides which pixels of large targets are kept: one choice for all trainings, so that they share their crops."""
 
 
@@ -46,11 +46,11 @@ def load_crops(
     """
     if cache is None:
         return joined(
-            stack_arrays(crops, config) for crops in read_crops(reader, split, config, _SEED, workers, progress)
+            stack_arrays(crops, config) for crops in read_crops(reader, split, config, CUT_SEED, workers, progress)
         )
     whole = replace(config, rgb=True, depth=True) if config.side_px else config
     entry = cache / f"{split}-{crops_digest(reader, split, whole)}"
-    chunks = read_crops(reader, split, whole, _SEED, workers, progress)
+    chunks = read_crops(reader, split, whole, CUT_SEED, workers, progress)
     arrays = kept_arrays(entry, "crops", (stack_arrays(crops, whole) for crops in chunks))
     unwanted = set() if config.reads_rgb else {"rgb"}
     unwanted |= set() if config.reads_depth else {"depth", "depth_base", "ray_map"}
@@ -63,7 +63,7 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     That is the manifest, the way of cutting, the labels, and names and sizes of the images: a dataset that other code
     made anew may have the same manifest, but not images of the same sizes.
     """
-    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, _SEED, split, asdict(config)]).encode())
+    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, CUT_SEED, split, asdict(config)]).encode())
     for path in reader.files(split):
         labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
         digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)

@@ -1,5 +1,7 @@
 """One training step and one validation of a network of the DenseFusion family."""
 
+from collections.abc import Mapping
+
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
@@ -12,6 +14,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.phases import rate_factor, refiner_alone, refiner_begins
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.learning.loop import Task
 
 THRESHOLDS = (0.02, 0.05, 0.10)
@@ -28,7 +31,7 @@ class PoseTask(Task):
         network: What is trained.
         shapes: Shapes of the network's classes.
         config: Settings.
-        crops: Crop sets by split, "train" and "val".
+        crops: Crop sets by split, "train" and "val"; the former may be those of a stream.
         crop: How they were cut; needed for those with surroundings.
     """
 
@@ -39,7 +42,7 @@ class PoseTask(Task):
         network: DenseFusion,
         shapes: ShapeTensors,
         config: TrainConfig,
-        crops: dict[str, CropSet],
+        crops: Mapping[str, CropSet | StreamedCrops],
         crop: CropConfig | None = None,
     ) -> None:
         super().__init__(network)
@@ -76,6 +79,7 @@ class PoseTask(Task):
         """Return the median RMS surface distance of the most confident poses, and shares below each threshold."""
         assert isinstance(network, DenseFusion)
         crops = self._crops["val"]
+        assert isinstance(crops, CropSet)
         errors = [self._errors(network, index) for index in torch.arange(len(crops)).split(_VALIDATION_BATCH)]
         before, after = torch.cat(errors).unbind(dim=1)
         metrics = {"val_median_mm": _median_mm(after), "val_median_unrefined_mm": _median_mm(before)}

@@ -20,6 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierCon
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream, StreamedCrops
 from warehouse_sim.learning.array_store import Arrays
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.run_folder import DatasetSource, package_version
@@ -33,17 +34,31 @@ class Prepared:
     """What a training runs on."""
 
     crops: dict[str, CropSet]
-    """By split, "train" and "val"."""
+    """By split, "train" and "val"; of a stream "val" alone."""
     classes: tuple[str, ...]
     """Class name of each of the run's objects."""
     config: RunConfig
     """The resolved configuration."""
+    streamed: StreamedCrops | None = None
+    """What is trained on in place of "train", where it is made meanwhile."""
+
+    @property
+    def first_crops(self) -> CropSet:
+        """What training sees before its first step."""
+        return self.crops["train"] if self.streamed is None else self.streamed.window(0)[1]
 
 
 def prepare(
-    method: Method, data: Sequence[Path], config: TrainConfig, cache: Path | None, progress: Progress | None
+    method: Method,
+    data: Sequence[Path],
+    config: TrainConfig,
+    cache: Path | None,
+    progress: Progress | None,
+    open_stream: OpenStream | None = None,
 ) -> Prepared:
     """Cut all targets of train and val out of the images of the datasets and measure the objects that occur.
+
+    Where ``config`` names a stream, that takes the place of train, and all objects of the datasets are known.
 
     Args:
         method: What is trained.
@@ -51,10 +66,12 @@ def prepare(
         config: Settings.
         cache: Folder to keep crops in; None keeps them in memory.
         progress: Called with what is read.
+        open_stream: Opens the stream that ``config`` names.
 
     Raises:
         DatasetError: A folder is no dataset with BOP files.
-        TrainingError: A split is empty, val holds objects that train lacks, or the datasets do not fit together.
+        TrainingError: A split is empty, the stream would show scenes of the data, val holds objects that train lacks,
+            or the datasets do not fit together.
     """
     if not data:
         raise TrainingError("there is nothing to train on: name at least one dataset folder")
@@ -63,20 +80,26 @@ def prepare(
     wanted = _wanted_objects(objects, config.objects)
     network = network_of(method, config)
     crop = crop_of(network)
+    streams = bool(config.stream.recipe)
+    if streams:
+        _require_other_scenes(readers, config)
     found: dict[str, list[Arrays]] = {}
-    for split in ("train", "val"):
+    for split in ("val",) if streams else ("train", "val"):
         reads = [
             load_crops(reader, split, crop, config.workers, cache, _reading(progress, f"{split} of {reader.root.name}"))
             for reader in readers
         ]
         found[split] = [arrays for arrays in reads if arrays is not None]
-    known = _known_objects(found, wanted, crop, data)
+    known = _known_objects(found, wanted, crop, data, streams)
     rng = np.random.default_rng(config.seed)
     surface = config.loss.nearest_points if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
     sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    if streams and open_stream is None:
+        raise TrainingError(f"nothing here opens the stream of {config.stream.recipe}: give train() one")
     return Prepared(
+        streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams and open_stream else None,
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
         classes=tuple(objects[obj_id].class_name for obj_id in known),
         config=RunConfig(method.name, package_version(), sources, shapes, network, crop, config),
@@ -136,8 +159,22 @@ def _matches(info: ObjectInfo, pattern: str) -> bool:
     return fnmatchcase(info.name, pattern) or info.class_name == pattern
 
 
+def _require_other_scenes(readers: Sequence[DatasetReader], config: TrainConfig) -> None:
+    """Refuse a stream with the seed of a dataset.
+
+    Raises:
+        TrainingError: It has one.
+    """
+    for reader in readers:
+        if reader.manifest is not None and reader.manifest.seed == config.stream.seed:
+            raise TrainingError(
+                f"stream.seed {config.stream.seed} is the seed of {reader.root}, whose val split would be trained on; "
+                "choose another one"
+            )
+
+
 def _known_objects(
-    found: dict[str, list[Arrays]], wanted: set[int], crop: CropConfig, data: Sequence[Path]
+    found: dict[str, list[Arrays]], wanted: set[int], crop: CropConfig, data: Sequence[Path], streams: bool
 ) -> list[int]:
     """Return the numbers of the objects that training sees."""
     folders = ", ".join(map(str, data))
@@ -151,6 +188,8 @@ def _known_objects(
                 f"{folders}: the split {split!r} has no target with visible fraction >= {crop.min_visible_fraction} "
                 f"and {crop.min_points} depth readings; generate more scenes"
             )
+    if streams:
+        return sorted(wanted)
     if unknown := sorted(seen["val"] - seen["train"]):
         raise TrainingError(f"{folders}: objects {unknown} of val do not occur in train; generate more scenes")
     return sorted(seen["train"])

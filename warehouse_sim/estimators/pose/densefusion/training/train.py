@@ -10,6 +10,7 @@ from typing import Any
 import torch
 
 from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.pose.densefusion.crops import CropSet
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.object_meshes import dataset_meshes, write_meshes
@@ -20,6 +21,7 @@ from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_
 from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream, StreamedCrops, StreamOrder
 from warehouse_sim.estimators.pose.densefusion.training.warm_start import settings_from, start_from
 from warehouse_sim.learning import run_folder
 from warehouse_sim.learning.checkpoint import latest_checkpoint
@@ -46,6 +48,7 @@ def train_method(
     progress: Progress | None = None,
     init: str | Path | None = None,
     cache: Path | None = None,
+    open_stream: OpenStream | None = None,
 ) -> Path:
     """Train ``method``; arguments and errors are those of ``warehouse_sim.estimators.train.train``."""
     old = read_config(run) if run_folder.claim_folder(run, resume) else None
@@ -54,7 +57,7 @@ def train_method(
         config = config if old and config == TrainConfig() else settings_from(start, config)
     if old:
         _require_same(old, method.name, config, run)
-    job = _Job(method, tuple(data), run, old.train if old else config, _crops_folder(cache))
+    job = _Job(method, tuple(data), run, old.train if old else config, _crops_folder(cache), open_stream)
     if job.config.phase == "refiner" and not start:
         raise TrainingError("phase refiner trains on top of a network: name it with --init, a bundled name or a run")
     log = RunLog(run / run_folder.LOG)
@@ -68,6 +71,8 @@ def train_method(
         network, prepared = _begin(prepared, init, old)
         write_config(run, prepared.config)
         log.note(", ".join(f"{len(crops)} crops of {split}" for split, crops in prepared.crops.items()))
+        if prepared.streamed:
+            log.note(f"train: the stream of {job.config.stream.recipe}, seed {job.config.stream.seed}")
         with start_workers(job.config.devices, _run_worker, job) as worker:
             observers = _observers(run, job.config.max_minutes, log, progress)
             state = train_network(prepared, network, clock, run, worker, observers)
@@ -97,10 +102,17 @@ def train_network(
         worker: Which process this is.
         observers: Notified of what happens; given in rank 0 only.
     """
-    config, crops = prepared.config.train, prepared.crops
+    config, streamed = prepared.config.train, prepared.streamed
+    crops: dict[str, CropSet | StreamedCrops] = {**prepared.crops}
+    order: SampleOrder | StreamOrder
+    if streamed:
+        crops["train"] = streamed
+        order = StreamOrder(streamed, config.batch, config.seed, prepared.classes, config.balance)
+    else:
+        train = prepared.crops["train"]
+        weights = sampling_weights(train.class_index, prepared.classes, config.balance)
+        order = SampleOrder(len(train), config.batch, config.seed, weights)
     task = PoseTask(network, shape_tensors(prepared.config.objects), config, crops, prepared.config.crop)
-    weights = sampling_weights(crops["train"].class_index, prepared.classes, config.balance)
-    order = SampleOrder(len(crops["train"]), config.batch, config.seed, weights)
     return fit(task, order, config, clock, run, worker, observers)
 
 
@@ -113,10 +125,11 @@ class _Job:
     run: Path
     config: TrainConfig
     cache: Path | None
+    open_stream: OpenStream | None = None
 
     def prepare(self, progress: Progress | None = None) -> Prepared:
         """Return crops and configuration."""
-        return prepare(self.method, self.data, self.config, self.cache, progress)
+        return prepare(self.method, self.data, self.config, self.cache, progress, self.open_stream)
 
     def clock(self) -> Clock:
         """Start a clock."""
@@ -143,7 +156,7 @@ def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -
     config = prepared.config
     torch.manual_seed(config.train.seed)
     network = DenseFusion(config.network, len(config.objects))
-    start_at_mean_rotation(network, prepared.crops["train"], config.objects)
+    start_at_mean_rotation(network, prepared.first_crops, config.objects)
     if old:
         init = old.started_from.name if old.started_from else None
     only_refiner = config.train.phase == "refiner"
@@ -184,8 +197,7 @@ def _result(state: TrainingState, network: DenseFusion, prepared: Prepared) -> d
         "samples": samples,
         "seconds": round(clock.spent(), 1),
         "samples_per_second": round(samples / max(clock.trained(), 1e-9), 1),
-        "train_crops": len(prepared.crops["train"]),
-        "val_crops": len(prepared.crops["val"]),
+        **{f"{split}_crops": len(crops) for split, crops in prepared.crops.items()},
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
         "precision": state.precision,
         "device": str(state.device),

@@ -1,0 +1,118 @@
+"""Training on observations that no file holds: the crops of files, and weights that an interruption does not change."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.torch
+import torch
+
+from tests.dataset.toy import make_scene, observe
+from warehouse_sim.dataset.as_stored import as_stored
+from warehouse_sim.dataset.observed_image import ObservedImage
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import ConfigError, TrainingError
+from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.train import train
+from warehouse_sim.learning.stream_settings import StreamConfig
+from warehouse_sim.schema import Observation
+
+NAME = "densefusion-pointcloud"
+STREAM = StreamConfig(recipe="toy", seed=99, window=4, fresh=1.5)
+CONFIG = TrainConfig(
+    max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", warmup_steps=2, threads=1, stream=STREAM
+)
+
+
+def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
+    """Give two observations of each toy scene, of which the second shows no target."""
+    for number in count(start):
+        yield as_stored(observe(make_scene(number // 2))[number % 2])
+
+
+def weights(run: Path) -> dict[str, torch.Tensor]:
+    return safetensors.torch.load_file(run / "weights.safetensors")
+
+
+@pytest.mark.parametrize(
+    "config", [CropConfig(), CropConfig(80, True, True), CropConfig(80, True, True, surround_px=6)]
+)
+def test_crops_of_an_observation_are_those_of_its_files(toy_root: Path, config: CropConfig) -> None:
+    reader, cut = DatasetReader(toy_root), 0
+    for split in reader.splits:
+        for image in reader.images(split):
+            streamed = ObservedImage(as_stored(observe(make_scene(image.scene_id))[image.image_id]))
+            pairs = zip(
+                image_crops(reader, image, config, 0), image_crops(streamed, streamed.record, config, 0), strict=True
+            )
+            for of_file, of_stream in pairs:
+                cut += 1
+                for name in ("obj_id", "T_camera_object", "points", "border_px", "pixel", "rgb", "depth", "down"):
+                    np.testing.assert_array_equal(getattr(of_file, name), getattr(of_stream, name), err_msg=name)
+    assert cut > 5
+
+
+@pytest.fixture(scope="module")
+def whole(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return train(NAME, toy_root, tmp_path_factory.mktemp("streamed") / "run", CONFIG, open_stream=toy_stream)
+
+
+def test_a_run_that_was_interrupted_ends_with_the_same_weights(toy_root: Path, tmp_path: Path, whole: Path) -> None:
+    def stop(share: float, note: str) -> None:
+        if note.startswith("step 5"):
+            raise KeyboardInterrupt
+
+    opened: list[int] = []
+
+    def watched(config: StreamConfig, start: int) -> Iterator[Observation]:
+        opened.append(start)
+        return toy_stream(config, start)
+
+    part = tmp_path / "part"
+    with pytest.raises(KeyboardInterrupt):
+        train(NAME, toy_root, part, CONFIG, progress=stop, open_stream=toy_stream)
+    train(NAME, toy_root, part, CONFIG, resume=True, open_stream=watched)
+    assert opened == [0, 6]  # where the network begins, then step 4, from which it goes on
+    expected, found = weights(whole), weights(part)
+    assert all(torch.equal(value, found[name]) for name, value in expected.items())
+
+
+def test_another_stream_teaches_something_else(toy_root: Path, tmp_path: Path, whole: Path) -> None:
+    def later(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return toy_stream(config, start + 100)
+
+    other = weights(train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=later))
+    assert any(not torch.equal(value, other[name]) for name, value in weights(whole).items())
+
+
+def test_the_run_says_what_it_was_trained_on(whole: Path) -> None:
+    assert read_config(whole).train.stream == STREAM
+    assert "train: the stream of toy, seed 99" in (whole / "train.log").read_text()
+
+
+def test_scenes_of_the_data_are_refused(toy_root: Path, tmp_path: Path) -> None:
+    seed = DatasetReader(toy_root).manifest.seed  # type: ignore[union-attr]
+    config = replace(CONFIG, stream=replace(STREAM, seed=seed))
+    with pytest.raises(TrainingError, match=rf"stream.seed {seed} is the seed of .*; choose another one"):
+        train(NAME, toy_root, tmp_path / "run", config, open_stream=toy_stream)
+
+
+def test_a_stream_that_shows_nothing_is_named(toy_root: Path, tmp_path: Path) -> None:
+    def empty(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return (as_stored(observe(make_scene(number))[1]) for number in count(start))
+
+    with pytest.raises(TrainingError, match=r"none of the stream's observations .* shows an object of the data"):
+        train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=empty)
+
+
+def test_settings_that_need_a_stream_are_refused_without_one(toy_root: Path, tmp_path: Path) -> None:
+    with pytest.raises(TrainingError, match="nothing here opens the stream of toy"):
+        train(NAME, toy_root, tmp_path / "run", CONFIG)
+    with pytest.raises(ConfigError, match="a stream feeds one process, not 2: leave"):
+        replace(CONFIG, devices=2)
