@@ -1,27 +1,36 @@
-"""One small dataset that every suite can be asked on: twins of each kind, a LiDAR, requested occlusion."""
+"""Two small datasets that every suite can be asked on: twins of each kind and a LiDAR; the same with occluders."""
 
 from dataclasses import replace
 
 from warehouse_sim.benchmark.suite import DataConfig, Suite
 
-SETTINGS = {
-    "sensors": {"rig": "dissertation"},
-    "occlusion": {"visible_fraction": [{"min": 0.4, "max": 0.8}]},
-    "twins": {
-        "without_occluders": True,
-        "lights": [{"name": "dim 20 lx", "preset": "dim", "lux": 20}],
-        "noise": [{"name": "d435", "rgbd": {"depth": "d435"}, "draw": 0}],
-    },
+_TWINS = {
+    "lights": [{"name": "dim 20 lx", "preset": "dim", "lux": 20}],
+    "noise": [{"name": "d435", "rgbd": {"depth": "d435"}, "draw": 0}],
 }
-SMOKE = DataConfig("smoke", 5, 1, 2, SETTINGS, ("kitti", "bop"))
-TRIVIAL = ("rectangle-fit", "plane-fit", "icp-multistart", "front-fit")
+FREE = DataConfig("smoke", 5, 1, 2, {"sensors": {"rig": "dissertation"}, "twins": _TWINS}, ("kitti", "bop"))
+HIDDEN = DataConfig(
+    "smoke",
+    5,
+    1,
+    2,
+    {
+        "sensors": {"rig": "dissertation"},
+        "occlusion": {"visible_fraction": [{"min": 0.4, "max": 0.8}]},
+        "twins": {"without_occluders": True, **_TWINS},
+    },
+    ("kitti", "bop"),
+)
+TRIVIAL = ("rectangle-fit", "rectangle-fit+lidar")
 
 
 def shrunk(suite: Suite) -> Suite:
-    """Return a suite that asks the same of one scene of the smoke recipe, and trains nothing."""
-    data = {name: SMOKE for name, item in suite.data.items() if not item.trained_on}
-    against = {"without occluders": "without occluders"}
-    compare = tuple(
-        replace(item, against=against.get(item.against, "base")) if item.variants else item for item in suite.compare
-    )
-    return replace(suite, data=data, trainings={}, compare=compare)
+    """Return a suite that asks the same of one scene of the smoke recipe, and trains nothing.
+
+    All datasets become one, so that conditions on several are paired with themselves.
+    """
+    against = {item.against for item in suite.compare}
+    data = {"industrial": HIDDEN} if "without occluders" in against else {"smoke": FREE}
+    (name,) = data
+    conditions = {label: replace(item, data=name) for label, item in suite.asked.items()}
+    return replace(suite, data=data, conditions=conditions, trainings={})

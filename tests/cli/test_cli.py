@@ -45,6 +45,7 @@ def test_every_verb_explains_itself(capsys, verb) -> None:
     ("arguments", "message"),
     [
         (("preview", "demoo"), "unknown recipe"),
+        (("bench", "industriel"), "unknown suite"),
         (("generate", "demoo", "--out", "x"), "dock_staging, "),
         (
             ("generate", "smoke", "--out", "x", "--formats", "cocoo"),

@@ -1,7 +1,7 @@
 """Paired effects: the same ground truth with one thing changed, by twins of a dataset or by conditions."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -15,6 +15,8 @@ from warehouse_sim.evaluation.intervals import difference_interval, seed_interva
 
 _SAME = 0.005
 """Visible fractions nearer than this are the same."""
+_MOVED = 0.02
+"""Objects whose places differ by more (m) are not the same."""
 Key = tuple[int, int, int]
 """Scene, place that it is seen from, instance."""
 
@@ -42,9 +44,37 @@ def effect_rows(answers: Sequence[Answer], suite: Suite, compare: CompareConfig)
     Raises:
         ConfigError: There is no variant or condition of the name to compare with.
     """
+    if compare.between:
+        yield from _between(answers, suite, compare)
+        return
     for name in dict.fromkeys(answer.group.name for answer in answers):
         mine = [answer for answer in answers if answer.group.name == name]
         yield from _of_variants(mine, suite, compare) if compare.variants else _of_conditions(mine, suite, compare)
+
+
+def _between(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
+    for one, other in compare.between:
+        first, second = (_named(answers, name) for name in (one, other))
+        for condition in (name for name in first if name in second):
+            pair, everything = (
+                (first[condition], second[condition]),
+                np.ones(len(first[condition].scores[0].table), bool),
+            )
+            # The same rows: what counts as a ground truth depends on no estimate.
+            told = replace(compare, against=second[condition].group.name)
+            yield from _rows(*pair, (everything, everything), suite, told, "all")
+
+
+def _named(answers: Sequence[Answer], name: str) -> dict[str, Answer]:
+    """Return the answers by condition of an estimator, or of the longest training of that name."""
+    names = dict.fromkeys(answer.group.name for answer in answers)
+    longest = max((item for item in names if item.startswith(f"{name}@")), key=_steps, default=name)
+    chosen = name if name in names else longest
+    return {answer.condition: answer for answer in answers if answer.group.name == chosen}
+
+
+def _steps(name: str) -> int:
+    return int(name.rpartition("@")[2])
 
 
 def _of_variants(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
@@ -81,7 +111,7 @@ def _rows(
     compare: CompareConfig,
     label: str,
 ) -> Iterator[Row]:
-    pairs = paired(first, second, *rows)
+    pairs = same_rows(*rows) if compare.between else paired(first, second, *rows)
     if compare.changed_only:
         seen = first.scores[0].table.visible_fraction, second.scores[0].table.visible_fraction
         changed = np.abs(seen[0][pairs.first] - seen[1][pairs.second]) > _SAME
@@ -90,7 +120,8 @@ def _rows(
     subjects = first.subjects(suite.edges)
     for group, of_group in groups(subjects, compare.by):
         inside = of_group[pairs.first]
-        named = ", ".join(part for part in (f"{compare.factor}: {label or first.condition}", group) if part != "all")
+        what = compare.factor if label == "all" else f"{compare.factor}: {label or first.condition}"
+        named = what if group == "all" else f"{what}, {group}"
         for metric, (one, other) in values.items():
             gains = one[:, pairs.first[inside]] - other[:, pairs.second[inside]]
             row = _effect(first, named, metric, gains, subjects.table.scene_id[pairs.first[inside]], compare.against)
@@ -112,6 +143,11 @@ def _effect(
     return make_row(answer, "effects", label, metric, value, (low, high), scenes, against)
 
 
+def same_rows(rows: Bool[np.ndarray, " n"], others: Bool[np.ndarray, " n"]) -> Pairs:
+    """Return pairs of rows of two answers to the same question."""
+    return Pairs(np.flatnonzero(rows), np.flatnonzero(others), 0)
+
+
 def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: Bool[np.ndarray, " m"]) -> Pairs:
     """Return which of some rows of two answers belong together, by scene, place and instance.
 
@@ -121,26 +157,42 @@ def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: 
         rows: Of the first.
         others: Of the second.
     """
-    mine, theirs = _keys(first), _keys(second)
-    place = {theirs[row]: row for row in np.flatnonzero(others).tolist()}
-    found = [(row, place[mine[row]]) for row in np.flatnonzero(rows).tolist() if mine[row] in place]
+    mine, theirs = _seen(first), _seen(second)
+    place = {theirs[row].key: row for row in np.flatnonzero(others).tolist()}
+    found = []
+    for row in np.flatnonzero(rows).tolist():
+        other = place.get(mine[row].key, -1)
+        # Scenes of two recipes with one seed may hold other things under the same numbers.
+        if other >= 0 and np.abs(mine[row].centre - theirs[other].centre).max() < _MOVED:
+            found.append((row, other))
     left, right = np.array(found, dtype=int).reshape(-1, 2).T
     return Pairs(left, right, int(rows.sum()) - len(found))
 
 
-def _keys(answer: Answer) -> list[Key]:
-    """Return of each row the scene, the number of the viewpoint and the instance, which twins share."""
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A ground truth as twins share it."""
+
+    key: Key
+    centre: Float[np.ndarray, " 3"]
+    """Of the object in the camera frame (m)."""
+
+
+def _seen(answer: Answer) -> list[_Seen]:
+    """Return of each row the scene, the number of the viewpoint and the instance, and where it is."""
     numbers = answer.opened.groups
-    instances = {
-        (image.scene_id, image.image_id, item.gt_index): item.instance_id or item.gt_index
-        for image in answer.opened.reader.images("test")
+    targets = {
+        (image.scene_id, image.image_id, item.gt_index): item
+        for image in answer.opened.reader.images(answer.opened.split)
         for item in image.targets
     }
-    table = answer.scores[0].table
+    table, found = answer.scores[0].table, []
     places = zip(table.scene_id.tolist(), table.image_id.tolist(), table.gt_index.tolist(), strict=True)
-    return [
-        (scene, numbers[image] if numbers else image, instances[scene, image, index]) for scene, image, index in places
-    ]
+    for scene, image, index in places:
+        item = targets[scene, image, index]
+        key = scene, numbers[image] if numbers else image, item.instance_id or item.gt_index
+        found.append(_Seen(key, item.T_camera_object[:3, 3]))
+    return found
 
 
 def _rows_of(answer: Answer, variant: str) -> Bool[np.ndarray, " n"]:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.benchmark.entrants import TRUTH, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.rows import DRAWS, Row, Table
-from warehouse_sim.benchmark.scored import SPLIT, Opened
+from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detection_file import read_results, write_results
 from warehouse_sim.dataset.results.found_object import FoundObject
@@ -43,28 +43,29 @@ def found_by(name: str, opened: Opened, out: Path, anew: bool = False) -> list[F
     """
     reader = opened.reader
     if name == TRUTH:
-        return [item for image in reader.images(SPLIT) for item in _labelled(reader, image)]
+        return [item for image in reader.images(opened.split) for item in _labelled(reader, image)]
     weights = {part: weights_digest(part) for part in name.split("+")}
     inputs = {"kind": "detector", "names": list(weights), "weights_sha256": weights, "data": reader.digest}
     place = folder_for(out / "detections" / opened.made.root.resolve().name, name.rpartition("/")[2], inputs)
     if anew or not is_kept(place, inputs):
-        found, _ = detect(name, opened.made.root, SPLIT)
+        found, _ = detect(name, opened.made.root, opened.split)
         make_folder(place)
         write_results(place / "detections.json", found, reader)
         keep(place, inputs)
-    return read_results(place / "detections.json", reader, SPLIT)
+    return read_results(place / "detections.json", reader, opened.split)
 
 
-def detection_rows(name: str, condition: str, found: Sequence[FoundObject], reader: DatasetReader) -> Iterator[Row]:
+def detection_rows(name: str, condition: str, found: Sequence[FoundObject], opened: Opened) -> Iterator[Row]:
     """Yield the rows of one detector on one dataset; trainings is 1 for all but the truth.
 
     Args:
         name: The detector.
         condition: Name of the dataset in the suite.
         found: Its detections.
-        reader: The dataset.
+        opened: The dataset.
     """
-    images, asked = reader.images(SPLIT), Asked()
+    reader, asked = opened.reader, Asked()
+    images = reader.images(opened.split)
     trainings = int(name != TRUTH)
     for class_name, parts in sorted(seen_by_class(found, reader, images, asked).items()):
         if not wanted_in(parts):
@@ -89,7 +90,7 @@ def detection_rows(name: str, condition: str, found: Sequence[FoundObject], read
             yield row("detection", f"ap_{metric}", value, (min(low, one), max(high, other)))
         for recall, value, ends in _precision_by_recall(parts):
             yield row("precision", f"at_recall_{round(100 * recall)}", value, ends)
-    yield from _confusion_rows(name, condition, found, reader, asked, trainings)
+    yield from _confusion_rows(name, condition, found, opened, asked, trainings)
 
 
 def _labelled(reader: DatasetReader, image: ImageRecord) -> Iterator[FoundObject]:
@@ -124,12 +125,14 @@ def _confusion_rows(
     name: str,
     condition: str,
     found: Sequence[FoundObject],
-    reader: DatasetReader,
+    opened: Opened,
     asked: Asked,
     trainings: int,
 ) -> Iterator[Row]:
     """Yield as what the objects of each class were found, and what share of the detections is on nothing."""
-    pairs = [pair for image in reader.images(SPLIT) for pair in _confusions(image, found, reader, asked)]
+    pairs = [
+        pair for image in opened.reader.images(opened.split) for pair in _confusions(image, found, opened.reader, asked)
+    ]
     for true in sorted({true for true, _, _ in pairs}):
         mine = [(label, scene) for of, label, scene in pairs if of == true]
         scene_id = np.array([scene for _, scene in mine])

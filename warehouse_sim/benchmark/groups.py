@@ -1,14 +1,16 @@
 """Groups of ground truths that tables have a row for: by class, distance, points of a LiDAR, twin."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.ranges import Range, Share, ranged
 
 _JOINED = " x "
 Place = tuple[int, int, int]
@@ -17,20 +19,21 @@ Rows = Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True)
+@ranged
 class EdgeConfig:
     """Where bins begin; the last of distance and visible fraction ends them."""
 
-    distance: tuple[float, ...] = (0.0, 2.0, 7.0, 15.0, 25.0, 35.0)
-    """Of the distance (m), rising."""
-    visible_fraction: tuple[float, ...] = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
-    """Of the visible share (0-1), rising; what is seen as a whole is in the last."""
-    lidar_points: tuple[int, ...] = (0, 50, 100)
-    """Least numbers of LiDAR points; groups hold one another."""
+    distance: tuple[Annotated[float, Range(0, 100_000, "m")], ...] = (0.0, 2.0, 7.0, 15.0, 25.0, 35.0)
+    """Of the distance (m), rising, 0-100,000."""
+    visible_fraction: tuple[Share, ...] = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+    """Of the visible share, rising, 0-1; what is seen as a whole is in the last."""
+    lidar_points: tuple[Annotated[int, Range(0, 1_000_000_000)], ...] = (0, 50, 100)
+    """Least numbers of LiDAR points, rising, 0-1,000,000,000; groups hold one another."""
 
     def __post_init__(self) -> None:
         for name in ("distance", "visible_fraction", "lidar_points"):
             edges = getattr(self, name)
-            if len(edges) < 1 or any(not low < high for low, high in pairwise(edges)) or not np.isfinite(edges).all():
+            if not edges or any(not low < high for low, high in pairwise(edges)):
                 raise ValueError(f"{name} must rise, found {list(edges)}")
 
 
@@ -63,6 +66,16 @@ def groups(subjects: Subjects, grouping: str) -> Iterator[tuple[str, Rows]]:
         rows = np.logical_and.reduce([rows for _, rows in chosen])
         if rows.any():
             yield ", ".join(label for label, _ in chosen), rows
+
+
+def all_groups(subjects: Subjects, groupings: Sequence[str]) -> Iterator[tuple[str, Rows]]:
+    """Yield the groups of several groupings, each label once: objects of others may be called as their class."""
+    seen = set[str]()
+    for grouping in groupings:
+        for label, rows in groups(subjects, grouping):
+            if label not in seen:
+                seen.add(label)
+                yield label, rows
 
 
 def lidar_points(reader: DatasetReader, split: str) -> dict[Place, int]:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.groups import groups
+from warehouse_sim.benchmark.groups import all_groups
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
@@ -92,12 +92,11 @@ def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
     """Yield the shares of every group and metric of a suite."""
     columns = {metric: over_trainings(answer, metric) for metric in suite.metrics}
     subjects = answer.subjects(suite.edges)
-    for grouping in suite.by:
-        for label, rows in groups(subjects, grouping):
-            for metric, values in columns.items():
-                row = share_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
-                if row is not None:
-                    yield row
+    for label, rows in all_groups(subjects, suite.by):
+        for metric, values in columns.items():
+            row = share_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
+            if row is not None:
+                yield row
 
 
 def share_row(
@@ -145,10 +144,9 @@ def make_row(
 def curve_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
     """Yield accuracy over threshold, 1 to 10 % of the diameter, of every group."""
     subjects = answer.subjects(suite.edges)
-    for grouping in suite.by:
-        for label, rows in groups(subjects, grouping):
-            for percent in range(1, 11):
-                values = over_trainings(answer, f"add_{percent}pct")[:, rows]
-                row = share_row(answer, "curves", label, f"add_{percent}pct", values, subjects.table.scene_id[rows])
-                if row is not None:
-                    yield row
+    columns = {f"add_{percent}pct": over_trainings(answer, f"add_{percent}pct") for percent in range(1, 11)}
+    for label, rows in all_groups(subjects, suite.by):
+        for metric, values in columns.items():
+            row = share_row(answer, "curves", label, metric, values[:, rows], subjects.table.scene_id[rows])
+            if row is not None:
+                yield row

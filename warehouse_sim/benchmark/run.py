@@ -2,22 +2,27 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
 from warehouse_sim.benchmark.effects import effect_rows
 from warehouse_sim.benchmark.entrants import TRUTH, Asked, Group, entrant, weights_digest
 from warehouse_sim.benchmark.finding import detection_rows, found_by
+from warehouse_sim.benchmark.foreign import counted, on_folder
+from warehouse_sim.benchmark.front_entries import TRIVIAL
 from warehouse_sim.benchmark.groups import lidar_points, split_name
 from warehouse_sim.benchmark.page import page
+from warehouse_sim.benchmark.recorded import find_recorded, front_rows, trivial_group
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
 from warehouse_sim.benchmark.rows import Row, curve_rows, require_metrics, score_rows
-from warehouse_sim.benchmark.scored import SPLIT, Answer, Opened, scored
+from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
+from warehouse_sim.benchmark.simulated import SIMULATIONS, simulated_rows
 from warehouse_sim.benchmark.spread import spread_rows
-from warehouse_sim.benchmark.suite import ConditionConfig, Suite, quickened
+from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
+from warehouse_sim.benchmark.trained import trained
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, MissingPackageError, TrainingError
 from warehouse_sim.evaluation import ScoreConfig, Scores
@@ -50,8 +55,10 @@ class _Run:
     config: RunConfig
     progress: Progress
     opened: dict[str, Opened] = field(default_factory=dict)
+    groups: list[Group] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     reused: int = 0
 
 
@@ -61,6 +68,7 @@ def run_suite(
     quick: bool = False,
     config: RunConfig = RunConfig(),
     progress: Progress = lambda share, note: None,
+    data: Path | None = None,
 ) -> SuiteResult:
     """Run a suite, write ``results/SUITE.json`` and the page beside it, and return the result.
 
@@ -73,19 +81,28 @@ def run_suite(
         quick: Whether at small sizes.
         config: Where and how.
         progress: Called with the share that is done and what is going on.
+        data: Folder of others that is scored in place of the suite's own data.
 
     Raises:
         UnknownNameError: There is no such recipe, estimator or disturbance.
         ConfigError: The suite names what there is not.
+        InputError: The suite does not take such a folder.
         EvaluationError: Predictions cannot be scored.
     """
     started = time.monotonic()
-    suite = quickened(suite) if quick else suite
-    groups = [entrant(name) for name in estimators or suite.estimators]
-    run = _Run(suite, config, progress)
-    _open_data(run)
-    _ask(run, groups)
-    rows = (*_rows(run), *_found(run))
+    run = _Run(quickened(suite) if quick else suite, config, progress)
+    extra: list[Row] = []
+    if "recorded" in suite.takes:
+        run.groups = [entrant(name) for name in estimators or run.suite.estimators]
+        extra += _on_recorded(run, data)
+    elif data is not None:
+        _on_folder(run, data, estimators)
+    else:
+        _open_data(run)
+        run.groups = [entrant(name) for name in estimators or run.suite.estimators]
+        _train(run)
+        _ask(run)
+    rows = (*_rows(run), *extra)
     result = SuiteResult(
         suite=suite.title,
         question=suite.question,
@@ -95,12 +112,19 @@ def run_suite(
         seconds=round(time.monotonic() - started, 1),
         reused=run.reused,
         data=tuple(_data_facts(run)),
-        estimators=(*_estimator_facts(groups), *_detector_facts(run, groups)),
+        estimators=(*_estimator_facts(run), *_detector_facts(run)),
         rows=rows,
         left_out=tuple(run.left_out),
+        notes=tuple(run.notes),
     )
-    store(result, config.out / "results" / f"{suite.name}{'-quick' if quick else ''}.json")
+    store(result, result_file(config.out, suite.name, quick, data))
     return result
+
+
+def result_file(out: Path, name: str, quick: bool, data: Path | None = None) -> Path:
+    """Return where a result lies."""
+    parts = [name, *([data.resolve().name] if data else []), *(["quick"] if quick else [])]
+    return out / "results" / f"{'-'.join(parts)}.json"
 
 
 def store(result: SuiteResult, path: Path) -> None:
@@ -112,16 +136,78 @@ def store(result: SuiteResult, path: Path) -> None:
 def _open_data(run: _Run) -> None:
     counts_points = any("lidar_points" in split_name(name) for name in run.suite.by)
     for name, data in run.suite.data.items():
-        if data.trained_on:
-            continue
-        run.progress(0.0, f"data {name}")
-        found = made(name, data, run.config.out, run.config.workers, lambda done, total: None)
-        reader = DatasetReader(found.root)
-        run.opened[name] = Opened(found, reader, lidar_points(reader, SPLIT) if counts_points else {})
+        if not data.trained_on:
+            found = _made(run, name, data)
+            reader = DatasetReader(found.root)
+            run.opened[name] = Opened(found, reader, lidar_points(reader, SPLITS[0]) if counts_points else {})
 
 
-def _ask(run: _Run, groups: Sequence[Group]) -> None:
-    asked = [(name, item, group) for name, item in run.suite.asked.items() for group in _asked(item, groups)]
+def _made(run: _Run, name: str, data: DataConfig) -> MadeSet:
+    def told(done: int, total: int) -> None:
+        run.progress(0.0, f"data {name}: {done} of {total} scenes")
+
+    return made(name, data, run.config.out, run.config.workers, told)
+
+
+def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
+    """Train what the suite trains; each training of each length is asked after the named estimators."""
+    if not run.suite.trainings:
+        return
+    known = roots or {name: _made(run, name, item).root for name, item in run.suite.data.items() if item.trained_on}
+    for name, training in run.suite.trainings.items():
+
+        def told(share: float, note: str, title: str = f"training {name}") -> None:
+            run.progress(0.0, f"{title}: {share:.0%}, {note}")
+
+        try:
+            run.groups += trained(name, training, known, run.config.out, told)
+        except _CANNOT as problem:
+            run.left_out.append(LeftOut(name, "training", str(problem)))
+
+
+def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
+    """Ask the suite's questions of a folder of others, by the protocol of the dissertation."""
+    run.suite, opened, rules = on_folder(run.suite, data)
+    run.opened[opened.made.name] = opened
+    run.groups = [entrant(name) for name in estimators or run.suite.estimators]
+    _train(run, {opened.made.name: data})
+    _ask(run)
+    run.answers = counted(run.answers, rules, data)
+    run.notes.append(rules.text)
+
+
+def _on_recorded(run: _Run, data: Path | None) -> list[Row]:
+    """Score what of some recorded frames can be scored, and say what cannot."""
+    if data is None:
+        run.notes.append("no recorded frames were given, so nothing is scored: name their folder with --data")
+        return []
+    rows: list[Row] = []
+    for item in find_recorded(data):
+        run.progress(0.0, item.path.name)
+        if item.kind == "other":
+            run.notes.append(item.note)
+        elif item.kind == "posed":
+            name = item.path.resolve().name
+            run.opened[name] = Opened(MadeSet(name, item.path), DatasetReader(item.path), {}, item.split)
+        else:
+            run.groups += [] if TRIVIAL in {group.name for group in run.groups} else [trivial_group()]
+            rows += _of_fronts(run, item.path)
+    asked = {name: ConditionConfig(name) for name in run.opened}
+    run.suite = replace(run.suite, conditions=asked)
+    _ask(run)
+    return rows
+
+
+def _of_fronts(run: _Run, folder: Path) -> Iterator[Row]:
+    for group in run.groups:
+        try:
+            yield from front_rows(group, folder)
+        except _CANNOT as problem:
+            run.left_out.append(LeftOut(group.name, folder.name, str(problem)))
+
+
+def _ask(run: _Run) -> None:
+    asked = [(name, item, group) for name, item in run.suite.asked.items() for group in _asked(item, run.groups)]
     for number, (name, condition, group) in enumerate(asked):
 
         def told(share: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
@@ -139,6 +225,7 @@ def _ask(run: _Run, groups: Sequence[Group]) -> None:
 
 
 def _asked(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:
+    groups = [group for group in groups if group.name != TRIVIAL]
     if not condition.estimators:
         return list(groups)
     return [group for group in groups if group.name in condition.estimators or not _is_asked(group)]
@@ -167,6 +254,8 @@ def _rows(run: _Run) -> Iterator[Row]:
             yield from curve_rows(answer, run.suite)
             yield from spread_rows(answer, run.suite)
     yield from chain.from_iterable(effect_rows(run.answers, run.suite, item) for item in run.suite.compare)
+    yield from _found(run)
+    yield from _simulated(run)
 
 
 def _found(run: _Run) -> Iterator[Row]:
@@ -180,6 +269,16 @@ def _found(run: _Run) -> Iterator[Row]:
                 )
             except _CANNOT as problem:
                 run.left_out.append(LeftOut(detector, name, str(problem)))
+
+
+def _simulated(run: _Run) -> Iterator[Row]:
+    if run.suite.simulate and not SIMULATIONS.names():
+        run.notes.append(
+            "no simulation of docking is registered: the truck of docs/docking_simulation.md is asked by hand, "
+            "python -m benchmarks.docking DATA=PREDICTIONS.csv, with the folders that this suite made"
+        )
+    for answer in run.answers if run.suite.simulate else ():
+        yield from simulated_rows(answer, run.config.out)
 
 
 def _renderers(run: _Run) -> tuple[str, ...]:
@@ -196,22 +295,22 @@ def _data_facts(run: _Run) -> Iterator[DataFacts]:
             found.recipe,
             found.recipe_sha256 or opened.reader.digest[:16],
             found.seed,
-            len({image.scene_id for image in opened.reader.images(SPLIT)}),
-            len(opened.reader.images(SPLIT)),
+            len({image.scene_id for image in opened.reader.images(opened.split)}),
+            len(opened.reader.images(opened.split)),
             0 if scores is None else len(scores.table),
             {} if scores is None else dict(scores.docking_left_out),
         )
 
 
-def _detector_facts(run: _Run, groups: Sequence[Group]) -> Iterator[EstimatorFacts]:
+def _detector_facts(run: _Run) -> Iterator[EstimatorFacts]:
     for name in run.suite.detectors:
-        if name not in {group.name for group in groups}:
+        if name not in {group.name for group in run.groups}:
             digests = [weights_digest(part) for part in name.split("+")]
             yield EstimatorFacts(name, int(name != TRUTH), "+".join(item[:16] for item in digests if item))
 
 
-def _estimator_facts(groups: Sequence[Group]) -> Iterator[EstimatorFacts]:
-    for group in groups:
+def _estimator_facts(run: _Run) -> Iterator[EstimatorFacts]:
+    for group in run.groups:
         asked = [item for item in group.members if isinstance(item, Asked)]
         digests = [weights_digest(name) for item in asked for name in item.way.parts]
         samples = group.facts.get("samples")

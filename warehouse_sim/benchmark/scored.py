@@ -18,7 +18,8 @@ from warehouse_sim.evaluation import ScoreConfig, Scores, evaluate, read_scores,
 from warehouse_sim.evaluation.scores import SCORES_FORMAT
 from warehouse_sim.output import make_folder
 
-SPLIT = "test"
+SPLITS = ("test", "val", "train")
+"""Of folders of others the first that has poses is scored; of a suite's own data all is test."""
 Share = Callable[[float, str], None]
 
 
@@ -30,6 +31,8 @@ class Opened:
     reader: DatasetReader
     points: dict[tuple[int, int, int], int]
     """LiDAR points on each ground truth, where a grouping asks for them."""
+    split: str = SPLITS[0]
+    """Which is scored."""
 
     @property
     def variants(self) -> tuple[str, ...]:
@@ -42,6 +45,14 @@ class Opened:
         """Number of the twin group of each observation of a scene; empty without twins."""
         manifest = self.reader.manifest
         return () if manifest is None else tuple(item.group for item in manifest.twins)
+
+
+def posed_split(reader: DatasetReader) -> str:
+    """Return the first split of ``SPLITS`` that has poses; empty where none has."""
+    for split in (name for name in SPLITS if name in reader.splits):
+        if any(target.has_pose for image in reader.images(split) for target in image.targets):
+            return split
+    return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +90,11 @@ def scored(
         progress: Called with the share of the images that is done.
     """
     reader = opened.reader
-    inputs = member.inputs(condition) | {"data": reader.digest, "split": SPLIT}
+    inputs = member.inputs(condition) | {"data": reader.digest, "split": opened.split}
     place = folder_for(out / "predictions" / opened.made.root.resolve().name, member.name, inputs)
     csv = place / "predictions.csv"
     if anew or not is_kept(place, inputs):
-        estimates = member.estimates(reader, SPLIT, condition, progress)
+        estimates = member.estimates(reader, opened.split, condition, progress)
         make_folder(place)
         predictions.write(csv, estimates)
         keep(place, inputs)
@@ -103,6 +114,6 @@ def _scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig
     if not anew and is_kept(place, inputs):
         with suppress(EvaluationError):
             return read_scores(place), True
-    write_scores(evaluate(csv, opened.made.root, SPLIT, config, method=name), place)
+    write_scores(evaluate(csv, opened.made.root, opened.split, config, method=name), place)
     keep(place, inputs)
     return read_scores(place), False  # the same numbers as when they are read again

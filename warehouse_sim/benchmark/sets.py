@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -16,8 +17,8 @@ from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.output import make_folder, write_bytes
 
-_SCORED = {"train": 0.0, "val": 0.0, "test": 1.0}
-_TRAINED_ON = {"train": 0.9, "val": 0.1, "test": 0.0}
+_SCORED: dict[str, Any] = {"train": 0.0, "val": 0.0, "test": 1.0, "stratify": []}
+_TRAINED_ON: dict[str, Any] = {"train": 0.9, "val": 0.1, "test": 0.0, "stratify": []}
 _HASHED = 16
 """Digits of a hash in results."""
 

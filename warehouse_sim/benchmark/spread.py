@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.groups import groups
+from warehouse_sim.benchmark.groups import all_groups
 from warehouse_sim.benchmark.rows import Row, make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
@@ -20,13 +20,12 @@ def spread_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
     subjects = answer.subjects(suite.edges)
     errors = np.concatenate([np.minimum(s.table.add / s.table.diameter, 1.0) for s in answer.scores])
     scenes = np.concatenate([s.table.scene_id for s in answer.scores])
-    for grouping in suite.by:
-        for label, rows in groups(subjects, grouping):
-            chosen = np.tile(rows, len(answer.scores))
-            for share in QUANTILES:
-                value, interval = quantile(errors[chosen], scenes[chosen], share, np.random.default_rng(0))
-                name = f"add_q{round(100 * share):02d}"
-                yield make_row(answer, "spread", label, name, value, interval, subjects.table.scene_id[rows])
+    for label, rows in all_groups(subjects, suite.by):
+        chosen = np.tile(rows, len(answer.scores))
+        for share in QUANTILES:
+            value, interval = quantile(errors[chosen], scenes[chosen], share, np.random.default_rng(0))
+            name = f"add_q{round(100 * share):02d}"
+            yield make_row(answer, "spread", label, name, value, interval, subjects.table.scene_id[rows])
 
 
 def quantile(

@@ -57,7 +57,7 @@ class ConditionConfig:
 
 @dataclass(frozen=True)
 class CompareConfig:
-    """A paired effect: the same ground truths, asked twice with one thing changed."""
+    """A paired effect: the same ground truths, asked twice with one thing changed, or of two estimators."""
 
     factor: str
     """What differs, as tables call it."""
@@ -67,6 +67,9 @@ class CompareConfig:
     """The variant or condition that all others are compared with."""
     among: tuple[str, ...] = ()
     """Conditions that are compared; by default all but ``against``."""
+    between: tuple[tuple[str, str], ...] = ()
+    """Pairs of estimators, each compared with the second on what both were asked; of trainings of several lengths the
+    name stands for the longest. Where there are such, neither twins nor conditions are compared."""
     by: str = "all"
     """Grouping of the pairs, by what the changed one is; a paired row for each group."""
     changed_only: bool = False
@@ -167,13 +170,6 @@ class Suite:
             for name in split_name(grouping):
                 if name not in GROUPINGS:
                     raise ConfigError(f"by: {name!r} is no grouping; known: {', '.join(sorted(GROUPINGS))}")
-        for name, condition in self.conditions.items():
-            if condition.data not in self.data:
-                raise ConfigError(f"conditions: {name}: there is no data {condition.data!r}")
-        for name, training in self.trainings.items():
-            unknown = [item for item in training.data if item not in self.data or not self.data[item].trained_on]
-            if unknown:
-                raise ConfigError(f"trainings: {name}: {unknown[0]!r} is no data that are trained_on")
 
     @property
     def title(self) -> str:
@@ -192,7 +188,7 @@ def load_suite(name_or_path: str) -> Suite:
 
     Raises:
         UnknownNameError: Neither a shipped name nor a file.
-        ConfigError: The file holds something that a suite does not take.
+        ConfigError: The file holds something that a suite does not take, or names data that it lacks.
     """
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
@@ -200,7 +196,18 @@ def load_suite(name_or_path: str) -> Suite:
             raise UnknownNameError("suite (a shipped name or the path of a .yaml file)", name_or_path, suite_names())
         path = data_folder("benchmarks") / "suites" / f"{name_or_path}.yaml"
     suite = load_yaml(Suite, path)
+    _require_data(suite, path)
     return suite if suite.name else replace(suite, name=path.stem)
+
+
+def _require_data(suite: Suite, path: Path) -> None:
+    for name, condition in suite.conditions.items():
+        if condition.data not in suite.data:
+            raise ConfigError(f"{path}: conditions: {name}: there is no data {condition.data!r}")
+    for name, training in suite.trainings.items():
+        unknown = [item for item in training.data if item not in suite.data or not suite.data[item].trained_on]
+        if unknown:
+            raise ConfigError(f"{path}: trainings: {name}: {unknown[0]!r} is no data that are trained_on")
 
 
 def quickened(suite: Suite) -> Suite:

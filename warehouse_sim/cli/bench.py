@@ -2,12 +2,14 @@
 
 import os
 import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import tyro
 
 from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import require_extra
 
 
@@ -23,7 +25,8 @@ def bench(
     """Run a suite: generate what is missing, predict, score, and write a result with an interval beside every number.
 
     What was made before is used again where recipe, weights and settings are the same, by their hashes; a run that was
-    stopped goes on where it was. Exit code 1 says that an estimator of the command line could not be scored.
+    stopped goes on where it was. Exit code 1 says that an estimator of the command line could not be scored, or that
+    one of all suites could not be run.
 
     Args:
         suite: Name of a shipped suite, see ``warehouse-sim list``, the path of a .yaml file, or ``all``.
@@ -38,7 +41,7 @@ def bench(
     require_extra("generate", "to make scenes")
     require_extra("learn", "to predict")
     from warehouse_sim.benchmark.page import summary
-    from warehouse_sim.benchmark.run import RunConfig, run_suite
+    from warehouse_sim.benchmark.run import RunConfig, result_file, run_suite
     from warehouse_sim.benchmark.suite import load_suite
     from warehouse_sim.resources import suite_names
 
@@ -46,14 +49,24 @@ def bench(
     failed = False
     for name in suite_names() if suite == "all" else [suite]:
         loaded = load_suite(name)
+        # Of all suites, only that of recorded frames asks for a folder of them.
+        given = data if suite != "all" or "recorded" in loaded.takes else None
         command = ["warehouse-sim", "bench", name, *(["--estimators", *estimators] if estimators else [])]
-        command += [*(["--quick"] if quick else []), *(["--data", str(data)] if data else [])]
-        with share_progress(loaded.title) as progress:
-            result = run_suite(loaded, estimators, quick, replace(config, command=shlex.join(command)), progress)
+        command += [*(["--quick"] if quick else []), *(["--data", given.name] if given else [])]
+        try:
+            with share_progress(loaded.title) as progress:
+                told = replace(config, command=shlex.join(command))
+                result = run_suite(loaded, estimators, quick, told, progress, given)
+        except WarehouseSimError as problem:
+            if suite != "all":
+                raise
+            print(f"error: {loaded.title}: {problem}", file=sys.stderr)
+            failed = True
+            continue
         print(f"{result.suite}: {result.question}")
         for line in summary(result):
             print(line)
         scored = {row.estimator for row in result.rows}
         failed = failed or any(item.name not in scored for item in result.estimators if estimators)
-        finish(out / "results" / f"{loaded.name}{'-quick' if quick else ''}.json")
+        finish(result_file(out, loaded.name, quick, given))
     return int(failed)
