@@ -121,6 +121,8 @@ def test_an_evaluation_needs_its_dataset(folders, tmp_path):
 def test_a_folder_with_nothing_to_report_is_refused(tmp_path):
     with pytest.raises(EvaluationError, match="holds no dataset"):
         write_report([tmp_path], tmp_path / "x.html")
+    with pytest.raises(EvaluationError, match="there is nothing to report: name at least one"):
+        write_report([], tmp_path / "x.html")
     with pytest.raises(EvaluationError, match="is not a folder"):
         write_report([tmp_path / "nowhere"], tmp_path / "x.html")
 

@@ -1,5 +1,6 @@
 """What the KITTI folder holds of a right camera and of further LiDARs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -25,6 +26,12 @@ def with_more(observation: Observation) -> Observation:
     stereo = StereoReading(0.25, observation.rgbd.rgb[:, ::-1].copy(), observation.buffers, disparity, disparity < 5.0)
     assert observation.lidar is not None
     return observation.with_reading("right", stereo).with_reading("rear", observation.lidar, T_CAMERA_LIDAR)
+
+
+def with_matched(observation: Observation) -> Observation:
+    stereo = with_more(observation).stereo
+    assert stereo is not None
+    return observation.with_reading("right", replace(stereo, matched=stereo.disparity))
 
 
 @pytest.fixture
@@ -59,6 +66,23 @@ def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:
     calib.write_text(calib_text(CAMERA, T_CAMERA_LIDAR, 0.3))
     (broken,) = [check for check in validate(root) if not check.ok]
     assert "P3 must be P2 moved along x by the recipe's baseline" in broken.detail
+
+
+def test_matched_disparities_that_are_no_image_are_named(tmp_path: Path) -> None:
+    manifest = with_recipe(
+        make_manifest(formats=("kitti",)), {"sensors": {"right": {"baseline": 0.25, "matching": {}}}}
+    )
+    store = DatasetStore(tmp_path / "data", manifest)
+    store.begin([PALLET], CAMERA)
+    for index in range(manifest.scenes):
+        scene = make_scene(index)
+        store.write_scene(scene, map(with_matched, observe(scene)), {}, RENDERER)
+    store.finish()
+    assert [check for check in validate(tmp_path / "data") if not check.ok] == []
+    path = tmp_path / "data/kitti/training/disp_sgbm/000000.png"
+    path.write_bytes(bytes(path.stat().st_size))
+    (broken,) = [check for check in validate(tmp_path / "data") if not check.ok]
+    assert (broken.name, "disp_sgbm/000000.png" in broken.detail) == ("kitti images", True)
 
 
 def test_the_readme_says_what_is_there(root: Path) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.score_sections import evaluation_section, score_row
 from warehouse_sim.evaluation.report.sections import dataset_section, run_section
@@ -26,9 +27,11 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         ``out``.
 
     Raises:
-        EvaluationError: A folder holds nothing to report, or an evaluation's dataset was not given.
+        EvaluationError: No folder is named, one holds nothing to report, or an evaluation's dataset was not given.
         MissingPackageError: matplotlib or jinja2 is not installed.
     """
+    if not folders:
+        raise EvaluationError("there is nothing to report: name at least one dataset, run or evaluation folder")
     sources = read_sources(folders)
     labels = _labels(sources.evaluations)
     named = list(zip(sources.evaluations, labels, strict=True))

@@ -171,7 +171,7 @@ def _names(stock: Stock) -> Iterator[Case]:
         "unknown option": ((*generate, "--bogus", "1"), "refuse"),
         "unknown recipe": (("preview", "demoo"), "refuse"),
         "unknown backend": ((*generate, "--backend", "vulkan"), "refuse"),
-        "unknown format": ((*generate, "--formats", "coco"), "refuse"),
+        "unknown format": ((*generate, "--formats", "nuscenes"), "refuse"),
         "a format twice": ((*generate, "--formats", "bop", "bop"), "refuse"),
         "no format": ((*generate, "--formats"), "refuse"),
         "a format that climbs": ((*generate, "--formats", "../../x"), "refuse"),

@@ -5,6 +5,7 @@ import pytest
 
 from tests.estimators.pose.densefusion.made_crops import MESH, pallet_shape, pose
 from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion import calibrate as module
 from warehouse_sim.estimators.pose.densefusion.calibrate import (
     WAYS,
@@ -111,6 +112,13 @@ def test_the_refiner_is_taken_where_val_says_that_it_helps(tmp_path: Path, monke
     assert refined_by(np.where(plain.scene == 0, 0.5, 1.0)) == 0
     plain = Samples(*(column[:30] for column in plain))
     assert refined_by(np.full(30, 0.1)) is None
+
+
+def test_a_calibration_that_is_no_file_is_not_taken_for_none(tmp_path: Path) -> None:
+    assert read_calibration(tmp_path).curves == ()
+    (tmp_path / "calibration.yaml").mkdir()
+    with pytest.raises(TrainingError, match=r"calibration\.yaml"):
+        read_calibration(tmp_path)
 
 
 def test_curves_of_other_poses_are_dropped(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

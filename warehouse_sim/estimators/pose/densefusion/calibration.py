@@ -1,5 +1,6 @@
 """How a network's confidence predicts the error of its pose: curves fitted on validation data, as a file."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -84,7 +85,7 @@ def read_calibration(run: Path) -> Calibration:
     Raises:
         TrainingError: The file is malformed.
     """
-    if not (run / CALIBRATION).is_file():
+    if not os.path.lexists(run / CALIBRATION):
         return Calibration()
     try:
         return load_yaml(Calibration, run / CALIBRATION)

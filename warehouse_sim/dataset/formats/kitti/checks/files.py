@@ -125,6 +125,9 @@ def _right_image(findings: Findings, subject: Subject, split: Split, frame: int,
     part = seen.shape == steps.shape and bool(((seen == 0) | (seen == steps)).all())
     findings.require(part, f"{seen_path}: is no part of disp_occ")
     findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
+    if "disp_sgbm" in kitti_kinds(subject.manifest.contents):
+        matched_path = kitti_layout(subject.root).file(split, "disp_sgbm", frame)
+        findings.require(decode_depth(matched_path).shape == steps.shape, f"{matched_path}: is not as large as image_2")
 
 
 def _is_pair(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
