@@ -98,3 +98,70 @@ def test_evaluate_stores_them_when_asked(tmp_path, data):
     assert any(line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in asked.summary())
     write_scores(asked, tmp_path / "scores")
     assert read_scores(tmp_path / "scores").bop == asked.bop
+
+
+def by_surface(data: Path, estimates) -> BopScores:
+    """Score where the sensor sees each object alone, as it truly is, in every image."""
+    reader = DatasetReader(data)
+    return bop_scores(estimates, reader.images("test"), ErrorModels(reader.objects, 1), seen=nothing_read)
+
+
+def nothing_read(image) -> np.ndarray:
+    """Return a depth image without readings: then all of every surface counts as visible."""
+    return np.zeros((image.camera.height, image.camera.width))
+
+
+def test_recall_by_vsd_is_one_for_the_truth_and_the_mean_of_three_is_ar(data):
+    found = by_surface(data, estimates_of(data))
+    assert (found.ar_vsd, found.ar) == (1.0, 1.0)
+    nothing = by_surface(data, [])
+    assert (nothing.ar_vsd, nothing.ar) == (0.0, 0.0)
+
+
+def test_a_shift_along_the_ray_passes_the_tolerances_above_it(data):
+    # Shifted by 0.23 diameters along the rays of its surface, nothing is seen within 0.2, almost all within 0.25.
+    reader = DatasetReader(data)
+    shifted = []
+    for item in estimates_of(data):
+        T = item.T_camera_object.copy()
+        T[:3, 3] *= 1.0 + 0.23 * reader.objects[item.obj_id].diameter / np.linalg.norm(T[:3, 3])
+        shifted.append(replace(item, T_camera_object=T))
+    found = by_surface(data, shifted)
+    assert found.ar == pytest.approx((found.ar_vsd + found.ar_mssd + found.ar_mspd) / 3.0)
+    # Six of ten tolerances are above 0.23; there only the outline differs.
+    assert 0.35 < found.ar_vsd <= 0.6
+
+
+def test_shuffled_poses_score_at_chance(data, tmp_path):
+    # Poses of other objects somewhere else in the view. What falls within 50 px (of 640) of one of five targets does so
+    # with a chance of 5 pi 50^2 / (640 240) = 0.26 at most; over the thresholds from 5 px on that is 0.1 by MSPD.
+    estimates = estimates_of(data)
+    poses = [item.T_camera_object for item in estimates]
+    rng = np.random.default_rng(5)
+    moved = []
+    for item in estimates:
+        T = poses[int(rng.integers(len(poses)))].copy()
+        T[:3, 3] += rng.uniform(-4.0, 4.0, 3) * [1.0, 0.2, 1.0] + [0.0, 0.0, 4.0]
+        moved.append(replace(item, T_camera_object=T))
+    found = by_surface(data, moved)
+    assert found.ar_mspd < 0.2
+    for name in ("ar_mssd", "ar_vsd", "ap_mssd"):
+        assert getattr(found, name) < 0.02, name
+    path = tmp_path / "shuffled_made-test.csv"
+    pose_csv.write(path, moved)
+    metrics = evaluate(path, data, "test").overall.metrics
+    for name in ("add_2pct", "add_10pct", "mssd_10pct", "pose_5cm_5deg", "dock_0mm", "dock_nominal_0mm"):
+        assert metrics[name] == 0.0, name
+
+
+def test_evaluate_adds_vsd_on_request(data, tmp_path):
+    path = tmp_path / "truth_made-test.csv"
+    pose_csv.write(path, estimates_of(data))
+    asked = evaluate(path, data, "test", vsd=True)
+    assert asked.bop is not None
+    assert asked.bop.ar_mssd == 1.0
+    assert asked.bop.ar_vsd is not None
+    write_scores(asked, tmp_path / "scores")
+    assert read_scores(tmp_path / "scores").bop == asked.bop
+    assert "AR 100.0 % by VSD" in "\n".join(asked.summary())
+    assert evaluate(path, data, "test", bop=True).bop == replace(asked.bop, ar_vsd=None, ar=None)

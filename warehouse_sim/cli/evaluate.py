@@ -8,7 +8,12 @@ from warehouse_sim.cli.console import finish
 
 
 def evaluate(
-    predictions: tyro.conf.Positional[Path], data: Path, out: Path, split: str = "test", bop: bool = False
+    predictions: tyro.conf.Positional[Path],
+    data: Path,
+    out: Path,
+    split: str = "test",
+    bop: bool = False,
+    vsd: bool = False,
 ) -> None:
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
 
@@ -18,6 +23,7 @@ def evaluate(
         out: Folder for ``scores.json`` (``kitti_scores.json``).
         split: Split to score on.
         bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
+        vsd: Add to these the recall by VSD and the average recall of BOP 2019; it draws every pose.
     """
     if predictions.is_dir():
         _evaluate_kitti(predictions, data, out, split)
@@ -25,7 +31,7 @@ def evaluate(
     from warehouse_sim.evaluation import evaluate as run
     from warehouse_sim.evaluation import write_scores
 
-    scores = run(predictions, data, split, bop=bop)
+    scores = run(predictions, data, split, bop=bop, vsd=vsd)
     path = write_scores(scores, out)
     for line in scores.summary():
         print(line)

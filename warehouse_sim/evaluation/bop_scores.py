@@ -3,7 +3,7 @@
 MSSD counts from 5 to 50 % of the diameter, MSPD from 5 to 50 px of an image 640 px wide. Recall (BOP 2019, Hodan et
 al., ECCVW 2020) takes as many estimates as there are instances and pools all objects; precision (BOP 2024, Nguyen et
 al., 2025) takes up to 100 an image, ranks those of one object over all images, and is the mean over objects. VSD, the
-third part of the challenges' AR, needs renderings (``visible_surface.vsd``).
+third part of the challenges' AR, is measured on request: it takes longest, and needs depth images.
 """
 
 from collections.abc import Sequence
@@ -18,6 +18,7 @@ from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors
 from warehouse_sim.evaluation.projection_error import mspd
 from warehouse_sim.evaluation.surface import ErrorModels
+from warehouse_sim.evaluation.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.geometry.precision_recall import Matches, average_precision
 from warehouse_sim.schema import PoseEstimate
@@ -41,10 +42,15 @@ class BopScores:
     """Mean average precision by MSPD."""
     ap: float
     """The mean of these two: the score of BOP 2024's detection tasks."""
+    ar_vsd: float | None = None
+    """Average recall by VSD, over ten tolerances and ten thresholds; None where it was not asked for."""
+    ar: float | None = None
+    """The mean of the three recalls: the score of BOP 2019 to 2023."""
 
     def to_plain(self) -> dict[str, float | None]:
         """Return JSON data; nan becomes null."""
-        return {name: round(value, 6) if np.isfinite(value) else None for name, value in asdict(self).items()}
+        known = {name: value for name, value in asdict(self).items() if value is not None}
+        return {name: round(value, 6) if np.isfinite(value) else None for name, value in known.items()}
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "BopScores":
@@ -53,12 +59,17 @@ class BopScores:
         Raises:
             DatasetError: An entry is malformed.
         """
-        found = {item.name: take_if_given(data, item.name, float, where, NUMBERS) for item in fields(cls)}
+        known = [item.name for item in fields(cls) if item.name in data or item.default is not None]
+        found = {name: take_if_given(data, name, float, where, NUMBERS) for name in known}
         return cls(**{name: float("nan") if value is None else value for name, value in found.items()})
 
 
 def bop_scores(
-    predictions: Sequence[PoseEstimate], images: Sequence[ImageRecord], models: ErrorModels, least_visible: float = 0.1
+    predictions: Sequence[PoseEstimate],
+    images: Sequence[ImageRecord],
+    models: ErrorModels,
+    least_visible: float = 0.1,
+    seen: SeenDepth | None = None,
 ) -> BopScores:
     """Score estimates as the challenges do.
 
@@ -67,22 +78,31 @@ def bop_scores(
         images: Images with their targets.
         models: Where errors are measured.
         least_visible: Share (0-1) that must be seen of what is to be found; what is found on less does not count.
+        seen: Reads depth images, for recall by VSD; None leaves that out.
     """
     kept = _best_of_each_image(predictions)
     to_locate, to_detect = group_by_object(predictions, images), group_by_object(kept, images)
     recall, precision = {}, {}
     for name, error_of in {"mssd": _over_diameter(models), "mspd": _over_width(models)}.items():
         errors = pairwise_errors(to_locate, predictions, error_of, models)
-        recall[name] = _average_recall(to_locate, errors, predictions, least_visible)
+        recall[name] = _average_recall(to_locate, [errors], predictions, least_visible)
         if len(kept) < len(predictions):
             errors = pairwise_errors(to_detect, kept, error_of, models)
         precision[name] = _mean_precision(to_detect, errors, kept, least_visible)
+    ar_vsd = ar = None
+    if seen is not None:
+        surfaces = vsd_errors(to_locate, predictions, models, seen)
+        by_tolerance = [[found[..., tau] for found in surfaces] for tau in range(len(BOP_TAUS))]
+        ar_vsd = _average_recall(to_locate, by_tolerance, predictions, least_visible)
+        ar = (ar_vsd + recall["mssd"] + recall["mspd"]) / 3.0
     return BopScores(
         recall["mssd"],
         recall["mspd"],
         precision["mssd"],
         precision["mspd"],
         (precision["mssd"] + precision["mspd"]) / 2.0,
+        ar_vsd,
+        ar,
     )
 
 
@@ -135,17 +155,19 @@ def _over_width(models: ErrorModels) -> ErrorOf:
 
 def _average_recall(
     groups: Sequence[Group],
-    errors: Sequence[Float[np.ndarray, "p g"]],
+    ways: Sequence[Sequence[Float[np.ndarray, "p g"]]],
     predictions: Sequence[PoseEstimate],
     least_visible: float,
 ) -> float:
+    """Return the mean recall over all thresholds and over several ways to measure the errors of all groups."""
     wanted, hits = 0, 0
-    for group, of_group in zip(groups, errors, strict=True):
-        asked = _asked(group, least_visible)
-        count, scores = int(asked.sum()), _scores(group, predictions)
-        wanted += count
-        for threshold in THRESHOLDS:
-            hits += len(match_by_score(of_group[:, asked], scores, count, threshold))
+    for errors in ways:
+        for group, of_group in zip(groups, errors, strict=True):
+            asked = _asked(group, least_visible)
+            count, scores = int(asked.sum()), _scores(group, predictions)
+            wanted += count
+            for threshold in THRESHOLDS:
+                hits += len(match_by_score(of_group[:, asked], scores, count, threshold))
     return hits / (wanted * len(THRESHOLDS)) if wanted else float("nan")
 
 

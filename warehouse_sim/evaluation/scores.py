@@ -103,11 +103,14 @@ class Scores:
         ]
         lines += [words] if words else []
         if self.bop is not None:
-            shares = {name: f"{100 * value:.1f} %" for name, value in asdict(self.bop).items()}
+            known = {name: value for name, value in asdict(self.bop).items() if value is not None}
+            shares = {name: f"{100 * value:.1f} %" for name, value in known.items()}
             lines.append(
                 f"BOP:     AR {shares['ar_mssd']} by MSSD, {shares['ar_mspd']} by MSPD; AP {shares['ap']} "
                 f"({shares['ap_mssd']} by MSSD, {shares['ap_mspd']} by MSPD)"
             )
+            if "ar_vsd" in shares:
+                lines.append(f"         AR {shares['ar_vsd']} by VSD, {shares['ar']} the mean of the three")
         if self.trust.bound:
             lines.append(
                 f"trust:   {self.trust.failures} of {self.trust.estimates} wrong, AUROC {self.trust.auroc:.3f}, "

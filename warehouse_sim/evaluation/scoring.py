@@ -35,6 +35,7 @@ def evaluate(
     config: ScoreConfig | None = None,
     method: str | None = None,
     bop: bool = False,
+    vsd: bool = False,
 ) -> Scores:
     """Score a predictions file in the BOP pose CSV against one split of a dataset.
 
@@ -45,10 +46,11 @@ def evaluate(
         config: Settings; the defaults if None.
         method: Name to store; else the file name up to the first underscore (the BOP rule).
         bop: Whether to add the scores of the BOP challenges, which project every point of every model.
+        vsd: Whether these have the recall by VSD, too, and with it the average recall of BOP 2019; implies ``bop``.
 
     Raises:
         EvaluationError: A prediction names an image or object that the split lacks, translations are not in
-            millimetres, or no ground truth counts.
+            millimetres, or no ground truth counts; VSD is asked for without depth images or CAD.
         DatasetError: The dataset or the CSV cannot be read.
     """
     config = config or ScoreConfig()
@@ -89,15 +91,22 @@ def evaluate(
         seconds_per_image=_seconds_per_image(estimates),
         table=table,
         estimates=tuple(estimates),
-        bop=_bop(estimates, images, reader, config) if bop else None,
+        bop=_bop(estimates, images, reader, config, vsd) if bop or vsd else None,
     )
 
 
 def _bop(
-    estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], reader: DatasetReader, config: ScoreConfig
+    estimates: Sequence[PoseEstimate],
+    images: Sequence[ImageRecord],
+    reader: DatasetReader,
+    config: ScoreConfig,
+    vsd: bool,
 ) -> BopScores:
+    if vsd and not (reader.has_depth and all(info.has_cad for info in reader.objects.values())):
+        raise EvaluationError(f"{reader.root}: VSD needs depth images and CAD surfaces; leave --vsd out")
     models = ErrorModels(reader.objects, config.measure.min_model_points)
-    return bop_scores(estimates, images, models, config.measure.min_visible_fraction)
+    seen = reader.depth if vsd else None
+    return bop_scores(estimates, images, models, config.measure.min_visible_fraction, seen)
 
 
 def docking_failures(table: ErrorTable) -> dict[str, int]:

@@ -1,14 +1,19 @@
 """VSD: how much of what is seen of a surface lies elsewhere, by depth images of the object in both poses.
 
-Who has a renderer makes the images; nothing here draws.
+The images are those of ``depth_image``, or of any renderer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.evaluation.depth_image import depth_of
+from warehouse_sim.evaluation.pairing import Group
+from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.schema import PoseEstimate
 
 BOP_TAUS = tuple(np.arange(0.05, 0.51, 0.05).round(2).tolist())
 """Misalignment tolerances of the BOP challenge, as shares of the diameter."""
@@ -50,6 +55,41 @@ def vsd(
     apart = np.abs(true[both] - estimated[both]) / diameter
     wrong = np.array([(apart >= tau).sum() for tau in taus])
     return (wrong + either - len(apart)) / either
+
+
+SeenDepth = Callable[[ImageRecord], Float[np.ndarray, "h w"]]
+"""Reads what the depth sensor read of an image (m along z, 0 = no reading)."""
+
+
+def vsd_errors(
+    groups: Sequence[Group], predictions: Sequence[PoseEstimate], models: ErrorModels, seen: SeenDepth
+) -> list[Float[np.ndarray, "p g t"]]:
+    """Return for each group the discrepancy of each estimate against each truth, for each tolerance of the challenges.
+
+    Args:
+        groups: What can belong together; objects must have CAD.
+        predictions: Estimates of all images.
+        models: Where surfaces come from.
+        seen: Reads depth images.
+    """
+    errors, last = [], None
+    for group in groups:
+        found = np.ones((len(group.estimates), len(group.targets), len(BOP_TAUS)))
+        errors.append(found)
+        if not group.estimates:
+            continue
+        if last is None or last[0] is not group.image:
+            last = group.image, seen(group.image)
+        camera, info = group.image.camera, models.info(group.targets[0])
+        mesh = info.mesh()
+        true = [depth_of(mesh, target.T_camera_object, camera) for target in group.targets]
+        for row, index in enumerate(group.estimates):
+            estimated = depth_of(mesh, predictions[index].T_camera_object, camera)
+            for column, image in enumerate(true):
+                # Surfaces that share no pixel differ in all of them.
+                if (estimated.astype(bool) & image.astype(bool)).any():
+                    found[row, column] = vsd(estimated, image, last[1], camera, info.diameter)
+    return errors
 
 
 def _in_view(
