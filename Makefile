@@ -38,8 +38,9 @@ lint: .venv/.ready-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# REAL=FOLDER names recorded frames for the suite `real`, which scores nothing without them.
 bench: .venv/.ready-dev
-	$(BIN)/warehouse-sim bench all --quick
+	$(BIN)/warehouse-sim bench all --quick $(if $(REAL),--data $(REAL))
 
 # One thread in numpy's libraries, as each of generate's workers has: more only spin. Drivers keep theirs.
 speed: .venv/.ready-dev .venv/.ready-speed

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from warehouse_sim.benchmark.result import read_result
+from warehouse_sim.benchmark.suite import load_suite
+
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
 RESULTS = sorted(FOLDER.glob("*.json"))
 SPEED_ROWS = {
@@ -15,6 +18,18 @@ SPEED_ROWS = {
     "memory",
     "scaling",
 }
+
+
+SUITES = sorted((FOLDER / "suites").glob("*.json"))
+
+
+@pytest.mark.parametrize("path", SUITES, ids=lambda path: path.stem)
+def test_a_result_of_a_suite_is_one_of_the_suite_as_it_is(path: Path) -> None:
+    result = read_result(path)
+    assert result.suite == load_suite(result.suite.rpartition("-v")[0]).title, "made with another version of the suite"
+    assert not result.quick
+    assert result.command.startswith("warehouse-sim bench ")
+    assert {"truth", "shuffled"} <= {row.estimator for row in result.rows}
 
 
 def test_there_are_results() -> None:

@@ -16,15 +16,17 @@ from warehouse_sim.benchmark.ways import Way, way_of
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
-from warehouse_sim.errors import InputError
+from warehouse_sim.errors import InputError, UnknownNameError
+from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.resources import data_folder
+from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
 
 TRUTH, SHUFFLED = "truth", "shuffled"
 Share = Callable[[float, str], None]
 _SEED = 20_260
 """Of the shuffling."""
+_WHO = "estimator (a bundled name, a run folder, one that needs no training, or a CSV of poses)"
 _TRIES = 100
 """Draws before all others are gone through."""
 _DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "doubt.yaml")
@@ -190,6 +192,9 @@ def entrant(name: str) -> Group:
     if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
         return Group(path.stem, (ResultFile(path.stem, path),))
     way = way_of(name)
+    known = {*model_names(), *ESTIMATORS.names()}
+    if way.model not in known and not Path(way.model).is_dir():
+        raise UnknownNameError(_WHO, name, [TRUTH, SHUFFLED, *known])
     shown = path.name if path.is_dir() else name
     return Group(shown, (Asked(shown, way, trainings=int(way.is_trained)),))
 

@@ -165,7 +165,7 @@ def _confusions(
         free = [k for k in range(len(targets)) if k not in as_what and overlap[row, k] >= _LEAST_OVERLAP]
         label = item.class_name or _class_of(item, reader)
         if free:
-            as_what[max(free, key=lambda k, row=row: overlap[row, k])] = label
+            as_what[free[int(overlap[row, free].argmax())]] = label
         on_something = bool((overlap[row] >= _LEAST_OVERLAP).any())
         yield _FOUND, _SOMETHING if on_something else _NOTHING, image.scene_id
     for number, target in enumerate(targets):

@@ -10,7 +10,7 @@ from warehouse_sim.benchmark.rows import Row
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.manifest import package_versions
-from warehouse_sim.errors import ConfigError, EvaluationError
+from warehouse_sim.errors import ConfigError, DatasetError, EvaluationError
 from warehouse_sim.output import make_folder
 
 _FORMAT = 1
@@ -125,7 +125,7 @@ def read_result(path: Path) -> SuiteResult:
     """
     try:
         return from_mapping(SuiteResult, read_json(path), str(path))
-    except ConfigError as problem:
+    except (ConfigError, DatasetError) as problem:
         raise EvaluationError(str(problem)) from problem
 
 

@@ -92,14 +92,14 @@ def run_suite(
     started = time.monotonic()
     run = _Run(quickened(suite) if quick else suite, config, progress)
     extra: list[Row] = []
+    # Who is not known shall be said before anything is made.
+    run.groups = [entrant(name) for name in estimators or run.suite.estimators]
     if "recorded" in suite.takes:
-        run.groups = [entrant(name) for name in estimators or run.suite.estimators]
         extra += _on_recorded(run, data)
     elif data is not None:
         _on_folder(run, data, estimators)
     else:
         _open_data(run)
-        run.groups = [entrant(name) for name in estimators or run.suite.estimators]
         _train(run)
         _ask(run)
     rows = (*_rows(run), *extra)
@@ -264,9 +264,8 @@ def _found(run: _Run) -> Iterator[Row]:
         for name, opened in run.opened.items():
             run.progress(1.0, f"{detector} finds, {name}")
             try:
-                yield from detection_rows(
-                    detector, name, found_by(detector, opened, run.config.out, run.config.anew), opened.reader
-                )
+                found = found_by(detector, opened, run.config.out, run.config.anew)
+                yield from detection_rows(detector, name, found, opened)
             except _CANNOT as problem:
                 run.left_out.append(LeftOut(detector, name, str(problem)))
 

@@ -43,7 +43,7 @@ def simulated_rows(answer: Answer, out: Path) -> Iterator[Row]:
         simulate: DockingSimulation = SIMULATIONS.get(name)
         folder = out / "simulated" / f"{answer.group.name}-{answer.condition}".replace("/", "-")
         make_folder(folder)
-        verdicts = []
+        verdicts: list[Verdict] = []
         for number, scores in enumerate(answer.scores):
             path = folder / f"predictions_{number}.csv"
             predictions.write(path, scores.estimates)
