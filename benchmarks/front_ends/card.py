@@ -82,6 +82,7 @@ def _description(model: Path) -> list[str]:
         "took": "{minutes:.0f} min of wall time on {device}, {precision}".format(
             minutes=result["seconds"] / 60, **result
         ),
+        **({"began with": f"weights of `{config.started_from.name}`"} if config.started_from else {}),
         "seed": str(config.train.seed),
         "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
