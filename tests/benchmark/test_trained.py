@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.benchmark.made import FREE
 from tests.dataset.toy import make_dataset
-from warehouse_sim.benchmark.suite import ConditionConfig, TrainingConfig
+from warehouse_sim.benchmark.run import RunConfig, run_suite
+from warehouse_sim.benchmark.suite import CompareConfig, ConditionConfig, DataConfig, Suite, TrainingConfig
 from warehouse_sim.benchmark.trained import settings_of, trained
 from warehouse_sim.errors import ConfigError
 
@@ -36,3 +38,28 @@ def test_every_length_and_seed_is_trained_once(tmp_path: Path) -> None:
 def test_settings_that_training_does_not_take_are_named() -> None:
     with pytest.raises(ConfigError, match="trainings: cloud: settings: bach is not a setting"):
         settings_of("cloud", replace(TRAINING, settings={"bach": 4}), 2, 0)
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+def test_a_suite_asks_what_it_trained_and_counts_trainings(tmp_path: Path) -> None:
+    learn = DataConfig("smoke", 6, 2, 2, {"sensors": {"lidar": None}}, ("bop",), trained_on=True)
+    suite = Suite(
+        1,
+        "Does a network that was hardly trained beat the trivial method?",
+        data={"smoke": FREE, "smoke_training": learn},
+        estimators=("truth", "shuffled", "rectangle-fit"),
+        metrics=("add_10pct", "found"),
+        compare=(CompareConfig("training", between=(("cloud", "rectangle-fit"),)),),
+        trainings={"cloud": replace(TRAINING, data=("smoke_training",))},
+        name="trained",
+    )
+    result = run_suite(suite, config=RunConfig(tmp_path, workers=1))
+    assert {item.name: (item.trainings, item.samples) for item in result.estimators if item.trainings} == {
+        "cloud@2": (2, 8),
+        "cloud@4": (2, 16),
+    }
+    (effect,) = [row for row in result.rows if row.table == "effects" and row.metric == "add_10pct"]
+    assert (effect.estimator, effect.against, effect.trainings) == ("cloud@4", "rectangle-fit", 2)
+    assert effect.value < 0.0
+    assert not [item for item in result.data if item.name == "smoke_training"], "what is trained on is not scored"
