@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.test_recorded_fronts import front
+from tests.dataset.kitti_folder import write_street
 from warehouse_sim.benchmark.front_entries import TRIVIAL
+from warehouse_sim.benchmark.recorded import find_recorded
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
 from warehouse_sim.errors import InputError
@@ -57,3 +59,13 @@ def test_malformed_labels_are_named(folder: Path, tmp_path: Path) -> None:
     labels.write_text(labels.read_text().replace('"T_camera_dock"', '"T_camera"'))
     result = run_suite(load_suite("real"), ("truth",), config=RunConfig(tmp_path / "out"), data=folder)
     assert any("labels.json: is malformed" in item.reason for item in result.left_out)
+
+
+def test_folders_within_one_are_told_apart_and_one_alone_is_taken(folder: Path) -> None:
+    write_street(folder / "kitti", 4)
+    kinds = {item.path.name: item.kind for item in find_recorded(folder)}
+    assert kinds == {"boxes": "other", "fronts": "fronts", "kitti": "posed", "notes": "other"}
+    (alone,) = find_recorded(folder / "kitti")
+    assert (alone.kind, alone.split) == ("posed", "val")
+    assert [item.kind for item in find_recorded(folder / "fronts")] == ["fronts"]
+    assert [item.kind for item in find_recorded(folder / "boxes")] == ["other"]

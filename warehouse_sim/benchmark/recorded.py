@@ -41,14 +41,19 @@ def find_recorded(data: Path) -> list[Recorded]:
     """
     if not data.is_dir():
         raise InputError(f"{data}: is no folder of recorded frames")
-    whole = _recorded(data)
-    if whole.kind != "other":
-        return [whole]
-    return [_recorded(path) for path in sorted(data.iterdir()) if path.is_dir()] or [whole]
+    if _has_fronts(data):
+        return [_recorded(data)]
+    # A folder that holds one called kitti is read as KITTI's: what lies in it comes first.
+    within = [_recorded(path) for path in sorted(data.iterdir()) if path.is_dir()]
+    return within if any(item.kind != "other" for item in within) else [_recorded(data)]
+
+
+def _has_fronts(path: Path) -> bool:
+    return (path / "labels.json").is_file() or any(path.glob("*/labels.json"))
 
 
 def _recorded(path: Path) -> Recorded:
-    if (path / "labels.json").is_file() or any(path.glob("*/labels.json")):
+    if _has_fronts(path):
         return Recorded(path, "fronts")
     try:
         reader = DatasetReader(path)
