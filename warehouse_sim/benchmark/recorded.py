@@ -60,7 +60,8 @@ def _recorded(path: Path) -> Recorded:
         split = posed_split(reader)
         images = [image for name in reader.splits for image in reader.images(name)]
     except DatasetError as problem:
-        return Recorded(path, "other", f"{path.name}: not in a format that is read ({problem})")
+        reason = str(problem).replace(str(path), path.name)
+        return Recorded(path, "other", f"{path.name}: not in a format that is read ({reason})")
     if split:
         return Recorded(path, "posed", split=split)
     masks = sum(len(image.targets) for image in images)
@@ -76,7 +77,7 @@ def trivial_group() -> Group:
 def front_rows(group: Group, folder: Path) -> Iterator[Row]:
     """Yield the share of recorded fronts that a fork enters that trusts an estimator, by masks and gravity.
 
-    Truth is the labels, shuffled the label of another frame. A front without an answer is not entered.
+    Truth is the labels, shuffled the label of a frame of another site. A front without an answer is not entered.
 
     Raises:
         InputError: The labels are malformed, or the estimator answers none of the fronts: their pallets are in no
@@ -102,6 +103,19 @@ def front_rows(group: Group, folder: Path) -> Iterator[Row]:
             )
 
 
+def _as_elsewhere(front: RecordedFront, fronts: Sequence[RecordedFront]) -> Entry | None:
+    """Return what a fork does that takes a front for one of another site, in turn; None where there is one site.
+
+    Frames of one site follow each other: the truck has hardly moved.
+    """
+    site = front.name.rpartition("/")[0]
+    others = [item for item in fronts if item.name.rpartition("/")[0] != site]
+    if not others:
+        return None
+    other = others[fronts.index(front) % len(others)]
+    return drive_in(front, other.T_camera_dock, list(other.pockets[:, 1:]), ForkConfig())
+
+
 def _entries(group: Group, fronts: Sequence[RecordedFront], masks: str, gravity: str) -> list[Entry | None]:
     member = group.members[0]
     if group.name == TRIVIAL:
@@ -109,11 +123,7 @@ def _entries(group: Group, fronts: Sequence[RecordedFront], masks: str, gravity:
     if isinstance(member, Truth):
         return [drive_in(front, front.T_camera_dock, list(front.pockets[:, 1:]), ForkConfig()) for front in fronts]
     if isinstance(member, Shuffled):
-        if len(fronts) == 1:
-            return [None]
-        others = [*fronts[1:], *fronts[:1]]
-        pairs = zip(fronts, others, strict=True)
-        return [drive_in(one, other.T_camera_dock, list(other.pockets[:, 1:]), ForkConfig()) for one, other in pairs]
+        return [_as_elsewhere(front, fronts) for front in fronts]
     if not isinstance(member, Asked):
         raise InputError(f"{group.name}: files of poses say nothing of fronts; name an estimator")
     return entries(member.way.open({}), {}, fronts, masks, gravity)

@@ -162,7 +162,7 @@ def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
         try:
             run.groups += trained(name, training, known, run.config.out, told)
         except _CANNOT as problem:
-            run.left_out.append(LeftOut(name, "training", str(problem)))
+            _leave_out(run, name, "training", problem)
 
 
 def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
@@ -203,7 +203,7 @@ def _of_fronts(run: _Run, folder: Path) -> Iterator[Row]:
         try:
             yield from front_rows(group, folder)
         except _CANNOT as problem:
-            run.left_out.append(LeftOut(group.name, folder.name, str(problem)))
+            _leave_out(run, group.name, folder.name, problem)
 
 
 def _ask(run: _Run) -> None:
@@ -217,7 +217,7 @@ def _ask(run: _Run) -> None:
         try:
             answer = _answer(run, name, condition, group, told)
         except _CANNOT as problem:
-            run.left_out.append(LeftOut(group.name, name, str(problem)))
+            _leave_out(run, group.name, name, problem)
             continue
         if not run.answers:
             require_metrics(run.suite, answer.scores[0].table)
@@ -267,7 +267,7 @@ def _found(run: _Run) -> Iterator[Row]:
                 found = found_by(detector, opened, run.config.out, run.config.anew)
                 yield from detection_rows(detector, name, found, opened)
             except _CANNOT as problem:
-                run.left_out.append(LeftOut(detector, name, str(problem)))
+                _leave_out(run, detector, name, problem)
 
 
 def _simulated(run: _Run) -> Iterator[Row]:
@@ -278,6 +278,16 @@ def _simulated(run: _Run) -> Iterator[Row]:
         )
     for answer in run.answers if run.suite.simulate else ():
         yield from simulated_rows(answer, run.config.out)
+
+
+def _leave_out(run: _Run, estimator: str, condition: str, problem: Exception) -> None:
+    """Say who could not be scored and why; results name no folder of the machine that they were made on."""
+    reason = str(problem)
+    folders = (run.config.out, *(item.made.root for item in run.opened.values()))
+    for path in sorted({f for folder in folders for f in (folder, folder.parent)}, key=lambda f: -len(str(f))):
+        if len(path.parts) > 1:
+            reason = reason.replace(f"{path}/", "")
+    run.left_out.append(LeftOut(estimator, condition, reason))
 
 
 def _renderers(run: _Run) -> tuple[str, ...]:
