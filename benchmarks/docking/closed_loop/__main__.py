@@ -73,7 +73,7 @@ def main(
         settings |= {"drifts": {name: asdict(item) for name, item in DRIFTS.items()}}
         settings |= {"levels": [asdict(item) for item in conditions]}
         of_each = {recipe: rounded(by_level([row for row in rows if row["source"] == recipe])) for recipe in recipes}
-        facts = {"seconds_of_last_run": round(time.time() - started), "settings": settings, "by_recipe": of_each}
+        facts = {"seconds_of_this_call": round(time.time() - started), "settings": settings, "by_recipe": of_each}
         write_result(RESULTS / "closed_loop.json", command, rounded(summaries), **facts)
 
 

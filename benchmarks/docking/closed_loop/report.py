@@ -56,6 +56,7 @@ def _summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "median_images": float(np.median([row["images"] for row in rows])),
         "mean_corrections": float(np.mean([row["corrections"] for row in rows])),
         **_errors(arrived),
+        **({"cpu_s": float(np.mean(seconds))} if (seconds := [row["cpu_s"] for row in rows if "cpu_s" in row]) else {}),
     }
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
@@ -129,11 +130,13 @@ class Runner:
                 key = self._key("episode", scene, number, asdict(condition), method, self._eyes(method))
                 if key not in self.kept:
                     start = self._starts(scene)[number]
+                    begun = time.process_time()
                     perceive = self._perceive(start, condition, method)
                     if isinstance(perceive, str):
                         row = self._left_out(scene, number, condition, method, perceive)
                     else:
                         row, _ = episode(self._setting, start, condition, method, perceive)
+                    row["cpu_s"] = time.process_time() - begun
                     self.kept.add(key, row)
                 yield self.kept[key]
 
