@@ -59,7 +59,7 @@ class StreamedCrops:
         found = {first + place: table for place, table in enumerate(self._window.at(step)) if table is not None}
         if not found:
             raise TrainingError(
-                f"none of the stream's observations {first} to {first + 1} and on shows an object of the data that is "
+                f"none of the stream's observations from {first} on, in a window, shows an object of the data that is "
                 "visible enough to train on; take the recipe that the data was made from, or a larger stream.window"
             )
         self._held = found
