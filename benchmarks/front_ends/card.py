@@ -11,6 +11,8 @@ from warehouse_sim.estimators.detection.run_config import RunConfig as DetectorR
 from warehouse_sim.estimators.detection.run_config import read_config as read_detector
 from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
 from warehouse_sim.estimators.segmentation.run_config import read_config as read_segmenter
+from warehouse_sim.estimators.sweep.run_config import SweepRunConfig
+from warehouse_sim.estimators.sweep.run_config import read_config as read_sweeper
 from warehouse_sim.estimators.train import trainable
 from warehouse_sim.learning.run_folder import read_kind
 
@@ -61,15 +63,15 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
 
 
 def _description(model: Path) -> list[str]:
-    config: DetectorRun | SegmenterRun
+    config: DetectorRun | SegmenterRun | SweepRunConfig
     result = json.loads((model / "result.json").read_text(encoding="utf-8"))
     method = trainable(model.name)
-    if read_kind(model) == "segmenter":
+    if (kind := read_kind(model)) == "segmenter":
         config = read_segmenter(model)
         size, seen = f"{config.network.width} filters and more", "boxes"
         finds = "masks" + (" and key points of pallet fronts" if config.network.keypoints else "")
     else:
-        config = read_detector(model)
+        config = read_sweeper(model) if kind == "sweep-detector" else read_detector(model)
         size, seen, finds = config.train.size, "images", ", ".join(config.classes)
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {

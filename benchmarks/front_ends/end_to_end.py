@@ -65,6 +65,8 @@ CASES = (
             ("detect-pointcloud", "auto"),
         )
     ),
+    Case("lidar-direct, true masks", "lidar-direct", TEST_DISTANCE, replace(_EVIDENCE, detections=_TRUTH)),
+    Case("lidar-direct", "lidar-direct", TEST_DISTANCE, _EVIDENCE),
 )
 """Chains with the bundled weights, each beside the same with the truth in place of what it finds."""
 

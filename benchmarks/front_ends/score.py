@@ -17,6 +17,7 @@ import tyro
 
 from benchmarks.estimators.data import Data, made
 from benchmarks.front_ends.data import FOLDER, SCORED_ON, TEST_DISTANCE, TEST_INDUSTRIAL
+from benchmarks.front_ends.sweeps import SWEEP_QUESTIONS, answer_in_sweeps
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detection_file import read_results, write_results
@@ -103,10 +104,14 @@ def main(
         root = made(question.data, folder, workers)
         rows += answer(question, [str(stage) for stage in stages], root, folder / "found")
         print(rows[-1] if rows else f"{question.name}: nothing to be found")
-    file, seeds = (
-        RESULTS / "front_ends.json",
-        {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON},
-    )
+    for asked in SWEEP_QUESTIONS:
+        if only and not any(text in asked.name for text in only):
+            continue
+        if place := _place(asked.detector, runs or folder / "runs"):
+            rows += answer_in_sweeps(asked, place, made(asked.data, folder, workers), _DRAWS)
+            print(rows[-1])
+    file = RESULTS / "front_ends.json"
+    seeds = {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON}
     write_result(file, "python -m benchmarks.front_ends.score", beside_stored(file, rounded(rows)), data=seeds)
 
 

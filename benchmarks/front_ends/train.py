@@ -22,6 +22,7 @@ from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE
 from warehouse_sim import train
 from warehouse_sim.estimators.detection.settings import DetectorConfig
 from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
+from warehouse_sim.estimators.sweep.settings import SweepDetectorConfig
 from warehouse_sim.estimators.train import trainable
 
 _AT_ONCE = 4
@@ -32,7 +33,7 @@ _AT_ONCE = 4
 class Plan:
     """How one front end is trained."""
 
-    config: DetectorConfig | SegmenterConfig
+    config: DetectorConfig | SegmenterConfig | SweepDetectorConfig
     """How."""
     own: tuple[Data, ...]
     """Sets made for front ends."""
@@ -64,6 +65,7 @@ class Plan:
 _DETECTOR = DetectorConfig(batch=32, learning_rate=2e-3, validations=6, precision="auto")
 _PALLETS = replace(_DETECTOR, classes=("pallet",))
 _SEGMENTER = SegmenterConfig(batch=32, learning_rate=2e-3, validations=6)
+_SWEEPS = SweepDetectorConfig(batch=32, learning_rate=2e-3, validations=6, precision="auto", classes=("pallet",))
 _EVERY_POSE_SET = (*POSE_SETS, *CARTON_SETS)
 PLANS = {
     "detector-depth": Plan(_PALLETS, FULLY_LABELLED, POSE_SETS),
@@ -74,6 +76,7 @@ PLANS = {
     "keypoints-rgb": Plan(_SEGMENTER, FULLY_LABELLED, _EVERY_POSE_SET),
     "segmenter-rgb": Plan(_SEGMENTER, FULLY_LABELLED, _EVERY_POSE_SET),
     "detector-rgbd": Plan(_PALLETS, FULLY_LABELLED, POSE_SETS),
+    "detector-sweep": Plan(_SWEEPS, WITH_SWEEPS, init="detector-depth"),
 }
 """By method, those first whose weights chains need most."""
 
@@ -158,9 +161,12 @@ def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, ca
     # Parts of the package that need torch: the processes that generate do without.
     from warehouse_sim.estimators.detection.training.preparation import prepare as prepare_images
     from warehouse_sim.estimators.segmentation.training.preparation import prepare as prepare_boxes
+    from warehouse_sim.estimators.sweep.train import prepare_sweeps
 
     found, folders = trainable(name), plan.folders(folder, pose_folder, 1)
-    if isinstance(plan.config, DetectorConfig):
+    if isinstance(plan.config, SweepDetectorConfig):
+        prepare_sweeps(folders, plan.config, cache, None)
+    elif isinstance(plan.config, DetectorConfig):
         prepare_images(name, found.reads, folders, plan.config, cache, None)
     else:
         prepare_boxes(name, found.reads, found.keypoints, folders, plan.config, cache, None)

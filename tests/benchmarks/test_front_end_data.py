@@ -6,6 +6,7 @@ from benchmarks.estimators.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TR
 from benchmarks.front_ends.data import FULLY_LABELLED, SCORED_ON, TARGETS, WITH_SWEEPS
 from benchmarks.front_ends.end_to_end import CASES
 from benchmarks.front_ends.score import QUESTIONS
+from benchmarks.front_ends.sweeps import SWEEP_QUESTIONS
 from benchmarks.front_ends.train import PLANS, in_order
 from warehouse_sim.estimators.train import trainable
 
@@ -37,8 +38,8 @@ def test_a_plan_is_for_what_it_trains(name: str) -> None:
     assert (plan.config.max_minutes, plan.config.workers) == (11.0, 16)
     if "person" in getattr(plan.config, "classes", ()):
         assert not plan.pose, "people are not labelled there"
-    if name == "detector-lidar":
-        assert plan.config.depth_source == "lidar"
+    if name in ("detector-lidar", "detector-sweep"):
+        assert getattr(plan.config, "depth_source", "lidar") == "lidar"
         assert plan.own == WITH_SWEEPS
         assert not plan.pose
 
@@ -55,4 +56,7 @@ def test_questions_have_names_of_their_own_and_ask_of_unseen_scenes() -> None:
     assert {question.data for question in QUESTIONS} <= set(SCORED_ON)
     assert {case.data for case in CASES} <= set(SCORED_ON)
     asked = {stage for question in QUESTIONS for stage in question.stages}
+    asked |= {question.detector for question in SWEEP_QUESTIONS}
+    assert {question.data for question in SWEEP_QUESTIONS} <= set(SCORED_ON)
+    assert not {question.name for question in SWEEP_QUESTIONS} & {question.name for question in QUESTIONS}
     assert asked - {"truth-boxes"} == set(PLANS)

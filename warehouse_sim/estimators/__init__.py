@@ -146,12 +146,14 @@ for _name in (
 ):
     ESTIMATORS.add(_name, f"warehouse_sim.estimators.composed:{_name.upper().replace('-', '_')}")
 ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
+ESTIMATORS.add("lidar-direct", "warehouse_sim.estimators.sweep.direct:LIDAR_DIRECT")
 DETECTORS = Registry("detector")
 for _name in ("detector-rgb", "detector-depth", "detector-rgbd", "detector-lidar"):
     _constant = _name.upper().replace("-", "_")
     DETECTORS.add(_name, f"warehouse_sim.estimators.detection.trainable:{_constant}")
 for _name in ("rtdetr-rgb", "rtdetr-depth", "rtdetr-rgbd"):
     DETECTORS.add(_name, f"warehouse_sim.estimators.rtdetr.trainable:{_name.upper().replace('-', '_')}")
+DETECTORS.add("detector-sweep", "warehouse_sim.estimators.sweep.trainable:DETECTOR_SWEEP")
 SEGMENTERS = Registry("segmenter")
 for _name in ("segmenter-rgb", "segmenter-depth", "segmenter-rgbd", "keypoints-rgb", "keypoints-rgbd"):
     _constant = _name.upper().replace("-", "_")
@@ -161,6 +163,7 @@ FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_familie
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS = Registry("kind of run folder that finds objects", group="warehouse_sim.front_end_families")
 FRONT_ENDS.add("detector", "warehouse_sim.estimators.detection.estimator:TrainedDetector")
+FRONT_ENDS.add("sweep-detector", "warehouse_sim.estimators.sweep.estimator:TrainedSweepDetector")
 FRONT_ENDS.add("rtdetr", "warehouse_sim.estimators.rtdetr.estimator:TrainedRtdetr")
 FRONT_ENDS.add("segmenter", "warehouse_sim.estimators.segmentation.estimator:TrainedSegmenter")
 

@@ -7,7 +7,14 @@ from pathlib import Path
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.estimators.detections import open_stages, read_image, stage_depth, with_depth_of
+from warehouse_sim.estimators.detections import (
+    open_stages,
+    read_image,
+    reads_sweep,
+    stage_depth,
+    with_depth_of,
+    with_sweep,
+)
 from warehouse_sim.estimators.found_objects import found_object
 from warehouse_sim.learning.progress import Progress
 
@@ -38,6 +45,7 @@ def detect(
         image = read_image(reader, record)
         started = time.perf_counter()
         image = with_depth_of(stage_depth(stages), image, reader, record)
+        image = with_sweep(image, reader, record) if reads_sweep(stages) else image
         for stage in stages:
             image = replace(image, detections=tuple(stage(image)))
         seconds.append(time.perf_counter() - started)

@@ -15,7 +15,7 @@ from warehouse_sim.estimators.front_ends import FindObjects, open_front_end
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.lidar.image import with_lidar_depth
 from warehouse_sim.estimators.lidar.source import DepthSource
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.geometry.pose import transform_points
 
@@ -55,6 +55,10 @@ class Finder:
         self.seconds = 0.0
         """How long the last image's detection and the filling of its depth took."""
 
+    def takes_truth(self, estimator: PoseEstimator) -> bool:
+        """Return whether an estimator is given what the dataset's labels say."""
+        return self._truth is not None and not (self._is_auto and getattr(estimator, "finds_objects", False))
+
     def find(self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
         """Return an image with its detections; None where there are none, and the estimator finds none itself.
 
@@ -74,6 +78,8 @@ class Finder:
         source = self._depth or getattr(estimator, "depth_source", None) or stage_depth(self._stages)
         started = time.perf_counter()
         found = with_depth_of(source, found, reader, image)
+        if getattr(estimator, "reads_sweep", False) or reads_sweep(self._stages):
+            found = with_sweep(found, reader, image)
         for stage in self._stages:
             found = replace(found, detections=tuple(stage(found)))
         self.seconds = time.perf_counter() - started if self._stages or source != "camera" else 0.0
@@ -126,6 +132,11 @@ def stage_depth(stages: Sequence[FindObjects]) -> DepthSource:
     return made_for
 
 
+def reads_sweep(stages: Sequence[FindObjects]) -> bool:
+    """Return whether a stage looks at sweeps as they are."""
+    return any(getattr(getattr(stage, "__self__", None), "reads_sweep", False) for stage in stages)
+
+
 def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:
     """Read an image without detections; where the dataset has no depth, nothing has a reading."""
     if reader.has_depth:
@@ -150,6 +161,21 @@ def with_depth_of(source: DepthSource, image: RgbdImage, reader: DatasetReader, 
         )
     points = transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
     return with_lidar_depth(image, points, source)
+
+
+def with_sweep(image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> RgbdImage:
+    """Return an image with the sweep of the main LiDAR beside it.
+
+    Raises:
+        DatasetError: The dataset holds none.
+    """
+    mounted = reader.sweep(record)
+    if mounted is None:
+        raise DatasetError(
+            f"{reader.root}: holds no sweep of image {record.scene_id}/{record.image_id}, which is what is looked at; "
+            "generate it with a LiDAR and the format kitti"
+        )
+    return replace(image, sweep=SweepView(mounted.reading.points.astype(float), mounted.T_camera_sensor))
 
 
 def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:

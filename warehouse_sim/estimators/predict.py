@@ -60,7 +60,9 @@ def predict(
         raise TrainingError(f"{data}: the split {split!r} has no images; generate more scenes")
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
-    require_known(estimator, reader, images)
+    # Numbers of objects in a folder of others are that folder's own, and of no matter to what finds objects itself.
+    if reader.manifest is not None or finder.takes_truth(estimator):
+        require_known(estimator, reader, images)
     estimates: list[PoseEstimate] = []
     for start in range(0, len(images), config.images_at_once):
         group = images[start : start + config.images_at_once]

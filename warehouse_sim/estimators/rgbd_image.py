@@ -54,6 +54,16 @@ class Detection:
 
 
 @dataclass(frozen=True, eq=False)
+class SweepView:
+    """A LiDAR's sweep beside an image."""
+
+    points: Float[np.ndarray, "n 3"]
+    """LiDAR frame (m; x ahead, y left, z up), all around."""
+    T_camera_lidar: Transform
+    """Pose of the LiDAR in the frame of the image's camera."""
+
+
+@dataclass(frozen=True, eq=False)
 class RgbdImage:
     """One image of an RGB-D camera with what was detected in it."""
 
@@ -69,6 +79,8 @@ class RgbdImage:
     """Where the camera is, above the floor z = 0; None where nobody knows. No network reads it."""
     gravity: Direction | None = None
     """Unit vector that points down, in the camera frame; None where nobody knows."""
+    sweep: SweepView | None = None
+    """What a LiDAR reads around it, for what looks at sweeps; None where nothing does, or there is none."""
 
     def __post_init__(self) -> None:
         size = self.camera.height, self.camera.width

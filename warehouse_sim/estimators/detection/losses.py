@@ -8,7 +8,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from warehouse_sim.estimators.detection.assignment import Assigned, Targets, assign, unasked
-from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, Raw
+from warehouse_sim.estimators.detection.networks.detector import CellNetwork, Raw
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
 from warehouse_sim.estimators.detection.settings import DetectorLossConfig
 from warehouse_sim.learning.device import on_device
@@ -34,9 +34,7 @@ def complete_iou(a: Float[Tensor, "n 4"], b: Float[Tensor, "n 4"]) -> Float[Tens
     return iou - apart - weight * shape
 
 
-def detection_loss(
-    network: DetectorNetwork, raw: Raw, targets: Targets, config: DetectorLossConfig
-) -> Float[Tensor, ""]:
+def detection_loss(network: CellNetwork, raw: Raw, targets: Targets, config: DetectorLossConfig) -> Float[Tensor, ""]:
     """Return the weighted sum of the three losses over all levels.
 
     ``targets`` are on the CPU, wherever the network computes: what learns is chosen there, as a GPU would have to be
@@ -53,7 +51,7 @@ def detection_loss(
 
 
 def _level_loss(
-    network: DetectorNetwork,
+    network: CellNetwork,
     logits: Float[Tensor, "b a h w o"],
     level: int,
     found: Assigned,
@@ -83,9 +81,9 @@ def _level_loss(
 
 
 def _placed(
-    network: DetectorNetwork, logits: Float[Tensor, "n 4"], level: int, found: Assigned
+    network: CellNetwork, logits: Float[Tensor, "n 4"], level: int, found: Assigned
 ) -> tuple[Float[Tensor, "n 2"], Float[Tensor, "n 2"]]:
-    """Return centre and size (px) of single cells, as ``DetectorNetwork.place`` does of whole maps."""
+    """Return centre and size (px) of single cells, as ``CellNetwork.place`` does of whole maps."""
     share = torch.sigmoid(logits)
     cell = torch.stack([found.column, found.row], dim=1)
     centre = (2.0 * share[:, :2] - 0.5 + cell) * STRIDES[level]

@@ -10,7 +10,7 @@ from warehouse_sim.config import load_yaml, to_mapping
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, DetectorNetworkConfig
-from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig
+from warehouse_sim.estimators.detection.settings import BoxTrainingConfig, DetectorConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.learning.run_folder import CONFIG, WEIGHTS, DatasetSource, StartingWeights, read_kind, read_weights
 from warehouse_sim.output import write_bytes
@@ -31,11 +31,11 @@ class AnyRunConfig:
     """The training data."""
     classes: tuple[str, ...]
     """What it tells apart, in the order of the network's classes."""
-    images: ImageConfig
+    images: Any
     """What it reads."""
     network: Any
     """Sizes of the network."""
-    train: AnyDetectorConfig
+    train: BoxTrainingConfig
     """How it was trained."""
     started_from: StartingWeights | None = None
     """Trained weights that it began with; none for fresh ones."""
@@ -47,6 +47,8 @@ class AnyRunConfig:
 class RunConfig(AnyRunConfig):
     """Everything that defines a trained detector of this package but its weights."""
 
+    images: ImageConfig
+    """What it reads."""
     network: DetectorNetworkConfig
     """Sizes of the network."""
     train: DetectorConfig

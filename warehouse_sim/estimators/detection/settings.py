@@ -3,6 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+import numpy as np
+from jaxtyping import Bool, Float
+
 from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.ranges import Range, Share, ranged
@@ -37,8 +40,8 @@ class WantedConfig:
 
 @dataclass(frozen=True)
 @ranged
-class AnyDetectorConfig(LoopConfig):
-    """How any network that finds objects is trained."""
+class BoxTrainingConfig(LoopConfig):
+    """How any network that gives boxes is trained, whatever it looks at."""
 
     batch: Annotated[int, Range(1, 65_536)] = 8
     """Images a step, 1-65,536."""
@@ -46,22 +49,46 @@ class AnyDetectorConfig(LoopConfig):
     """Arithmetic of the network."""
     size: str = ""
     """Widths and depths of the network by name."""
-    input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
-    """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
-    depth_source: DepthSource = "camera"
-    """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
     labels: Labels = "class"
     """What is told apart: classes (pallet, carton), or objects (epal1, epal2)."""
     classes: tuple[str, ...] = ()
     """Only these classes, or objects; all targets by default."""
-    wanted: WantedConfig = field(default_factory=WantedConfig)
-    """Which targets are to be found."""
-    augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)
-    """How images are disturbed."""
     calm_share: Share = 0.15
     """Last share of the run without mosaics, so that it ends on images as they are, 0-1."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
+
+    def is_wanted(self, labels: Float[np.ndarray, "k 8"]) -> Bool[np.ndarray, " k"]:
+        """Return which labels are to be found; of others nothing is taught."""
+        raise NotImplementedError
+
+    def defaults(self) -> "BoxTrainingConfig":
+        """Return the settings of whoever names none, to go on with a run."""
+        return type(self)()
+
+
+@dataclass(frozen=True)
+@ranged
+class AnyDetectorConfig(BoxTrainingConfig):
+    """How any network that finds objects in images is trained."""
+
+    input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
+    """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
+    depth_source: DepthSource = "camera"
+    """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
+    wanted: WantedConfig = field(default_factory=WantedConfig)
+    """Which targets are to be found."""
+    augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)
+    """How images are disturbed."""
+
+    def is_wanted(self, labels: Float[np.ndarray, "k 8"]) -> Bool[np.ndarray, " k"]:
+        """Return which labels are to be found; of others nothing is taught."""
+        wanted: Bool[np.ndarray, " k"] = (labels[:, 5] >= self.wanted.visible) & (labels[:, 6] >= self.wanted.height_px)
+        return wanted
+
+    def defaults(self) -> "AnyDetectorConfig":
+        """Return the settings of whoever names none, to go on with a run; the name says whose depth is seen."""
+        return type(self)(depth_source=self.depth_source)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ class Sample:
     """One composed image with its labels."""
 
     rgb: UInt8[np.ndarray, "h w 3"] | None
-    depth: Float32[np.ndarray, "h w"] | None
-    """Canonical metres, 0 = no reading."""
+    depth: Float32[np.ndarray, "*planes h w"] | None
+    """Canonical metres, 0 = no reading; of sweeps two planes, as ``sweep.compose`` says."""
     labels: Float32[np.ndarray, "k 8"]
     """Rows as ``rows.LABEL`` names them; the height in px is that on the canvas over the canvas' own scale."""
 

@@ -38,16 +38,16 @@ def encode(
     for name in reads:
         given = rgb if name == "rgb" else depth
         assert given is not None, name
-        parts.append(given.permute(0, 3, 1, 2).float() / 255.0 if name == "rgb" else _depth_channels(given.float()))
+        parts.append(given.permute(0, 3, 1, 2).float() / 255.0 if name == "rgb" else depth_channels(given.float()))
     return torch.cat(parts, dim=1)
 
 
-def _depth_channels(depth: Float[Tensor, "b h w"]) -> Float[Tensor, "b c h w"]:
+def depth_channels(depth: Float[Tensor, "b h w"], farthest: float = FARTHEST) -> Float[Tensor, "b c h w"]:
     """Return clipped depth in tens of metres, where there is any, and its relief in windows of several sizes.
 
     Networks that compute in 16 bits lose centimetres of a depth of metres; a relief of decimetres keeps them.
     """
-    depth = depth[:, None].clamp(max=FARTHEST)
+    depth = depth[:, None].clamp(max=farthest)
     valid = (depth > 0).to(depth.dtype)
     channels = [depth / 10.0, valid]
     for side, most in _RELIEFS:

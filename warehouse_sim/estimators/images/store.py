@@ -2,10 +2,12 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
@@ -46,32 +48,29 @@ def load_images(
         groups.setdefault((image.camera.width, image.camera.height), []).append(image)
     found = list[Arrays | None]()
     for size_wh, images in groups.items():
-        chunks = _read(reader, images, config, workers, progress)
-        if cache is None:
-            found.append(joined(chunks))
-        else:
-            digest = _digest(reader, split, config, size_wh)
-            found.append(kept_arrays(cache / f"{split}-{digest}", "images", chunks))
+        chunks = read_rows(partial(image_rows, reader, config=config), images, workers, progress)
+        digest = rows_digest(reader, split, [_FORMAT, split, size_wh, asdict(config)])
+        found.append(joined(chunks) if cache is None else kept_arrays(cache / f"{split}-{digest}", "images", chunks))
     return [arrays for arrays in found if arrays is not None]
 
 
-def _read(
-    reader: DatasetReader,
-    images: list[ImageRecord],
-    config: ImageConfig,
+def read_rows(
+    read: Callable[[ImageRecord], Arrays],
+    images: Sequence[ImageRecord],
     workers: int,
     progress: Callable[[float], None] | None,
 ) -> Iterator[Arrays]:
+    """Yield what is read of each image, in their order, by several threads."""
     with ThreadPoolExecutor(workers) as pool:
-        for done, rows in enumerate(pool.map(lambda image: image_rows(reader, image, config), images), start=1):
+        for done, rows in enumerate(pool.map(read, images), start=1):
             yield rows
             if progress:
                 progress(done / len(images))
 
 
-def _digest(reader: DatasetReader, split: str, config: ImageConfig, size_wh: tuple[int, int]) -> str:
+def rows_digest(reader: DatasetReader, split: str, settings: list[Any]) -> str:
     """Return a text that changes with anything the arrays depend on: manifest, labels, sizes of files, settings."""
-    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, split, size_wh, asdict(config)]).encode())
+    digest = hashlib.sha256(json.dumps([reader.digest, *settings]).encode())
     for path in reader.files(split):
         labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
         digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)

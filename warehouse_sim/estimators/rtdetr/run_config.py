@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.estimators.detection.run_config import AnyRunConfig, read_run_config, with_weights
+from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.estimators.rtdetr.network import RtdetrNetwork, RtdetrNetworkConfig
 from warehouse_sim.estimators.rtdetr.settings import RtdetrConfig
 
@@ -15,6 +16,8 @@ KIND = "rtdetr"
 class RtdetrRunConfig(AnyRunConfig):
     """Everything that defines a trained RT-DETR but its weights."""
 
+    images: ImageConfig
+    """What it reads."""
     network: RtdetrNetworkConfig
     """Sizes of the network."""
     train: RtdetrConfig

@@ -5,7 +5,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from warehouse_sim.estimators.detection.assignment import Targets
-from warehouse_sim.estimators.detection.training.task import BoxTask, Inputs
+from warehouse_sim.estimators.detection.training.task import ImageBoxTask, Inputs
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.estimators.rtdetr.estimator import RTDETR_DETECT
 from warehouse_sim.estimators.rtdetr.loss import Labels, make_loss
@@ -15,7 +15,7 @@ from warehouse_sim.learning.array_store import Arrays
 from warehouse_sim.learning.device import on_device
 
 
-class RtdetrTask(BoxTask):
+class RtdetrTask(ImageBoxTask):
     """Train an RT-DETR; see ``BoxTask`` for the arguments."""
 
     network: RtdetrNetwork

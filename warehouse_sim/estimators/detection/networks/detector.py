@@ -1,6 +1,8 @@
 """The detector's network: encoded input, pyramid, and at each cell three anchors with box, objectness, classes."""
 
 import math
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -50,27 +52,31 @@ class Raw:
     """Box (4), objectness (1), classes: logits."""
 
 
-class DetectorNetwork(BoxNetwork):
-    """Detects in batches of images of one size.
+class CellNetwork(BoxNetwork):
+    """Detects in batches of arrays of one size, whatever their channels are.
 
     Args:
         config: Sizes.
-        images: What is read.
+        channels: Of the encoded input.
     """
 
     anchors: Float[Tensor, "l a 2"]
 
-    def __init__(self, config: DetectorNetworkConfig, images: ImageConfig) -> None:
+    def __init__(self, config: DetectorNetworkConfig, channels: int) -> None:
         super().__init__(config.classes)
-        self.config, self.images = config, images
-        self.pyramid = Pyramid(channel_count(images.reads), config.width, config.depth)
+        self.config = config
+        self.pyramid = Pyramid(channels, config.width, config.depth)
         anchors = torch.tensor(config.anchors, dtype=torch.float32).reshape(len(STRIDES), -1, 2)
         self.register_buffer("anchors", anchors, persistent=False)
         outputs = anchors.shape[1] * (5 + config.classes)
         self.heads = nn.ModuleList([nn.Conv2d(width, outputs, 1) for width in self.pyramid.widths])
         self._start_rare()
 
-    def forward(self, rgb: UInt8[Tensor, "b h w 3"] | None, depth: Float[Tensor, "b h w"] | None) -> Raw:
+    @abstractmethod
+    def encode(self, rgb: Tensor | None, depth: Tensor | None) -> Float[Tensor, "b c h w"]:
+        """Return the channels of an input."""
+
+    def forward(self, rgb: Tensor | None, depth: Tensor | None) -> Raw:
         """Return logits at each level.
 
         Args:
@@ -78,9 +84,12 @@ class DetectorNetwork(BoxNetwork):
             depth: Canonical depth (m), if it is read.
         """
         with torch.autocast((depth if rgb is None else rgb).device.type, enabled=False):  # type: ignore[union-attr]
-            channels = encode(self.images.reads, rgb, depth)
+            channels = self.encode(rgb, depth)
         channels = channels.contiguous(memory_format=torch.channels_last)
-        maps = self.pyramid(channels)
+        return self.cells(self.pyramid(channels))
+
+    def cells(self, maps: Sequence[Float[Tensor, "b c h w"]]) -> Raw:
+        """Return logits of the pyramid's maps of features."""
         return Raw(tuple(self._split(head(x)) for head, x in zip(self.heads, maps, strict=True)))
 
     def decode(self, raw: Raw) -> tuple[Float[Tensor, "b n 4"], Float[Tensor, "b n k"]]:
@@ -118,3 +127,22 @@ class DetectorNetwork(BoxNetwork):
             bias = head.bias.data.view(self.anchors.shape[1], -1)
             bias[:, 4] += math.log(8 / (640 / stride) ** 2)
             bias[:, 5:] += math.log(0.6 / (self.config.classes - 0.99999)) if self.config.classes > 1 else 3.0
+
+
+class DetectorNetwork(CellNetwork):
+    """Detects in batches of images of one size.
+
+    Args:
+        config: Sizes.
+        images: What is read.
+    """
+
+    def __init__(self, config: DetectorNetworkConfig, images: ImageConfig) -> None:
+        super().__init__(config, channel_count(images.reads))
+        self.images = images
+
+    def encode(
+        self, rgb: UInt8[Tensor, "b h w 3"] | None, depth: Float[Tensor, "b h w"] | None
+    ) -> Float[Tensor, "b c h w"]:
+        """Return the channels of colours and canonical depths, as far as they are read."""
+        return encode(self.images.reads, rgb, depth)

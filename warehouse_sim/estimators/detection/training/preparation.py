@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detection.anchors import cluster_anchors
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetworkConfig
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
-from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig, DetectorSize
-from warehouse_sim.estimators.detection.training.task import is_wanted
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorSize
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
 from warehouse_sim.estimators.images.store import load_images
 from warehouse_sim.learning.array_store import Arrays
@@ -38,7 +38,7 @@ class Prepared:
     """Class of each object number."""
     classes: tuple[str, ...]
     """Their names."""
-    reading: ImageConfig
+    reading: Any
     """What was read of the images."""
     datasets: tuple[DatasetSource, ...]
     """Where they come from."""
@@ -78,27 +78,43 @@ def prepare(
             )
         ]
     classes, class_of = known_classes(readers, found["train"], config)
-    for split, parts in found.items():
-        if not _wanted_sizes(parts, class_of, config).size:
-            raise TrainingError(
-                f"{', '.join(map(str, data))}: the split {split!r} shows none of {', '.join(classes)} well enough; "
-                "generate more scenes, or ask for less with --wanted.visible and --wanted.height-px"
-            )
+    require_wanted(found, data, classes, class_of, config, "--wanted.visible and --wanted.height-px")
     sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
     return Prepared(found, class_of, classes, images, sources)
 
 
-def network_config(prepared: Prepared, config: DetectorConfig) -> DetectorNetworkConfig:
+def require_wanted(
+    found: dict[str, list[Arrays]],
+    data: Sequence[Path],
+    classes: tuple[str, ...],
+    class_of: dict[int, int],
+    config: BoxTrainingConfig,
+    options: str,
+) -> None:
+    """Check that each split shows something that is to be found.
+
+    Raises:
+        TrainingError: One does not; it names the ``options`` that ask for less.
+    """
+    for split, parts in found.items():
+        if not _wanted_sizes(parts, class_of, config).size:
+            raise TrainingError(
+                f"{', '.join(map(str, data))}: the split {split!r} shows none of {', '.join(classes)} well enough; "
+                f"generate more scenes, or ask for less with {options}"
+            )
+
+
+def network_config(prepared: Prepared, config: BoxTrainingConfig, size: DetectorSize) -> DetectorNetworkConfig:
     """Return the network of a size for the classes, with anchors for the boxes of the training data."""
     rng = np.random.default_rng(config.seed)
     sizes = rng.permutation(_wanted_sizes(prepared.images["train"], prepared.class_of, config))[:_MOST_CLUSTERED]
     fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
     anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
-    return DetectorNetworkConfig(WIDTHS[config.size], DEPTH, len(prepared.classes), anchors)
+    return DetectorNetworkConfig(WIDTHS[size], DEPTH, len(prepared.classes), anchors)
 
 
 def known_classes(
-    readers: Sequence[DatasetReader], images: Sequence[Arrays], config: AnyDetectorConfig
+    readers: Sequence[DatasetReader], images: Sequence[Arrays], config: BoxTrainingConfig
 ) -> tuple[tuple[str, ...], dict[int, int]]:
     """Return the names of the classes that training sees, sorted, and the class of each object number.
 
@@ -119,17 +135,17 @@ def known_classes(
     return classes, {number: classes.index(name) for number, name in names.items() if name in classes}
 
 
-def _label(info: ObjectInfo, config: AnyDetectorConfig) -> str:
+def _label(info: ObjectInfo, config: BoxTrainingConfig) -> str:
     return info.class_name if config.labels == "class" else info.name
 
 
-def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: AnyDetectorConfig) -> np.ndarray:
+def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxTrainingConfig) -> np.ndarray:
     """Return width and height on the canvas (px) of all boxes that are to be found."""
     labels = [np.asarray(arrays["labels"]).reshape(-1, arrays["labels"].shape[-1]) for arrays in parts]
     rows = np.concatenate(labels) if labels else np.zeros((0, 8), dtype=np.float32)
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.isin(rows[:, 4].astype(int), list(class_of))]
-    rows = rows[is_wanted(rows, config.wanted)]
+    rows = rows[config.is_wanted(rows)]
     return rows[:, 2:4] - rows[:, :2]
 
 

@@ -15,7 +15,7 @@ from warehouse_sim.estimators.detection.networks.boxes import BoxNetwork
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
 from warehouse_sim.estimators.detection.nms import Kept, suppress
 from warehouse_sim.estimators.detection.scores import box_precision
-from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig, WantedConfig
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorConfig
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.ahead import MadeAhead
@@ -43,7 +43,7 @@ class _Place(NamedTuple):
 
 
 class BoxTask(Task):
-    """Train a network that gives boxes on images composed anew at each step.
+    """Train a network that gives boxes on samples composed anew at each step.
 
     Args:
         network: What is trained.
@@ -60,7 +60,7 @@ class BoxTask(Task):
     def __init__(
         self,
         network: BoxNetwork,
-        config: AnyDetectorConfig,
+        config: BoxTrainingConfig,
         images: dict[str, list[Arrays]],
         class_of: dict[int, int],
         order: GroupedOrder,
@@ -85,6 +85,14 @@ class BoxTask(Task):
         return self.loss(self._tensors(samples), self._targets(samples))
 
     @abstractmethod
+    def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
+        """Return a training sample of a row of arrays, disturbed afresh."""
+
+    @abstractmethod
+    def plain(self, arrays: Arrays, row: int) -> Sample:
+        """Return a row of arrays as validation sees it."""
+
+    @abstractmethod
     def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
         """Return what is minimised, of colours and depths and what is to be found in them."""
 
@@ -94,7 +102,7 @@ class BoxTask(Task):
 
     def _composed(self, at: _Place) -> Sample:
         rng = np.random.default_rng([self.config.seed, at.step, at.place])
-        return composed_sample(self._images["train"][at.group], at.row, self.config.augment, rng, at.mosaics)
+        return self.composed(self._images["train"][at.group], at.row, rng, at.mosaics)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
@@ -103,12 +111,12 @@ class BoxTask(Task):
         images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
         found, truth = list[Kept](), list[np.ndarray]()
         for start in range(0, len(images), _VALIDATION_BATCH):
-            group = [plain_sample(arrays, row) for arrays, row in images[start : start + _VALIDATION_BATCH]]
+            group = [self.plain(arrays, row) for arrays, row in images[start : start + _VALIDATION_BATCH]]
             found += self._detect(network, group)
             truth += [sample.labels for sample in group]
         rows = [self._known(labels) for labels in truth]
         boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
-        asked = [is_wanted(labels, self.config.wanted) for labels, _ in rows]
+        asked = [self.config.is_wanted(labels) for labels, _ in rows]
         return {
             f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, asked, network.classes, overlap)
             for overlap in (0.5, 0.75)
@@ -138,7 +146,7 @@ class BoxTask(Task):
         labels = np.concatenate([rows for rows, _ in parts])
         classes = np.concatenate([numbers for _, numbers in parts])
         image = np.repeat(np.arange(len(parts)), [len(rows) for rows, _ in parts])
-        wanted = is_wanted(labels, self.config.wanted)
+        wanted = self.config.is_wanted(labels)
         return Targets(*map(torch.from_numpy, (image, labels[:, :4].astype(np.float32), classes, wanted)))
 
     def _known(self, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -147,7 +155,21 @@ class BoxTask(Task):
         return labels[numbers >= 0], numbers[numbers >= 0]
 
 
-class DetectionTask(BoxTask):
+class ImageBoxTask(BoxTask):
+    """Train a network that gives boxes on images; see ``BoxTask`` for the arguments."""
+
+    config: AnyDetectorConfig
+
+    def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
+        """Return an image zoomed, shifted and mirrored, or a mosaic of four."""
+        return composed_sample(arrays, row, self.config.augment, rng, mosaics)
+
+    def plain(self, arrays: Arrays, row: int) -> Sample:
+        """Return an image as it is stored."""
+        return plain_sample(arrays, row)
+
+
+class DetectionTask(ImageBoxTask):
     """Train the detector of this package."""
 
     network: DetectorNetwork
@@ -160,13 +182,7 @@ class DetectionTask(BoxTask):
             return detection_loss(self.network, raw, targets, self.config.loss)
 
 
-def is_wanted(labels: Float[np.ndarray, "k 8"], config: WantedConfig) -> np.ndarray:
-    """Return which labels a detector is to find."""
-    wanted: np.ndarray = (labels[:, 5] >= config.visible) & (labels[:, 6] >= config.height_px)
-    return wanted
-
-
 def _size(sample: Sample) -> tuple[int, ...]:
     image = sample.rgb if sample.rgb is not None else sample.depth
     assert image is not None
-    return image.shape[:2]
+    return image.shape

@@ -10,7 +10,7 @@ from torch import nn
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork
 from warehouse_sim.estimators.detection.run_config import AnyRunConfig, RunConfig, read_config, write_config
-from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, DetectorConfig
+from warehouse_sim.estimators.detection.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorConfig
 from warehouse_sim.estimators.detection.training.preparation import Prepared, network_config, prepare
 from warehouse_sim.estimators.detection.training.task import BoxTask, DetectionTask
 from warehouse_sim.estimators.images.order import GroupedOrder
@@ -41,9 +41,10 @@ class BoxJob(ABC):
 
     name: str
     reads: Reads
+    """Of images; nothing where these are none."""
     data: tuple[Path, ...]
     run: Path
-    config: AnyDetectorConfig
+    config: BoxTrainingConfig
     cache: Path | None
 
     @property
@@ -59,9 +60,14 @@ class BoxJob(ABC):
     def make(self, prepared: Prepared, order: GroupedOrder) -> tuple[BoxTask, AnyRunConfig]:
         """Return the training of a fresh network, and the resolved configuration."""
 
+    def prepared(self, progress: Progress | None = None) -> Prepared:
+        """Read the samples."""
+        assert isinstance(self.config, AnyDetectorConfig)
+        return prepare(self.reads, self.data, self.config, self.cache, progress)
+
     def start(self, progress: Progress | None = None) -> StartedDetector:
         """Read the samples and make a fresh network."""
-        prepared = prepare(self.reads, self.data, self.config, self.cache, progress)
+        prepared = self.prepared(progress)
         torch.manual_seed(self.config.seed)
         sizes = [len(arrays["labels"]) for arrays in prepared.images["train"]]
         order = GroupedOrder(sizes, self.config.batch, self.config.seed)
@@ -89,7 +95,7 @@ class DetectorJob(BoxJob):
 
     def make(self, prepared: Prepared, order: GroupedOrder) -> tuple[DetectionTask, RunConfig]:
         """Return the training of a fresh network with anchors for its data, and the resolved configuration."""
-        sizes = network_config(prepared, self.config)
+        sizes = network_config(prepared, self.config, self.config.size)
         network = DetectorNetwork(sizes, prepared.reading)
         task = DetectionTask(network, self.config, prepared.images, prepared.class_of, order)
         data, reading = prepared.datasets, prepared.reading
@@ -135,7 +141,7 @@ def train_detector(
 def _require_same(old: AnyRunConfig, job: BoxJob) -> None:
     if old.estimator != job.name:
         raise TrainingError(f"{job.run} is a run of {old.estimator}, not of {job.name}; choose another folder")
-    if job.config not in (old.train, type(old.train)(depth_source=old.train.depth_source)):
+    if job.config not in (old.train, old.train.defaults()):
         raise TrainingError(f"{job.run} goes on with the settings in its {run_folder.CONFIG}; leave other settings out")
 
 

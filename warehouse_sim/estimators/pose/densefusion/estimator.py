@@ -101,7 +101,7 @@ class Estimator(Chain):
             raise InputError(f"{self._runner.config.estimator} reads colour, but the image has no rgb")
         found = list[Crop]()
         for position, item in enumerate(image.detections):
-            numbers = self._may_be(item)
+            numbers = self.may_be(item)
             crop = self._cut_one(image, position, item, numbers[0])
             if crop is not None:
                 found += [replace(crop, obj_id=number) for number in numbers]
@@ -145,8 +145,12 @@ class Estimator(Chain):
         points = masked_points(image, mask, np.random.default_rng([self.config.seed, number]))
         return replace(crop, view=DepthView(image.camera, image.depth, mask, points, image.gravity))
 
-    def _may_be(self, detection: Detection) -> list[int]:
-        """Return the numbers of the objects that a detection may show."""
+    def may_be(self, detection: Detection) -> list[int]:
+        """Return the numbers of the objects that a detection may show.
+
+        Raises:
+            InputError: It is of an object that the estimator does not know.
+        """
         if detection.model is not None or detection.may_be:
             asked = detection.may_be if detection.model is None else (detection.model,)
             return [self._number_of(model) for model in asked]
