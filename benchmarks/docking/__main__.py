@@ -13,12 +13,12 @@ from typing import Annotated
 import numpy as np
 import tyro
 
-from benchmarks.docking.agreement import MARGINS_MM, Row, by_kind, causes, confusion, disagreements, told
-from benchmarks.docking.pictures import picture
-from benchmarks.docking.record import Record
-from benchmarks.docking.sources import Asked, Source
-from benchmarks.docking.truck import TruckConfig
 from benchmarks.result import RESULTS, rounded, write_result
+from warehouse_sim.benchmark.docking.agreement import MARGINS_MM, Row, by_kind, causes, confusion, disagreements, told
+from warehouse_sim.benchmark.docking.pictures import picture
+from warehouse_sim.benchmark.docking.record import Record
+from warehouse_sim.benchmark.docking.sources import Asked, Source
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 
 FOLDER = Path("out") / "docking"
 _TABLES = [(margin, nominal) for nominal in (False, True) for margin in MARGINS_MM]

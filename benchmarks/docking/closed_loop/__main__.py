@@ -12,12 +12,12 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.docking.closed_loop.episode import Row
-from benchmarks.docking.closed_loop.pictures import picture
-from benchmarks.docking.closed_loop.report import by_level, table
-from benchmarks.docking.closed_loop.run import TRUTH, Kept, Runner
-from benchmarks.docking.closed_loop.settings import CONDITIONS, DRIFTS
 from benchmarks.result import RESULTS, rounded, write_result
+from warehouse_sim.benchmark.docking.closed_loop.episode import Row
+from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
+from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
+from warehouse_sim.benchmark.docking.closed_loop.run import TRUTH, Kept, Runner
+from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
 from warehouse_sim.render import open_renderer
 
 FOLDER = Path("out") / "closed_loop"

@@ -7,11 +7,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from benchmarks.docking.closed_loop.belief import Aim, Believed
-from benchmarks.docking.closed_loop.settings import DRIFTS, Condition, DriveConfig
-from benchmarks.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down, wheel_for
-from benchmarks.docking.truck import TruckConfig
-from benchmarks.docking.world import heading
+from warehouse_sim.benchmark.docking.closed_loop.belief import Aim, Believed
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down, wheel_for
+from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
@@ -39,7 +39,7 @@ class Glance(NamedTuple):
     """Where it thinks that its camera is."""
     T_odom_object: Transform | None
     """Where it believes the pallet, None before the first estimate."""
-    index: int
+    index: int  # type: ignore[assignment]  # a tuple has a method of that name
     """Of the image."""
     driven: float
     """Way so far (m)."""
@@ -48,8 +48,9 @@ class Glance(NamedTuple):
 class Perceive(Protocol):
     """Whoever estimates the pallet that the truck was sent to."""
 
-    least_score: float
-    """Scores below this do not count."""
+    @property
+    def least_score(self) -> float:
+        """Scores below this do not count."""
 
     def __call__(self, glance: Glance, /) -> PoseEstimate | None:
         """Return an estimate with a covariance, None where there is none."""
@@ -135,6 +136,7 @@ class Approacher:
             return
         pose, speed = self.motion.pose, self.motion.speed
         view = self.mount.view(pose)
+        assert view.T_world_vehicle is not None  # a mount stands on a vehicle
         T_vehicle_camera = invert(view.T_world_vehicle) @ view.T_world_camera
         viewpoint = Viewpoint(
             view.T_world_camera,
@@ -148,8 +150,7 @@ class Approacher:
         glance = Glance(viewpoint, T_odom_camera, self.believed.T_odom_object, self.images, self.distance)
         found = self.perceive(glance)
         self.images += 1
-        counts = found is not None and not found.refused and found.score >= self.perceive.least_score
-        if counts:
+        if found is not None and not found.refused and found.score >= self.perceive.least_score:
             stamp = View(0, self.images, self.camera, T_odom_camera, self.time)
             self.pending.append((self.time + self.condition.delay, stamp, T_vehicle_camera, found))
             self.missed, self.unsure = 0, False

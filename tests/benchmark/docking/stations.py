@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.docking.station import Station, station_of
+from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.parts import solid_box
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y, rotation_z

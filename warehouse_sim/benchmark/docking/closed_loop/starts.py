@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.docking.questions import why_not
-from benchmarks.docking.station import Station, station_of
-from benchmarks.docking.truck import TruckConfig
-from benchmarks.docking.world import heading
 from warehouse_sim.annotate.dockable import reachability
 from warehouse_sim.annotate.trucks import TRUCKS
+from warehouse_sim.benchmark.docking.questions import why_not
+from warehouse_sim.benchmark.docking.station import Station, station_of
+from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.evaluation.docking import DockingFace

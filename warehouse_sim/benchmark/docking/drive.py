@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.docking.station import Station
-from benchmarks.docking.truck import TruckConfig
-from benchmarks.docking.world import FORKS, LOAD, PALLET, build, heading, nearest_along
+from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.world import FORKS, LOAD, PALLET, build, heading, nearest_along
 from warehouse_sim.evaluation.docking import DockingFace
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, invert, rotation_angle, transform_points

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.docking.planted import KINDS, planted
-from benchmarks.docking.questions import Question, why_not
-from benchmarks.docking.station import Station, station_of
-from benchmarks.docking.truck import TruckConfig
 from warehouse_sim.annotate.dockable import reachability
 from warehouse_sim.annotate.trucks import TRUCKS
+from warehouse_sim.benchmark.docking.planted import KINDS, planted
+from warehouse_sim.benchmark.docking.questions import Question, why_not
+from warehouse_sim.benchmark.docking.station import Station, station_of
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
@@ -114,12 +114,12 @@ class Source:
     def _recorded(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         reader = DatasetReader(self.root)
         images = reader.images(self.split)
-        rows = self._predicted(reader, images) if self.predictions else _labelled(reader, images)
+        rows = self._predicted(reader, images, self.predictions) if self.predictions else _labelled(reader, images)
         for index in sorted(rows):
             yield *scene_of(self.root, index), rows[index]
 
-    def _predicted(self, reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:
-        estimates = prediction_file.read(self.predictions)
+    def _predicted(self, reader: DatasetReader, images: list[ImageRecord], file: Path) -> dict[int, list[Seen]]:
+        estimates = prediction_file.read(file)
         models = ErrorModels(reader.objects, 0)
         rows: dict[int, list[Seen]] = {}
         for pair in pair_up(estimates, images, models, _LEAST_VISIBLE):

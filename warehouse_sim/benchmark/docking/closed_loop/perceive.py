@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.docking.closed_loop.drive import Glance
-from benchmarks.docking.closed_loop.live import LiveScene
+from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
+from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.detections import taken_by
 from warehouse_sim.estimators.front_ends import FindObjects

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.docking.closed_loop.belief import Believed
-from benchmarks.docking.closed_loop.drive import ARRIVED, Approach, Approacher, Perceive
-from benchmarks.docking.closed_loop.perceive import Truth
-from benchmarks.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
-from benchmarks.docking.closed_loop.starts import Start, collisions_of
-from benchmarks.docking.drive import dock
-from benchmarks.docking.questions import Question, swept_answer
-from benchmarks.docking.record import stream
-from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
+from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, Approach, Approacher, Perceive
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Truth
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.starts import Start, collisions_of
+from warehouse_sim.benchmark.docking.drive import dock
+from warehouse_sim.benchmark.docking.questions import Question, swept_answer
+from warehouse_sim.benchmark.docking.record import stream
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.evaluation.docking import docking_errors
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

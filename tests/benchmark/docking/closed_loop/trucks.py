@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.docking.closed_loop.belief import Believed
-from benchmarks.docking.closed_loop.drive import Approach, Approacher, Glance
-from benchmarks.docking.closed_loop.perceive import Truth
-from benchmarks.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
-from benchmarks.docking.closed_loop.starts import KIND, Start
-from benchmarks.docking.station import Station
-from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
+from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Approacher, Glance
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Truth
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.starts import KIND, Start
+from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.drives import Mount

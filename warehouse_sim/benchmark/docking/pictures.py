@@ -6,11 +6,11 @@ import cv2
 import mujoco
 import numpy as np
 
-from benchmarks.docking.drive import dock
-from benchmarks.docking.questions import Question
-from benchmarks.docking.record import stream
-from benchmarks.docking.station import Station
-from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.drive import dock
+from warehouse_sim.benchmark.docking.questions import Question
+from warehouse_sim.benchmark.docking.record import stream
+from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.render.mujoco.device import choose_platform, open_device
 
 _COLOURS = {

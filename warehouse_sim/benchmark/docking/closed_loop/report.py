@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.docking.closed_loop.drive import ABORTS
-from benchmarks.docking.closed_loop.episode import Row
-from benchmarks.docking.closed_loop.run import LEFT_OUT
+from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS
+from warehouse_sim.benchmark.docking.closed_loop.episode import Row
+from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT
 from warehouse_sim.evaluation.intervals import share_interval
 
 DOCKED = "docked"

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.drive import Docking, dock
-from benchmarks.docking.truck import TruckConfig
-from tests.benchmarks.docking.stations import at, estimate, station
+from tests.benchmark.docking.stations import at, estimate, station
+from warehouse_sim.benchmark.docking.drive import Docking, dock
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
 
 TRUCK = TruckConfig()

@@ -1,46 +1,20 @@
-"""Questions of a recipe and of a dataset with predictions, asked by the command, answered once, and drawn."""
+"""Predictions for a dataset, asked by the command and answered once."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
 from benchmarks.docking.__main__ import main
-from benchmarks.docking.pictures import picture
-from benchmarks.docking.planted import KINDS
-from benchmarks.docking.sources import Source
-from benchmarks.docking.truck import TruckConfig
 from tests.evaluation.made_dataset import estimates_of, write_estimates
-from warehouse_sim.annotate.dockable import reachability
-from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.pose import make_transform
-
-TRUCK = TruckConfig()
-
-
-def test_a_recipe_asks_every_kind_of_the_sides_that_a_truck_reaches() -> None:
-    source = Source("smoke", TRUCK, seed=1)
-    asked = list(source.questions(2 * len(KINDS)))
-    assert [question.kind for question, _ in asked] == [*KINDS, *KINDS]
-    assert len({(question.scene, question.instance, question.face) for question, _ in asked}) == 2
-    for question, station in asked:
-        drawn = draw_scene(load_recipe("smoke"), 1, question.scene)
-        verdicts = reachability(drawn.scene, TRUCKS[drawn.settings.layout.truck])[question.instance]
-        assert verdicts.faces[question.face] in ("free", "under a stack")
-        assert station.pallet.instance_id == question.instance
-    again = list(Source("smoke", TRUCK, seed=1).questions(2 * len(KINDS)))
-    for (one, _), (other, _) in zip(asked, again, strict=True):
-        assert one.place == other.place
-        np.testing.assert_array_equal(one.T_object_estimated, other.T_object_estimated)
 
 
 @pytest.mark.gl
@@ -68,13 +42,3 @@ def test_predictions_for_a_dataset_are_asked_where_its_records_have_the_pallets(
     before = (tmp_path / "out" / "answers.jsonl").read_bytes()
     main((f"{data}={poses}",), poses=3, folder=tmp_path / "out")
     assert (tmp_path / "out" / "answers.jsonl").read_bytes() == before
-
-
-@pytest.mark.gl
-def test_disagreements_are_drawn(tmp_path: Path) -> None:
-    question, station = next(iter(Source("smoke", TRUCK, seed=1).questions(1)))
-    picture(tmp_path / "made.png", question, station, TRUCK, ["before", "after"])
-    image = cv2.imread(str(tmp_path / "made.png"))
-    assert image.shape == (480 + 58, 1280, 3)
-    assert image[:480, :640].std() > 10.0
-    assert image[:480, 640:].std() > 10.0

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.docking.closed_loop.settings import Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import Drift, DriveConfig
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.agreement import causes, confusion, disagreements, swept_docks
-from benchmarks.docking.planted import AXES, KINDS, limits, misplaced, planted
-from benchmarks.docking.questions import Question, swept_answer, why_not
-from benchmarks.docking.record import Record
-from benchmarks.docking.truck import TruckConfig
-from benchmarks.docking.world import pieces
-from tests.benchmarks.docking.stations import station
+from tests.benchmark.docking.stations import station
+from warehouse_sim.benchmark.docking.agreement import causes, confusion, disagreements, swept_docks
+from warehouse_sim.benchmark.docking.planted import AXES, KINDS, limits, misplaced, planted
+from warehouse_sim.benchmark.docking.questions import Question, swept_answer, why_not
+from warehouse_sim.benchmark.docking.record import Record
+from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.world import pieces
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.boxes import OrientedBox
 

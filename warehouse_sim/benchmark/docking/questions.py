@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.docking.station import Station
-from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.evaluation.docking import DockingFace, docking_errors
 from warehouse_sim.evaluation.docking_failure import failure_axes
 from warehouse_sim.evaluation.insertion import docking_slack

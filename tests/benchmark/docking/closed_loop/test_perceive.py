@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.closed_loop.drive import Glance
-from benchmarks.docking.closed_loop.live import Shot
-from benchmarks.docking.closed_loop.perceive import Seen, stated
-from tests.benchmarks.docking.closed_loop.trucks import CAMERA, MOUNT, start_at
-from tests.benchmarks.docking.stations import station
+from tests.benchmark.docking.closed_loop.trucks import CAMERA, MOUNT, start_at
+from tests.benchmark.docking.stations import station
+from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
+from warehouse_sim.benchmark.docking.closed_loop.live import Shot
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, stated
 from warehouse_sim.estimators.rgbd_image import Detection
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 from warehouse_sim.schema import PoseEstimate

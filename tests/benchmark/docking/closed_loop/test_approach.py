@@ -5,11 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.closed_loop.drive import ARRIVED, COLLIDED
-from benchmarks.docking.closed_loop.episode import Setting, episode, estimate_of
-from benchmarks.docking.closed_loop.settings import BASE, DRIFTS
-from benchmarks.docking.truck import TruckConfig
-from tests.benchmarks.docking.closed_loop.trucks import (
+from tests.benchmark.docking.closed_loop.trucks import (
     CAMERA,
     DRIVE,
     NO_DRIFT,
@@ -18,7 +14,11 @@ from tests.benchmarks.docking.closed_loop.trucks import (
     start_at,
     truth,
 )
-from tests.benchmarks.docking.stations import at, station
+from tests.benchmark.docking.stations import at, station
+from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, COLLIDED
+from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, episode, estimate_of
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.evaluation.docking import docking_errors
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT

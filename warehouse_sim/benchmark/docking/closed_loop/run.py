@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from benchmarks.docking.closed_loop.drive import Approach, Perceive
-from benchmarks.docking.closed_loop.episode import Row, Setting, episode, way_is_free
-from benchmarks.docking.closed_loop.live import LiveScene, hidden_scene
-from benchmarks.docking.closed_loop.perceive import Seen, Truth
-from benchmarks.docking.closed_loop.settings import Condition, DriveConfig
-from benchmarks.docking.closed_loop.starts import Start, starts_in
-from benchmarks.docking.truck import TruckConfig
-from benchmarks.estimators.ways import open_way
+from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Perceive
+from warehouse_sim.benchmark.docking.closed_loop.episode import Row, Setting, episode, way_is_free
+from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene, hidden_scene
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Truth
+from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
+from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.ways import way_of
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.errors import PlacementError
@@ -25,6 +25,7 @@ from warehouse_sim.estimators.front_ends import FindObjects
 from warehouse_sim.generation.drawn import DrawnScene, draw_scene
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
 
@@ -71,7 +72,7 @@ class Runner:
     Args:
         source: Recipe.
         seed: Of its scenes.
-        methods: "truth", or estimators as tables name them (``benchmarks.estimators.ways``).
+        methods: "truth", or estimators as tables name them (``warehouse_sim.benchmark.ways``).
         conditions: Levels.
         renderer: Draws.
         kept: Rows so far.
@@ -162,12 +163,12 @@ class Runner:
         for model in target_models(self._recipe):
             meshes = {False: model.mesh(), True: even_mesh(model)}
             info = object_info(model, Path())
-            found[model.obj_id] = replace(info, read_mesh=lambda _, even, meshes=meshes: meshes[even])
+            found[model.obj_id] = replace(info, read_mesh=partial(_mesh_of, meshes))
         return found
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
-        return {name: open_way(name, self._objects) for name in self.methods if name != TRUTH}
+        return {name: way_of(name).open(self._objects) for name in self.methods if name != TRUTH}
 
     @cached_property
     def _front_end(self) -> list[FindObjects]:
@@ -232,3 +233,7 @@ class Runner:
             "drive": asdict(self.drive), "truck": asdict(self.truck),
         }  # fmt: skip
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+
+
+def _mesh_of(meshes: Mapping[bool, TriangleMesh], obj_id: int, even: bool) -> TriangleMesh:
+    return meshes[even]

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.docking.drive import dock
-from benchmarks.docking.questions import Question, swept_answer
-from benchmarks.docking.station import Station
-from benchmarks.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.drive import dock
+from warehouse_sim.benchmark.docking.questions import Question, swept_answer
+from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.truck import TruckConfig
 
 Row = dict[str, Any]
 

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from benchmarks.docking.closed_loop.drive import Approach
-from benchmarks.docking.closed_loop.run import Runner
-from benchmarks.docking.closed_loop.starts import Start
+from warehouse_sim.benchmark.docking.closed_loop.drive import Approach
+from warehouse_sim.benchmark.docking.closed_loop.run import Runner
+from warehouse_sim.benchmark.docking.closed_loop.starts import Start
 from warehouse_sim.evaluation.docking import ForkConfig
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import Transform, invert, transform_points

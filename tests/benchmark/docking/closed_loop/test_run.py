@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.docking.closed_loop import run as run_module
-from benchmarks.docking.closed_loop.live import LiveScene
-from benchmarks.docking.closed_loop.report import by_level, table
-from benchmarks.docking.closed_loop.run import Kept, Runner
-from benchmarks.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
+from warehouse_sim.benchmark.docking.closed_loop import run as run_module
+from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
+from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
+from warehouse_sim.benchmark.docking.closed_loop.run import Kept, Runner
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.moment import Stage
 from warehouse_sim.generation.recipe import load_recipe

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.docking.closed_loop.settings import Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import Drift, DriveConfig
 from warehouse_sim.estimators.tracking.belief import Belief, difference
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.evaluation.docking import DockingFace, approached_face

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.docking.closed_loop.settings import DRIFTS, Drift, DriveConfig
-from benchmarks.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down
 from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
 

@@ -1,0 +1,1 @@
+"""A truck sees, estimates, tracks, steers and goes in: the estimator in the loop."""
