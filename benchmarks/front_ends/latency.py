@@ -50,8 +50,7 @@ def main(
     """
     torch.set_num_threads(2)
     reader = DatasetReader(data)
-    split = next(iter(reader.splits))
-    chosen = _with_objects(reader, reader.images(split))[:images]
+    chosen = _with_objects(reader, [image for split in reader.splits for image in reader.images(split)])[:images]
     where = {
         name: str(runs / name) if runs else name for name in ("detector-depth", "segmenter-depth", "detector-lidar")
     }
