@@ -15,7 +15,9 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import seed_interval, share_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 
-Table = Literal["scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated"]
+Table = Literal[
+    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated", "driven"
+]
 DRAWS = 1000
 _AMONG_FOUND = "_of_found"
 LINEMOD_SYMMETRIC = (10, 11)

@@ -19,7 +19,7 @@ from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, S
 from warehouse_sim.benchmark.rows import Row, curve_rows, require_metrics, score_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
-from warehouse_sim.benchmark.simulated import SIMULATIONS, simulated_rows
+from warehouse_sim.benchmark.simulated import driven_rows, simulated_rows
 from warehouse_sim.benchmark.spread import spread_rows
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
 from warehouse_sim.benchmark.trained import trained
@@ -271,13 +271,11 @@ def _found(run: _Run) -> Iterator[Row]:
 
 
 def _simulated(run: _Run) -> Iterator[Row]:
-    if run.suite.simulate and not SIMULATIONS.names():
-        run.notes.append(
-            "no simulation of docking is registered: the truck of docs/docking_simulation.md is asked by hand, "
-            "python -m benchmarks.docking DATA=PREDICTIONS.csv, with the folders that this suite made"
-        )
     for answer in run.answers if run.suite.simulate else ():
-        yield from simulated_rows(answer, run.config.out)
+        run.progress(1.0, f"{answer.group.name}, {answer.condition}: simulated truck")
+        yield from simulated_rows(answer, run.config.out, run.suite.simulated_poses)
+    run.progress(1.0, "closed loop")
+    yield from driven_rows(run.groups, run.suite.approach, run.config.out)
 
 
 def _leave_out(run: _Run, estimator: str, condition: str, problem: Exception) -> None:

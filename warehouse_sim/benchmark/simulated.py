@@ -1,14 +1,17 @@
-"""Where a simulated truck comes in: whoever simulates docking registers it, and suites ask it about their poses."""
+"""Where a simulated truck comes in: suites ask it about their poses, and let it drive with an estimator in the loop."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from warehouse_sim.benchmark.entrants import Asked, Group
 from warehouse_sim.benchmark.rows import DRAWS, Row, make_row
 from warehouse_sim.benchmark.scored import Answer
+from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
+from warehouse_sim.benchmark.ways import Way
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.output import make_folder
@@ -29,16 +32,45 @@ class Verdict:
 class DockingSimulation(Protocol):
     """Drives a truck to the poses of a file of predictions on a dataset."""
 
-    def __call__(self, data: Path, predictions: Path, split: str) -> Sequence[Verdict]:
-        """Return a verdict for each pose that docking is asked of."""
+    def __call__(self, data: Path, predictions: Path, split: str, most: int) -> Sequence[Verdict]:
+        """Return a verdict for each of at most ``most`` poses that docking is asked of."""
 
 
 SIMULATIONS = Registry("docking simulation")
 """Names that stand for a ``DockingSimulation``; entry points of the group ``warehouse_sim.docking_simulations``."""
+SIMULATIONS.add("truck", "warehouse_sim.benchmark.docking.verdicts:truck_verdicts")
 
 
-def simulated_rows(answer: Answer, out: Path) -> Iterator[Row]:
-    """Yield what each registered simulation says of an answer: docked, and agreement with the swept test."""
+@dataclass(frozen=True)
+class Drive:
+    """How one approach with an estimator in the loop ended."""
+
+    method: str
+    source: str
+    """Recipe."""
+    level: str
+    scene_id: int
+    docked: bool
+    aborted: bool
+    """Whether the truck stopped by itself."""
+
+
+class ClosedLoop(Protocol):
+    """Drives approaches with estimators in the loop."""
+
+    def __call__(
+        self, config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str, Any], out: Path
+    ) -> Iterator[Drive]:
+        """Yield how each episode ended, of the truth and of all ``ways``."""
+
+
+CLOSED_LOOPS = Registry("closed loop")
+"""Names that stand for a ``ClosedLoop``; entry points of the group ``warehouse_sim.closed_loops``."""
+CLOSED_LOOPS.add("truck", "warehouse_sim.benchmark.docking.closed_loop.drives:drives")
+
+
+def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:
+    """Yield what each registered simulation says of ``most`` poses: docked, and agreement with the swept test."""
     for name in SIMULATIONS.names():
         simulate: DockingSimulation = SIMULATIONS.get(name)
         folder = out / "simulated" / f"{answer.group.name}-{answer.condition}".replace("/", "-")
@@ -47,7 +79,7 @@ def simulated_rows(answer: Answer, out: Path) -> Iterator[Row]:
         for number, scores in enumerate(answer.scores):
             path = folder / f"predictions_{number}.csv"
             predictions.write(path, scores.estimates)
-            verdicts += simulate(answer.opened.made.root, path, answer.opened.split)
+            verdicts += simulate(answer.opened.made.root, path, answer.opened.split, most)
         if not verdicts:
             continue
         scenes = np.array([item.scene_id for item in verdicts])
@@ -61,3 +93,37 @@ def simulated_rows(answer: Answer, out: Path) -> Iterator[Row]:
             low, high = share_interval(share, scenes, DRAWS, np.random.default_rng(0))
             value = float(share.mean())
             yield make_row(answer, "simulated", name, metric, value, (min(low, value), max(high, value)), scenes)
+
+
+def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> Iterator[Row]:
+    """Yield for each who drives, recipe and level the shares that dock and that stop by themselves.
+
+    Of several trainings the first drives.
+    """
+    asked = {
+        group.name: group.members[0]
+        for group in groups
+        if isinstance(group.members[0], Asked) and group.name in (config.estimators or (group.name,))
+    }
+    ways = {name: item.way for name, item in asked.items() if isinstance(item, Asked)}
+    inputs = {name: item.inputs(ConditionConfig("")) for name, item in asked.items()}
+    trainings = {name: item.trainings for name, item in asked.items()}
+    names = {group.name for group in groups}
+    folder = out / "closed_loop"
+    for loop in CLOSED_LOOPS.names() if config.recipes else ():
+        make_folder(folder)
+        drive: ClosedLoop = CLOSED_LOOPS.get(loop)
+        found: dict[tuple[str, str, str], list[Drive]] = {}
+        for item in drive(config, ways, inputs, folder):
+            found.setdefault((item.method, item.source, item.level), []).append(item)
+        for (method, source, level), items in found.items():
+            if method not in names:
+                continue  # the truth drives anyway
+            scenes = np.array([item.scene_id for item in items])
+            for metric in ("docked", "aborted"):
+                share = np.array([getattr(item, metric) for item in items], dtype=float)
+                low, high = share_interval(share, scenes, DRAWS, np.random.default_rng(0))
+                value = round(float(share.mean()), 5)
+                ends = round(min(float(low), value), 5), round(max(float(high), value), 5)
+                counted = len(items), len(set(scenes.tolist())), trainings.get(method, 0)
+                yield Row("driven", method, source, f"closed loop {loop}: {level}", metric, value, ends, *counted)

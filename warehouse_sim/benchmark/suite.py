@@ -108,6 +108,23 @@ class SizeConfig:
 
 @dataclass(frozen=True)
 @ranged
+class ApproachConfig:
+    """Which approaches a simulated truck drives with an estimator in the loop."""
+
+    recipes: tuple[str, ...] = ()
+    """Where scenes come from; none drives nothing."""
+    seed: Seed = 0
+    """Of the scenes."""
+    episodes: Annotated[int, Range(1, 1_000_000)] = 10
+    """Starts of each recipe, 1-1,000,000."""
+    levels: tuple[str, ...] = ("base",)
+    """Conditions of docs/closed_loop.md."""
+    estimators: tuple[str, ...] = ()
+    """Who of those that the suite asks; by default all that see images. The truth always drives."""
+
+
+@dataclass(frozen=True)
+@ranged
 class QuickConfig:
     """What ``--quick`` changes: sizes, never how a number is made."""
 
@@ -123,6 +140,10 @@ class QuickConfig:
     """Seeds of the trainings; None for those of the suite."""
     trainings: tuple[str, ...] | None = None
     """Those that are made; None for all."""
+    simulated_poses: Annotated[int, Range(1, 1_000_000)] | None = None
+    """Poses of each answer, 1-1,000,000; None for those of the suite."""
+    approach: ApproachConfig | None = None
+    """Approaches; None for those of the suite."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +178,11 @@ class Suite:
     trainings: dict[str, TrainingConfig] = field(default_factory=dict)
     """Networks that are trained first."""
     simulate: bool = False
-    """Whether a simulated truck drives to the poses, where a simulation is registered."""
+    """Whether a simulated truck drives to the poses."""
+    simulated_poses: Annotated[int, Range(1, 1_000_000)] = 100
+    """To how many poses of each answer, 1-1,000,000."""
+    approach: ApproachConfig = field(default_factory=ApproachConfig)
+    """Approaches with an estimator in the loop."""
     takes: tuple[Foreign, ...] = ()
     """Kinds of folders that --data takes in place of the suite's own data."""
     quick: QuickConfig = field(default_factory=QuickConfig)
@@ -238,6 +263,8 @@ def quickened(suite: Suite) -> Suite:
         data=data,
         conditions=conditions,
         trainings=trainings,
+        simulated_poses=quick.simulated_poses or suite.simulated_poses,
+        approach=quick.approach or suite.approach,
     )
 
 

@@ -4,7 +4,7 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Truth
 from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.benchmark.ways import way_of
+from warehouse_sim.benchmark.ways import Way, way_of
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.errors import PlacementError
@@ -81,6 +81,8 @@ class Runner:
         starts: Of each scene, at most.
         drive: The truck's motion.
         truck: Its forks.
+        ways: What methods stand for whose name does not say it.
+        inputs: What else the answers of a method depend on, such as its weights, by method.
     """
 
     source: str
@@ -94,6 +96,8 @@ class Runner:
     starts: int = 2
     drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
     truck: TruckConfig = TruckConfig()  # noqa: RUF009  frozen
+    ways: Mapping[str, Way] = field(default_factory=dict)
+    inputs: Mapping[str, object] = field(default_factory=dict)
 
     def rows(self, episodes: int) -> Iterator[Row]:
         """Yield the rows of ``episodes`` starts; each is driven under every level by every method.
@@ -142,7 +146,8 @@ class Runner:
                 yield self.kept[key]
 
     def _eyes(self, method: str) -> list[object]:
-        return [] if method == TRUTH else [self.masks, self.least_score]
+        more = [self.inputs[method]] if method in self.inputs else []
+        return [] if method == TRUTH else [self.masks, self.least_score, *more]
 
     def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
         place = {"source": self.source, "scene": scene, "start": number}
@@ -168,7 +173,9 @@ class Runner:
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
-        return {name: way_of(name).open(self._objects) for name in self.methods if name != TRUTH}
+        return {
+            name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != TRUTH
+        }
 
     @cached_property
     def _front_end(self) -> list[FindObjects]:
