@@ -19,7 +19,8 @@ part() {
 
 whole=$(mktemp)
 trap 'rm -f "$whole"' EXIT
-printf 'hatchling\n' | compile - >locks/build.txt
+# hatchling installs the package in place by editables.
+printf 'hatchling\neditables\n' | compile - >locks/build.txt
 for extra in demo dev speed cluster; do
     compile pyproject.toml --extra "$extra" >"$whole"
     part '!~' "$whole" "locks/$extra.txt"
