@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.lidar.choice import chosen_points
-from warehouse_sim.estimators.lidar.clusters import cluster
+from warehouse_sim.estimators.lidar.clusters import ClusterConfig, cluster
 from warehouse_sim.estimators.lidar.segment import BoxClusterConfig
 from warehouse_sim.estimators.rgbd_image import Detection
 from warehouse_sim.estimators.sweep.boxes import Box, in_box
@@ -17,6 +17,16 @@ from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 _LEAST_LIKELY = 8
 """Points of a box that must show an object, that the others are left out."""
+
+
+@dataclass(frozen=True)
+class OwnPointsConfig(BoxClusterConfig):
+    """How an object's points are found in its box."""
+
+    likely_clusters: ClusterConfig = field(
+        default_factory=lambda: ClusterConfig(least_eps=0.2, most_eps=0.4, min_points=5, min_points_few=3)
+    )
+    """What makes a cluster of points that a network names: they are few, and mostly right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +66,11 @@ def own_points(
     T_lidar_view: Transform,
     floor: Plane | None,
     likely: Bool[np.ndarray, " n"] | None = None,
-    config: BoxClusterConfig = BoxClusterConfig(),  # noqa: B008  frozen
+    config: OwnPointsConfig = OwnPointsConfig(),
 ) -> Bool[np.ndarray, " n"]:
-    """Return which points of a sweep are the object's in a box: of the clusters above the floor a dense near one.
+    """Return which points of a sweep are the object's in a box: a dense near cluster of what is likely its own.
+
+    Where nothing is known to be likely, that is what lies above the floor.
 
     Args:
         points: LiDAR frame (m).
@@ -71,9 +83,11 @@ def own_points(
         config: How clusters are found.
     """
     inside = np.flatnonzero(in_box(grid, points, box))
+    clusters = config.clusters
     if likely is not None and likely[inside].sum() >= _LEAST_LIKELY:
-        inside = inside[likely[inside]]
-    if floor is not None:
+        # The network knows the floor better than a height does: lower boards lie on it.
+        inside, clusters = inside[likely[inside]], config.likely_clusters
+    elif floor is not None:
         least = config.floor + config.floor_share * np.linalg.norm(points[inside], axis=1)
         inside = inside[above_floor(points[inside], floor) > least]
     own = np.zeros(len(points), dtype=bool)
@@ -81,5 +95,5 @@ def own_points(
         seen = transform_points(invert(T_lidar_view), points[inside])
         area = (box[2] - box[0]) / grid.columns_per_rad * (box[3] - box[1]) / grid.rows_per_rad
         spacing = float(np.sqrt(area / len(inside)))
-        own[inside] = chosen_points(seen, cluster(seen, spacing, config.clusters))
+        own[inside] = chosen_points(seen, cluster(seen, spacing, clusters))
     return own
