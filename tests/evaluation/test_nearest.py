@@ -37,6 +37,8 @@ def clustered() -> np.ndarray:
         (moves(40, 0.1, 0.1), surface() * [1.0, 1.0, 0.0]),
         (moves(40, 0.1, 0.1), np.array([[0.1, 0.2, 0.3]])),
         (np.stack([nudge(z=1.0)] * 20), surface()),
+        # So far away that every point may be the nearest to something in each cube: none is prepared.
+        (moves(40, 0.0, 2.0) @ nudge(z=300.0), np.random.default_rng(4).random((700, 3))),
     ],
 )
 def test_cubes_find_the_nearest_points_exactly(monkeypatch, T, points):

@@ -198,7 +198,8 @@ def _prepared(block: _Block, points: Float[np.ndarray, "m 3"], numbers: Int[np.n
             row, which, sure = _candidates(block.centres(mine), alone, tree, count)
             open_ones.append(mine[~sure])
             pairs, half = _in_pairs(row, which, len(mine))
-            rounds[mine], start[mine] = half, filled + np.cumsum(half) - half
+            # A cube without pairs may be the last one: what it begins with is looked at before it is left to the tree.
+            rounds[mine], start[mine] = half, np.where(half > 0, filled + np.cumsum(half) - half, 0)
             found.append(pairs)
             filled += len(pairs)
         numbers = np.concatenate(open_ones)
