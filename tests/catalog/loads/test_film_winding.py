@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import materials
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, film_skin
+from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, _simplified, film_skin
 from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
+from warehouse_sim.geometry.convex import convex_hull
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import ObjectModel
 
@@ -83,3 +84,27 @@ def test_equal_loads_have_equal_film() -> None:
     assert one.name == two.name
     np.testing.assert_array_equal(one.mesh().vertices, two.mesh().vertices)
     assert loose.name != one.name
+
+
+def simplified_whole(points: np.ndarray) -> np.ndarray:
+    """Leave out the flattest corner again and again, with the heights of all that are left computed anew."""
+    while len(points) > 4:
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        chord, up = after - before, points - before
+        height = np.abs(chord[:, 0] * up[:, 1] - chord[:, 1] * up[:, 0]) / np.linalg.norm(chord, axis=1)
+        if height.min() > 0.002:
+            break
+        points = np.delete(points, int(height.argmin()), axis=0)
+    return points
+
+
+def test_flat_corners_are_left_out_one_by_one() -> None:
+    rng = np.random.default_rng(0)
+    found = set()
+    for count in (4, 5, 8, 30, 200):
+        for _ in range(20):
+            outline = convex_hull(rng.normal(size=(count, 2)) * (0.6, 0.01 * rng.uniform(0.1, 40.0)))
+            kept = _simplified(outline)
+            np.testing.assert_array_equal(kept, simplified_whole(outline))
+            found.add((len(outline) > len(kept), len(kept) > 4))
+    assert len(found) == 4

@@ -6,6 +6,7 @@ the load from its corner at -x -y, counter-clockwise, and a height.
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,6 +27,8 @@ _DRAWN_IN = 1.3
 """Height over which film is drawn in, over how far it is."""
 _SAME = 0.008
 """Outlines that differ by less than this (m) are one."""
+_FLAT = 0.002
+"""Corners of an outline that stand out by no more than this (m) are left out."""
 _WAVES = 5
 
 
@@ -154,14 +157,30 @@ def _side(path: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "side 2"]:
 
 
 def _simplified(outline: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
-    """Return the outline without corners that stand out by less than 2 mm; at least four are left."""
-    points = outline
+    """Return the outline without corners that stand out by less than 2 mm; at least four are left.
+
+    The flattest goes first. Only its neighbours then stand out by another height, so one height is computed a corner
+    and two a step: numpy would take longer to begin than all of them take.
+    """
+    points: list[list[float]] = outline.tolist()
+    heights = [_height(points, index) for index in range(len(points))]
     while len(points) > 4:
-        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
-        chord = after - before
-        out = np.abs(chord[:, 0] * (points - before)[:, 1] - chord[:, 1] * (points - before)[:, 0])
-        height = out / np.linalg.norm(chord, axis=1)
-        if height.min() > 0.002:
+        flattest = heights.index(least := min(heights))
+        if least > _FLAT:
             break
-        points = np.delete(points, int(height.argmin()), axis=0)
-    return points
+        del points[flattest], heights[flattest]
+        for index in (flattest - 1, flattest % len(points)):
+            heights[index] = _height(points, index)
+    return np.array(points)
+
+
+def _height(points: list[list[float]], index: int) -> float:
+    """Return how far a corner stands out from the chord of its neighbours (m); none without a chord."""
+    (x, y), (x_before, y_before), (x_after, y_after) = (
+        points[index],
+        points[index - 1],
+        points[(index + 1) % len(points)],
+    )
+    chord_x, chord_y = x_after - x_before, y_after - y_before
+    length = math.sqrt(chord_x * chord_x + chord_y * chord_y)
+    return abs(chord_x * (y - y_before) - chord_y * (x - x_before)) / length if length else 0.0
