@@ -1,4 +1,7 @@
-"""Whatever a camera looks at has a surface: exact rays through doors, along walls and under the roof, and pixels."""
+"""Whatever a camera looks at has a surface: exact rays through doors, along walls and under the roof, and pixels.
+
+What every shipped recipe's cameras look at: ``test_drafts.py``.
+"""
 
 import numpy as np
 import pytest
@@ -7,13 +10,10 @@ from jaxtyping import Float
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.resources import recipe_names
 from warehouse_sim.scene import SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.schema import SceneSpec
-
-NAMES = [name for name in recipe_names() if not name.endswith(("_more", "_cartons"))]  # those have their base's halls
 
 
 def lost(caster: RayCaster, origins: Float[np.ndarray, "n 3"], targets: Float[np.ndarray, "n 3"]) -> int:
@@ -31,19 +31,6 @@ def eyes(scene: SceneSpec, count: int, rng: np.random.Generator) -> Float[np.nda
     """Return points in the aisle, up to 3.2 m high."""
     x_min, x_max, y_min, y_max = scene.aisle
     return rng.uniform((x_min, y_min, 0.2), (x_max, y_max, 3.2), (count, 3))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_pixel_of_every_recipe_looks_at_a_surface(name: str) -> None:
-    recipe = load_recipe(name)
-    rays = recipe.sensors.make_camera().rays()[::7, ::7].reshape(-1, 3)
-    for index in (0, 23):
-        scene = sample_scene(recipe.scene, seed=0, scene_index=index)
-        caster = RayCaster(scene)
-        for view in scene.viewpoints:
-            T = view.T_world_camera
-            eye = np.broadcast_to(T[:3, 3], rays.shape)
-            assert lost(caster, eye, eye + rays @ T[:3, :3].T) == 0
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])

@@ -15,10 +15,8 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError, UnknownNameError
 from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig, target_models
+from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.resources import recipe_names
-from warehouse_sim.scene import sample_scene
 
 KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
@@ -125,12 +123,3 @@ def test_unknown_formats_and_backends_list_the_known_ones(recipe, tmp_path) -> N
     with pytest.raises(UnknownNameError, match="raster"):
         generate(recipe, tmp_path / "b", GenerateConfig(backend="vulkan"))
     assert not (tmp_path / "b").exists()
-
-
-@pytest.mark.parametrize("name", recipe_names())
-def test_every_target_that_a_recipe_can_place_is_among_its_models(name) -> None:
-    recipe = load_recipe(name)
-    known = {model.obj_id for model in target_models(recipe)}
-    for index in range(2):
-        scene = sample_scene(recipe.scene, seed=3, scene_index=index)
-        assert {scene.model_of(instance).obj_id for instance in scene.target_instances()} <= known
