@@ -8,6 +8,7 @@ from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS, Trainable, is_trainable
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.one_writer import one_writer
 
 if TYPE_CHECKING:
     from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream
@@ -44,13 +45,15 @@ def train(
         UnknownNameError: No such estimator, or nothing to begin with of that name.
         InputError: The estimator needs no training.
         DatasetError: A folder of ``data`` is no dataset with BOP files.
-        OutputError: The run folder cannot be written.
+        OutputError: The run folder cannot be written, or another process trains into it.
         TrainingError: A split, the run folder or the weights to begin with cannot be used.
     """
     folders = (data,) if isinstance(data, Path) else tuple(data)
     method = trainable(estimator)
     streams: dict[str, Any] = {"open_stream": open_stream} if getattr(method, "takes_streams", False) else {}
-    return method.train(folders, run, config, resume, progress, init, cache, **streams)
+    # Two that train into one folder would take each other's checkpoints for their own.
+    with one_writer(run):
+        return method.train(folders, run, config, resume, progress, init, cache, **streams)
 
 
 def trainable(name: str) -> Trainable:

@@ -12,6 +12,7 @@ import safetensors.torch
 from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
+from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import make_folder, write_bytes
 
 CONFIG, WEIGHTS, LOG, CURVES, RESULT, CHECKPOINTS, EVENTS = (
@@ -80,7 +81,7 @@ def claim_folder(run: Path, resume: bool) -> bool:
         return True
     make_folder(run)
     # A run that was stopped while it read has left nothing but its log.
-    if any(path.name != LOG for path in run.iterdir()):
+    if any(path.name != LOG and not is_lock(path) for path in run.iterdir()):
         raise TrainingError(f"{run} is not empty; resume the run in it, or choose another folder")
     return False
 
