@@ -32,6 +32,31 @@ def test_a_step_sees_the_same_whether_steps_were_taken_before_it_or_not(fresh: f
     assert walked.at(step) == window(fresh, [], []).at(step) == expected
 
 
+@pytest.mark.parametrize(("fresh", "size", "stay"), [(0.05, 18, 45), (0.25, 256, 128), (2.0, 32, 2), (2.0, 16, 1)])
+def test_a_window_moves_by_an_eighth_of_its_size_at_once(fresh: float, size: int, stay: int) -> None:
+    made: list[int] = []
+    moving = window(fresh, [], made, size)
+    shown = [moving.at(step) for step in range(3 * stay)]
+    assert [moving.arrived(step) for step in range(3 * stay)] == sorted([0, stay, 2 * stay] * stay)
+    for step, items in enumerate(shown):
+        first = int(moving.arrived(step) * fresh)
+        assert items == list(range(first, first + size))
+    entered = len(set(shown[-1]) - set(shown[0])) / 2
+    assert size / 8 - fresh - 1 < entered <= max(size / 8, fresh)
+
+
+def test_items_are_made_evenly_though_the_window_strides() -> None:
+    made: list[int] = []
+    moving = window(0.5, [], made, 80)  # strides of 20 steps
+    for step in range(100):
+        moving.at(step)
+        assert made == list(range(80 + step // 2))
+    # In the middle of a stride, only what the window shows and what waits is made again.
+    again: list[int] = []
+    assert window(0.5, [], again, 80).at(70) == moving.at(70) == list(range(30, 110))
+    assert again == list(range(30, 115))
+
+
 def test_each_item_is_made_once_and_only_when_it_is_asked_for() -> None:
     opened: list[int] = []
     made: list[int] = []

@@ -1,5 +1,6 @@
 """Training on observations that no file holds: the crops of files, and weights that an interruption does not change."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
@@ -10,15 +11,17 @@ import pytest
 import safetensors.torch
 import torch
 
-from tests.dataset.toy import make_scene, observe
+from tests.dataset.toy import PALLET, make_scene, observe
 from warehouse_sim.dataset.as_stored import as_stored
 from warehouse_sim.dataset.observed_image import ObservedImage
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import Balance, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops, StreamOrder
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.stream_settings import StreamConfig
 from warehouse_sim.schema import Observation
@@ -63,7 +66,28 @@ def whole(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return train(NAME, toy_root, tmp_path_factory.mktemp("streamed") / "run", CONFIG, open_stream=toy_stream)
 
 
-def test_a_run_that_was_interrupted_ends_with_the_same_weights(toy_root: Path, tmp_path: Path, whole: Path) -> None:
+def test_a_window_that_shows_the_train_split_teaches_the_weights_of_its_files(toy_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(toy_root)
+    shown = [(image.scene_id, image.image_id) for image in reader.images("train")]
+
+    def same(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return (as_stored(observe(make_scene(scene))[number]) for scene, number in shown[start:])
+
+    streams = replace(CONFIG, batch=3, stream=replace(STREAM, window=len(shown), fresh=0.0))
+    files = weights(train(NAME, toy_root, tmp_path / "files", replace(streams, stream=StreamConfig())))
+    streamed = weights(train(NAME, toy_root, tmp_path / "stream", streams, open_stream=same))
+    assert files.keys() == streamed.keys()
+    assert all(torch.equal(value, streamed[name]) for name, value in files.items())
+
+
+STRIDING = replace(STREAM, window=10, fresh=0.4)
+"""Moves by one at step 3 and stays until step 6; a run that goes on at step 4 does so between."""
+
+
+@pytest.mark.parametrize(("stream", "asked"), [(STREAM, [0, 6]), (STRIDING, [0])])
+def test_a_run_that_was_interrupted_ends_with_the_same_weights(
+    toy_root: Path, tmp_path: Path, stream: StreamConfig, asked: list[int]
+) -> None:
     def stop(share: float, note: str) -> None:
         if note.startswith("step 5"):
             raise KeyboardInterrupt
@@ -74,13 +98,34 @@ def test_a_run_that_was_interrupted_ends_with_the_same_weights(toy_root: Path, t
         opened.append(start)
         return toy_stream(config, start)
 
-    part = tmp_path / "part"
+    config, part = replace(CONFIG, stream=stream), tmp_path / "part"
+    expected = weights(train(NAME, toy_root, tmp_path / "whole", config, open_stream=toy_stream))
     with pytest.raises(KeyboardInterrupt):
-        train(NAME, toy_root, part, CONFIG, progress=stop, open_stream=toy_stream)
-    train(NAME, toy_root, part, CONFIG, resume=True, open_stream=watched)
-    assert opened == [0, 6]  # where the network begins, then step 4, from which it goes on
-    expected, found = weights(whole), weights(part)
+        train(NAME, toy_root, part, config, progress=stop, open_stream=toy_stream)
+    train(NAME, toy_root, part, config, resume=True, open_stream=watched)
+    assert opened == asked  # where the network begins, then where step 4 goes on, unless that is in sight
+    found = weights(part)
     assert all(torch.equal(value, found[name]) for name, value in expected.items())
+
+
+@pytest.mark.parametrize("balance", ["crops", "objects", "classes"])
+def test_every_crop_of_a_window_is_seen_once_in_a_round(toy_root: Path, balance: Balance) -> None:
+    shape = measure_shape(DatasetReader(toy_root).objects[PALLET.obj_id], np.random.default_rng(0))
+    config = replace(STREAM, window=16, fresh=0.1)  # 24 crops and strides of 20 steps
+    crops = StreamedCrops(lambda _, start: toy_stream(config, start), config, CropConfig(), [shape])
+    order = StreamOrder(crops, 4, seed=5, classes=("pallet",), balance=balance)
+    seen, rounds = Counter[int](), []
+    for step in range(40):
+        if crops.arrived(step) == step:
+            seen = Counter()
+            rounds.append(seen)
+            numbers = set(crops.window(step)[0].tolist())
+        drawn = order.indices(step).tolist()
+        seen.update(drawn)
+        assert set(drawn) <= numbers
+        most, least = max(seen.values()), min(seen[number] for number in numbers)
+        assert most - least <= 1  # with replacement the fourth round would miss some and show others thrice
+    assert [min(times.values()) for times in rounds] == [3, 3]
 
 
 def test_another_stream_teaches_something_else(toy_root: Path, tmp_path: Path, whole: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
 import torch
 from jaxtyping import Int
 from torch import Tensor
@@ -21,6 +22,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.store import CUT_SEED
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance
 from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_weights
+from warehouse_sim.learning.order import SampleOrder
 from warehouse_sim.learning.stream_settings import StreamConfig
 from warehouse_sim.learning.stream_window import StreamWindow
 from warehouse_sim.schema import Observation
@@ -48,6 +50,11 @@ class StreamedCrops:
         self._device = torch.device("cpu")
         self._window = StreamWindow(lambda start: open_stream(config, start), self._cut, config.window, config.fresh)
         self._held: dict[int, CropTable] = {}
+        self._shown: tuple[int, Int[Tensor, " k"], CropSet] | None = None
+
+    def arrived(self, step: int) -> int:
+        """Return the step at which the window came to where it is at a step."""
+        return self._window.arrived(step)
 
     def window(self, step: int) -> tuple[Int[Tensor, " k"], CropSet]:
         """Return numbers and crops of the window of a step.
@@ -55,16 +62,20 @@ class StreamedCrops:
         Raises:
             TrainingError: None of its observations shows an object that is trained on.
         """
-        first = self._window.first(step)
-        found = {first + place: table for place, table in enumerate(self._window.at(step)) if table is not None}
-        if not found:
+        first, tables = self._window.first(step), self._window.at(step)
+        if self._shown is None or self._shown[0] != first:
+            self._held = {first + place: table for place, table in enumerate(tables) if table is not None}
+            self._shown = (first, *self._numbered(first))
+        return self._shown[1:]
+
+    def _numbered(self, first: int) -> tuple[Int[Tensor, " k"], CropSet]:
+        if not self._held:
             raise TrainingError(
                 f"none of the stream's observations from {first} on, in a window, shows an object of the data that is "
                 "visible enough to train on; take the recipe that the data was made from, or a larger stream.window"
             )
-        self._held = found
-        numbers = [torch.arange(len(table.points)) + number * _ROOM for number, table in found.items()]
-        return torch.cat(numbers), CropSet(list(found.values()))
+        numbers = [torch.arange(len(table.points)) + number * _ROOM for number, table in self._held.items()]
+        return torch.cat(numbers), CropSet(list(self._held.values()))
 
     def rows(self, index: Int[Tensor, " b"]) -> CropTable:
         """Return copies of the crops of these numbers, which are in the window, in this order."""
@@ -84,12 +95,12 @@ class StreamedCrops:
 
 
 class StreamOrder:
-    """The samples of each step: drawn from the window, with replacement, by a stream of numbers of the step's own.
+    """The samples of each step: while the window stays, those of a dataset that holds what it shows.
 
     Args:
         crops: Where from.
         batch: Samples a step.
-        seed: Decides which.
+        seed: Decides the order.
         classes: Class name of each object.
         balance: What is drawn equally often, of what the window holds.
     """
@@ -97,11 +108,16 @@ class StreamOrder:
     def __init__(self, crops: StreamedCrops, batch: int, seed: int, classes: Sequence[str], balance: Balance) -> None:
         self._crops, self._batch, self._seed = crops, batch, seed
         self._classes, self._balance = tuple(classes), balance
+        self._order: tuple[int, SampleOrder] | None = None
 
     def indices(self, step: int) -> Int[Tensor, " b"]:
         """Return the numbers of one step's samples."""
-        numbers, window = self._crops.window(step)
-        weights = sampling_weights(window.class_index, self._classes, self._balance)
-        generator = torch.Generator().manual_seed(self._seed * 1_000_003 + step)
-        even = torch.ones(len(numbers)) if weights is None else weights
-        return numbers[torch.multinomial(even, self._batch, replacement=True, generator=generator)]
+        (numbers, window), arrived = self._crops.window(step), self._crops.arrived(step)
+        if self._order is None or self._order[0] != arrived:
+            weights = sampling_weights(window.class_index, self._classes, self._balance)
+            self._order = (arrived, SampleOrder(len(numbers), self._batch, self._seed_from(arrived), weights))
+        return numbers[self._order[1].indices(step - arrived)]
+
+    def _seed_from(self, step: int) -> int:
+        """Return the seed of the order that begins at a step; the first is that of the run."""
+        return int(np.random.default_rng([self._seed, step]).integers(2**31)) if step else self._seed
