@@ -63,14 +63,12 @@ class TrainableDetector(AnyTrainableDetector):
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights by size."""
-        import torch
-
         from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, DetectorNetworkConfig
         from warehouse_sim.estimators.detection.training.preparation import DEPTH, WIDTHS
         from warehouse_sim.estimators.images.settings import ImageConfig
+        from warehouse_sim.learning.shapes import shapes_only
 
-        # On this device tensors have shapes and no memory.
-        with torch.device("meta"):
+        with shapes_only():
             networks = {
                 size: DetectorNetwork(DetectorNetworkConfig(width, DEPTH, classes), ImageConfig(self.reads))
                 for size, width in WIDTHS.items()

@@ -45,13 +45,11 @@ class TrainableSegmenter:
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights at the width that is the default."""
-        import torch
-
         from warehouse_sim.estimators.segmentation.front_points import POINTS
         from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNetwork, SegmenterNetworkConfig
+        from warehouse_sim.learning.shapes import shapes_only
 
-        # On this device tensors have shapes and no memory.
-        with torch.device("meta"):
+        with shapes_only():
             points = POINTS if self.keypoints else 0
             network = SegmenterNetwork(SegmenterNetworkConfig(self.reads, self.settings.width, points))
         return {"nano": sum(item.numel() for item in network.parameters())}

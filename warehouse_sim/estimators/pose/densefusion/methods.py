@@ -30,11 +30,9 @@ class Method:
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights by size."""
-        import torch
-
         from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+        from warehouse_sim.learning.shapes import shapes_only
 
-        # On this device tensors have shapes and no memory.
-        with torch.device("meta"):
+        with shapes_only():
             networks = {size: DenseFusion(self.network(size), classes) for size in get_args(Size)}
         return {size: sum(item.numel() for item in network.parameters()) for size, network in networks.items()}

@@ -13,6 +13,7 @@ from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
+from warehouse_sim.learning.shapes import shapes_only
 from warehouse_sim.resources import model_dir
 
 _TAKEN_OVER = ("size", "faithful", "surroundings", "upright", "augment", "loss")
@@ -78,7 +79,7 @@ def settings_from(name_or_run: str | Path, config: TrainConfig) -> TrainConfig:
 
 def per_object_tensors(config: DenseFusionConfig) -> set[str]:
     """Return the names of the weights with one row an object: those that grow with the number of objects."""
-    with torch.device("meta"):
+    with shapes_only():
         one, two = (DenseFusion(config, classes).state_dict() for classes in (1, 2))
     return {name for name in one if one[name].shape != two[name].shape}
 
