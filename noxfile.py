@@ -8,6 +8,7 @@ Environments hold what ``locks/`` names, hashes checked. Where PyTorch's wheel f
 Python, the tests that need it are left out, and the session says so.
 """
 
+import os
 from pathlib import Path
 
 import nox
@@ -16,6 +17,7 @@ from nox.command import CommandFailed
 nox.options.default_venv_backend = "uv|venv"
 nox.options.error_on_missing_interpreters = False
 nox.options.reuse_existing_virtualenvs = True
+nox.options.download_python = "never"
 PYTHONS = ("3.11", "3.12", "3.13")
 LOCKED = ("--require-hashes", "--no-deps", "--only-binary", ":all:")
 WITHOUT_TORCH = (
@@ -24,6 +26,16 @@ WITHOUT_TORCH = (
     "tests/evaluation", "tests/test_locks.py",
 )  # fmt: skip
 """What makes, reads and scores data."""
+
+
+def show_kept_interpreters() -> None:
+    """Put interpreters that pyenv keeps on the path: it shows one of them, and the names of others fail."""
+    root = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
+    kept = [folder for name in PYTHONS for folder in sorted(root.glob(f"versions/{name}.*/bin"))]
+    os.environ["PATH"] = os.pathsep.join([*map(str, kept), os.environ["PATH"]])
+
+
+show_kept_interpreters()
 
 
 def install(session: nox.Session, *locks: str) -> bool:
