@@ -18,6 +18,7 @@ from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
 from warehouse_sim.learning.precision import choose_precision, mixed
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.step_seed import step_seed
 
 
 class Task(nn.Module, ABC):
@@ -165,7 +166,7 @@ class _Loop:
         for group in self._optimiser.param_groups:
             group["lr"] = state.learning_rate
         # One stream a step, so that layers that drop at random do so in a resumed run as in an uninterrupted one.
-        torch.manual_seed((config.seed * 1_000_003 + state.step) * config.devices + self._worker.rank)
+        torch.manual_seed(step_seed(config.seed, state.step, config.devices, self._worker.rank))
         with mixed(state.precision, self._device):
             loss = self._forward(self._order.indices(state.step), self._worker.share, state.step, fraction)
         self._optimiser.zero_grad()

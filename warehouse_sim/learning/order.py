@@ -4,6 +4,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
+from warehouse_sim.learning.step_seed import step_seed
+
 
 class SampleOrder:
     """The samples of each step.
@@ -37,7 +39,7 @@ class SampleOrder:
         return self._latest[1]
 
     def _shuffled(self, number: int) -> Int[Tensor, " k"]:
-        generator = torch.Generator().manual_seed(self._seed * 1_000_003 + number)
+        generator = torch.Generator().manual_seed(step_seed(self._seed, number))
         order = torch.randperm(self._samples, generator=generator)
         if self._weights is None:
             return order

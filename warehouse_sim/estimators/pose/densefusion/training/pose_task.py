@@ -16,6 +16,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.phases import rate_factor, refiner_alone, refiner_begins
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.learning.loop import Task
+from warehouse_sim.learning.step_seed import step_seed
 
 THRESHOLDS = (0.02, 0.05, 0.10)
 """Accuracy thresholds of the validation, in diameters."""
@@ -99,7 +100,7 @@ class PoseTask(Task):
 
     def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
         # One stream a step, so that a resumed run disturbs its samples as an uninterrupted one would.
-        generator = torch.Generator(self._device).manual_seed(self.config.seed * 1_000_003 + stream)
+        generator = torch.Generator(self._device).manual_seed(step_seed(self.config.seed, stream))
         count, upright = self.network.config.points.count, self.network.config.upright
         augment = None
         if split == "train":
