@@ -8,7 +8,8 @@ from jaxtyping import Float
 
 from warehouse_sim.benchmark.entrants import TRUTH, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
-from warehouse_sim.benchmark.rows import DRAWS, Row, Table
+from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows import DRAWS
 from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detection_file import read_results, write_results

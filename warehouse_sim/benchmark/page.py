@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.rows import Row, Table
+from warehouse_sim.benchmark.row import Row, Table
 
-_TITLES: dict[Table, str] = {
+TITLES: dict[Table, str] = {
     "scores": "Scores",
     "effects": "Paired effects",
     "curves": "Accuracy over threshold",
@@ -17,7 +17,7 @@ _TITLES: dict[Table, str] = {
     "simulated": "Simulated truck",
     "driven": "Closed loop",
 }
-_HOW: dict[Table, str] = {
+HOW: dict[Table, str] = {
     "scores": "Per cent of the ground truths that count; a miss is a failure. 95 % intervals in brackets.",
     "effects": "Points gained (+) or lost (-) on the same ground truths with one thing changed, 95 % intervals in "
     "brackets; bold where the interval leaves zero out.",
@@ -34,11 +34,11 @@ _HOW: dict[Table, str] = {
 
 def page(result: SuiteResult) -> str:
     """Return the page of a result."""
-    lines = [f"# {result.suite}{' (quick)' if result.quick else ''}", "", result.question, "", *_size(result), ""]
-    for table, title in _TITLES.items():
+    lines = [f"# {result.suite}{' (quick)' if result.quick else ''}", "", result.question, "", *size_lines(result), ""]
+    for table, title in TITLES.items():
         rows = [row for row in result.rows if row.table == table]
         if rows:
-            lines += [f"## {title}", "", _HOW[table], "", *_table(rows), ""]
+            lines += [f"## {title}", "", HOW[table], "", *_table(rows), ""]
     if result.left_out:
         lines += ["## Not scored", ""]
         lines += [f"- {item.estimator}, {item.condition}: {item.reason}" for item in result.left_out]
@@ -50,7 +50,7 @@ def page(result: SuiteResult) -> str:
 
 def summary(result: SuiteResult) -> Iterator[str]:
     """Yield the lines that a person wants to read first."""
-    yield from _size(result)
+    yield from size_lines(result)
     for table in ("scores", "effects", "detection", "fronts"):
         rows = [row for row in result.rows if row.table == table]
         if table == "scores":
@@ -63,7 +63,8 @@ def summary(result: SuiteResult) -> Iterator[str]:
         yield f"note: {note}"
 
 
-def _size(result: SuiteResult) -> Iterator[str]:
+def size_lines(result: SuiteResult) -> Iterator[str]:
+    """Yield how large each dataset is that a result is of."""
     if result.quick:
         yield "Made at the small sizes of --quick: read the intervals, not the numbers."
     for item in result.data:
@@ -92,23 +93,25 @@ def _table(rows: Sequence[Row]) -> Iterator[str]:
     yield "|" + "---|" * len(head)
     for (estimator, condition, group, against), cells in lines.items():
         first = max(cells.values(), key=lambda row: row.n)
-        shown = [_cell(cells.get(metric), first) for metric in metrics]
+        shown = [cell_text(cells.get(metric), first) for metric in metrics]
         named = [estimator, condition, group, *([against] if paired else []), str(first.n)]
         yield f"| {' | '.join([*named, *shown, first.over])} |"
 
 
-def _cell(row: Row | None, first: Row) -> str:
+def cell_text(row: Row | None, first: Row) -> str:
+    """Return a number with its interval, and on how many it was counted where that differs from the first."""
     if row is None:
         return "-"
     low, high = row.interval
     if row.table != "effects":
-        text = f"{_share(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
+        text = f"{share_text(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
     else:
         text = f"{100 * row.value:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
         text = f"**{text}**" if low > 0.0 or high < 0.0 else text
     return text if row.n == first.n else f"{text} of {row.n}"
 
 
-def _share(value: float) -> str:
+def share_text(value: float) -> str:
+    """Return a share in per cent; 100.0 is kept for what is really all."""
     text = f"{100 * value:.1f}"
-    return "99.9" if text == "100.0" and value < 1.0 else text  # 100 is kept for what is really all
+    return "99.9" if text == "100.0" and value < 1.0 else text

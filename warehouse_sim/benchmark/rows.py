@@ -1,13 +1,12 @@
-"""Rows of a result: one number each, with its interval, and what it was counted on."""
+"""Rows of a result made of scores: shares of every group and metric, and accuracy over threshold."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
+from warehouse_sim.benchmark.row import Row, Table
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
@@ -15,48 +14,10 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import seed_interval, share_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 
-Table = Literal[
-    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated", "driven"
-]
 DRAWS = 1000
 _AMONG_FOUND = "_of_found"
 LINEMOD_SYMMETRIC = (10, 11)
 """Eggbox and glue, of which LINEMOD's users take the distance to the nearest point (Hinterstoisser et al. 2012)."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One number."""
-
-    table: Table
-    """Which table it stands in."""
-    estimator: str
-    """Who answered."""
-    condition: str
-    """What was asked."""
-    group: str
-    """Of which ground truths, "all" or a group's label."""
-    metric: str
-    """What was counted; shares are 0-1."""
-    value: float
-    interval: tuple[float, float]
-    """95 %: over scenes, and over trainings where there are several."""
-    n: int
-    """Ground truths that were counted, or pairs of them, or detections."""
-    scenes: int
-    """Scenes that they are in."""
-    trainings: int = 0
-    """How many trainings are behind it; 0 where nothing is trained. With 1 the interval knows nothing of others."""
-    against: str = ""
-    """What a paired effect is against; empty elsewhere."""
-
-    @property
-    def over(self) -> str:
-        """What the interval covers, in words."""
-        counted = f"{self.scenes} scene" if self.scenes == 1 else f"{self.scenes} scenes"
-        if not self.trainings:
-            return counted
-        return f"{counted}, {'one training' if self.trainings == 1 else f'{self.trainings} trainings'}"
 
 
 def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:

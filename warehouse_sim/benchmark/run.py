@@ -16,7 +16,8 @@ from warehouse_sim.benchmark.groups import lidar_points, split_name
 from warehouse_sim.benchmark.page import page
 from warehouse_sim.benchmark.recorded import find_recorded, front_rows, trivial_group
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
-from warehouse_sim.benchmark.rows import Row, curve_rows, require_metrics, score_rows
+from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows import curve_rows, require_metrics, score_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.simulated import driven_rows, simulated_rows

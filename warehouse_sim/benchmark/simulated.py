@@ -8,7 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from warehouse_sim.benchmark.entrants import Asked, Group
-from warehouse_sim.benchmark.rows import DRAWS, Row, make_row
+from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows import DRAWS, make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
 from warehouse_sim.benchmark.ways import Way

@@ -10,7 +10,7 @@ import tyro
 
 from warehouse_sim.cli.console import finish, share_progress
 from warehouse_sim.errors import WarehouseSimError
-from warehouse_sim.optional import require_extra
+from warehouse_sim.optional import missing, require_extra
 
 
 def bench(
@@ -68,5 +68,17 @@ def bench(
             print(line)
         scored = {row.estimator for row in result.rows}
         failed = failed or any(item.name not in scored for item in result.estimators if estimators)
-        finish(result_file(out, loaded.name, quick, given))
+        path = result_file(out, loaded.name, quick, given)
+        _draw(path)
+        finish(path)
     return int(failed)
+
+
+def _draw(path: Path) -> None:
+    """Draw the charts of a result beside it, where the packages for that are installed."""
+    if missing("report"):
+        print("no charts: the extra report is not installed; warehouse-sim report draws them later", file=sys.stderr)
+        return
+    from warehouse_sim.benchmark.report import write_suite_report
+
+    write_suite_report([path], path.with_suffix(".html"))

@@ -5,17 +5,26 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish
+from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
 
 def report(folders: tyro.conf.Positional[tuple[Path, ...]], out: Path = Path("report.html")) -> None:
-    """Write one self-contained HTML page about datasets, runs and scores.
+    """Write one self-contained HTML page about datasets, runs and scores, or about suites of the benchmark.
 
     Args:
-        folders: Dataset, run and evaluation folders.
-        out: HTML file to write.
+        folders: Dataset, run and evaluation folders; or results of suites (SUITE.json) and folders of them, of which
+            charts and leaderboards are drawn.
+        out: HTML file to write; of suites, a name that ends in .md takes the leaderboards alone, as Markdown.
     """
     require_extra("report", "to write a report")
+    from warehouse_sim.benchmark.report import is_results, write_suite_report
     from warehouse_sim.evaluation.report import write_report
 
-    finish(write_report(folders, out))
+    suites = [is_results(path) for path in folders]
+    if any(suites) and not all(suites):
+        other = folders[suites.index(False)]
+        raise InputError(
+            f"{other}: holds no results of suites, as others of the paths do; give those to a page of their own"
+        )
+    finish(write_suite_report(folders, out) if any(suites) else write_report(folders, out))

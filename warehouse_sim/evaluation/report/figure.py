@@ -1,6 +1,7 @@
 """One look for all charts: inline SVG whose ink follows the page's light or dark scheme."""
 
 import io
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -13,7 +14,9 @@ _INK = "#101418"
 _STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "warehouse-sim",
+    "text.parse_math": False,
     "font.size": 10.0,
+    "font.sans-serif": ["DejaVu Sans"],
     "text.color": _INK,
     "axes.labelcolor": _INK,
     "axes.edgecolor": _INK,
@@ -46,13 +49,18 @@ class Chart:
         """Put the legend over the axes, where it hides nothing."""
         self._figure.legend(loc="outside upper center", ncols=2, columnspacing=1.2, handletextpad=0.5)
 
-    def svg(self) -> str:
-        """Return the chart as an ``<svg>`` element."""
+    def svg(self, prefix: str = "") -> str:
+        """Return the chart as an ``<svg>`` element.
+
+        Args:
+            prefix: Put before every name in it, so that no two charts of a page share one.
+        """
         buffer = io.StringIO()
         metadata = {"Date": None, "Creator": None, "Format": None, "Type": None}
         self._figure.savefig(buffer, format="svg", transparent=True, metadata=metadata)
         text = buffer.getvalue()
-        return text[text.index("<svg") :].replace(_INK, "currentColor")
+        text = text[text.index("<svg") :].replace(_INK, "currentColor")
+        return re.sub(r'(\bid="|xlink:href="#|url\(#)', rf"\g<1>{prefix}", text) if prefix else text
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.score_sections import evaluation_section, score_row
 from warehouse_sim.evaluation.report.sections import dataset_section, run_section
 from warehouse_sim.evaluation.report.sources import EvaluationSource, read_sources
-from warehouse_sim.optional import require
+from warehouse_sim.evaluation.report.template import filled
 from warehouse_sim.output import make_folder, write_bytes
 
 _MANY = 3
@@ -72,7 +72,4 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
 
 def render(**context: Any) -> str:
     """Return the page of some sections: scores, comparison, evaluations, runs, datasets."""
-    jinja2 = require("jinja2", "report", "to write a report")
-    loader = jinja2.PackageLoader("warehouse_sim.evaluation.report", "")
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("page.html.j2").render(**context)
+    return filled(__package__, "page.html.j2", **context)

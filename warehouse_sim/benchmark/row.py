@@ -1,0 +1,43 @@
+"""A row of a result: one number with its interval. It needs nothing else, so that results can be read anywhere."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Table = Literal[
+    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated", "driven"
+]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number."""
+
+    table: Table
+    """Which table it stands in."""
+    estimator: str
+    """Who answered."""
+    condition: str
+    """What was asked."""
+    group: str
+    """Of which ground truths, "all" or a group's label."""
+    metric: str
+    """What was counted; shares are 0-1."""
+    value: float
+    interval: tuple[float, float]
+    """95 %: over scenes, and over trainings where there are several."""
+    n: int
+    """Ground truths that were counted, or pairs of them, or detections."""
+    scenes: int
+    """Scenes that they are in."""
+    trainings: int = 0
+    """How many trainings are behind it; 0 where nothing is trained. With 1 the interval knows nothing of others."""
+    against: str = ""
+    """What a paired effect is against; empty elsewhere."""
+
+    @property
+    def over(self) -> str:
+        """What the interval covers, in words."""
+        counted = f"{self.scenes} scene" if self.scenes == 1 else f"{self.scenes} scenes"
+        if not self.trainings:
+            return counted
+        return f"{counted}, {'one training' if self.trainings == 1 else f'{self.trainings} trainings'}"
