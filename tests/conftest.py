@@ -1,3 +1,4 @@
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,6 +8,12 @@ from hypothesis import settings
 
 settings.register_profile("steady", derandomize=True, database=None, deadline=None, max_examples=50)
 settings.load_profile("steady")  # the same examples every time, on any machine
+
+
+def pytest_collection_finish() -> None:
+    """Leave all that is imported and collected out of the search for garbage, most of whose time it would take."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
