@@ -1,5 +1,6 @@
 """An environment of its own, in which a stranger's package is installed as users install it, by pip."""
 
+import json
 import os
 import subprocess
 import sys
@@ -7,6 +8,18 @@ import sysconfig
 import venv
 from dataclasses import dataclass
 from pathlib import Path
+
+VERBS = """
+import contextlib, io, json, sys
+from warehouse_sim.cli.main import main
+outcomes = []
+for command in json.loads(sys.argv[1]):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = main(command)
+    outcomes.append((code, said.getvalue()))
+print(json.dumps(outcomes))
+"""
 
 
 @dataclass(frozen=True)
@@ -45,6 +58,16 @@ class Environment:
     def verb(self, *arguments: object, folder: Path | None = None, code: int = 0) -> str:
         """Run a verb of ``warehouse-sim`` and return what it prints; its exit code must be ``code``."""
         return self._run(("-m", "warehouse_sim", *map(str, arguments)), folder, code)
+
+    def verbs(self, *commands: tuple[object, ...], folder: Path | None = None, code: int = 0) -> list[str]:
+        """Run verbs one after another in one process, as starting one takes seconds; return what each prints.
+
+        Each must end with the exit code ``code``.
+        """
+        given = json.dumps([[str(item) for item in command] for command in commands])
+        outcomes = json.loads(self._run(("-c", VERBS, given), folder, 0).splitlines()[-1])
+        assert [found for found, _ in outcomes] == [code] * len(commands), outcomes
+        return [said for _, said in outcomes]
 
     def script(self, text: str, folder: Path | None = None) -> str:
         """Run a Python program and return what it prints."""

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from tests.third_party.environment import Environment
+from warehouse_sim.cli.main import main
 
 pytestmark = pytest.mark.gl
 PACKAGE = Path(__file__).parent / "package"
@@ -69,9 +70,10 @@ def digests(root: Path) -> dict[str, str]:
     }
 
 
-def test_it_is_listed_while_it_is_installed(tmp_path: Path) -> None:
+def test_it_is_listed_while_it_is_installed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    before = capsys.readouterr().out  # as where nothing is installed
     environment = Environment.create(tmp_path / "environment")
-    before = environment.verb("list")
     assert not set(NAMES) & set(re.split(r"[,\s]+", before))
     shutil.copytree(PACKAGE, tmp_path / "package", ignore=shutil.ignore_patterns("__pycache__"))
     environment.install(tmp_path / "package")
@@ -89,21 +91,20 @@ def test_our_recipes_do_not_change(installed: Environment, tmp_path: Path) -> No
 
 
 def test_a_preview_shows_object_and_sensor(made: Made) -> None:
-    sheets = []
-    for shade in (0.0, 0.9):
-        made.environment.verb(
-            "preview", "kettle.yaml", "--backend", "flat_rays", "--backend-options", f"shade={shade}",
-            "--out", f"{shade}.png", folder=made.folder,
-        )  # fmt: skip
-        sheets.append(cv2.imread(str(made.folder / f"{shade}.png")))
+    preview = ("preview", "kettle.yaml", "--backend", "flat_rays", "--backend-options")
+    shades = (0.0, 0.9)
+    made.environment.verbs(
+        *((*preview, f"shade={shade}", "--out", f"{shade}.png") for shade in shades), folder=made.folder
+    )
+    sheets = [cv2.imread(str(made.folder / f"{shade}.png")) for shade in shades]
     assert all(sheet is not None for sheet in sheets)
     assert not np.array_equal(*sheets)
 
 
 def test_an_option_that_the_backend_lacks_is_refused_by_name(made: Made) -> None:
     refused = ("preview", "kettle.yaml", "--backend", "flat_rays", "--out", "x.png", "--backend-options")
-    for option in ("shadow=1", "shade=2", "shade=dark"):
-        made.environment.verb(*refused, option, folder=made.folder, code=2)
+    options = ("shadow=1", "shade=2", "shade=dark")
+    made.environment.verbs(*((*refused, option) for option in options), folder=made.folder, code=2)
 
 
 def test_the_dataset_holds_what_the_sensors_read(made: Made) -> None:
@@ -128,11 +129,12 @@ def test_its_checks_are_run_and_find_what_is_broken(made: Made, tmp_path: Path) 
     shutil.copytree(made.data, broken)
     path = next((broken / "flat_files").rglob("scene.json"))
     path.write_text(json.dumps({"objects": {}}))
-    assert "is not in scene.json" in made.environment.verb("validate", broken, code=1)
-    shutil.copytree(made.data, tmp_path / "other")
-    ring = next((tmp_path / "other/readings/ring").iterdir())
+    other = shutil.copytree(made.data, tmp_path / "other")
+    ring = next((other / "readings/ring").iterdir())
     ring.unlink()
-    assert ring.name in made.environment.verb("validate", tmp_path / "other", code=1)
+    said, of_other = made.environment.verbs(("validate", broken), ("validate", other), code=1)
+    assert "is not in scene.json" in said
+    assert ring.name in of_other
 
 
 def test_the_reader_gives_the_reading_back(made: Made) -> None:
@@ -150,15 +152,16 @@ print(image.scene_id, image.image_id, *ring.reading.channels["distance"])
 
 
 def test_its_estimator_and_detector_are_scored_and_reported(made: Made) -> None:
-    scores = {}
+    commands: list[tuple[object, ...]] = []
     for detections in ("truth", "low_things"):
         # What stands before the first underscore of a CSV's name is the method, as BOP has it.
-        csv, out = f"rectangle-{detections.replace('_', '-')}.csv", made.folder / detections
-        predict = ("predict", "rectangle", "--data", "data", "--out", csv, "--detections", detections)
-        made.environment.verb(*predict, folder=made.folder)
-        made.environment.verb("evaluate", csv, "--data", "data", "--out", out, folder=made.folder)
-        scores[detections] = json.loads((out / "scores.json").read_text())
-    made.environment.verb("report", "data", "truth", "low_things", "--out", "report.html", folder=made.folder)
+        csv = f"rectangle-{detections.replace('_', '-')}.csv"
+        commands.append(("predict", "rectangle", "--data", "data", "--out", csv, "--detections", detections))
+        commands.append(("evaluate", csv, "--data", "data", "--out", detections))
+    made.environment.verbs(
+        *commands, ("report", "data", "truth", "low_things", "--out", "report.html"), folder=made.folder
+    )
+    scores = {name: json.loads((made.folder / name / "scores.json").read_text()) for name in ("truth", "low_things")}
     page = (made.folder / "report.html").read_text(encoding="utf-8")
     assert [word for word in ("ultrasonic_ring", "distance", "rectangle") if word not in page] == []
     assert scores["truth"]["method"] == "rectangle-truth"
