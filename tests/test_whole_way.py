@@ -1,6 +1,8 @@
 """The whole way on the smoke recipe, by the verbs that a user calls."""
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -10,21 +12,35 @@ from warehouse_sim.cli.main import main
 pytestmark = pytest.mark.gl
 
 
+def say(*commands: list[str]) -> None:
+    """Run verbs; each must tell where its output is."""
+    for command in commands:
+        with redirect_stdout(StringIO()) as said:
+            assert main(command) == 0, command
+        assert "output: " in said.getvalue()
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("whole")
+    say(
+        ["preview", "smoke", "--out", str(folder / "preview.png")],
+        ["generate", "smoke", "--out", str(folder / "data"), "--scenes", "4", "--workers", "1"],
+        ["validate", str(folder / "data")],
+    )
+    return str(folder / "data")
+
+
 @pytest.mark.parametrize("estimator", ["densefusion-pointcloud", "densefusion"])
-def test_recipe_to_report(tmp_path: Path, capsys, estimator) -> None:
-    data, run, scores = (str(tmp_path / name) for name in ("data", "run", "scores"))
+def test_recipe_to_report(data: str, tmp_path: Path, estimator: str) -> None:
+    run, scores = (str(tmp_path / name) for name in ("run", "scores"))
     predictions, page = str(tmp_path / "predictions.csv"), str(tmp_path / "report.html")
-    for command in (
-        ["preview", "smoke", "--out", str(tmp_path / "preview.png")],
-        ["generate", "smoke", "--out", data, "--scenes", "4", "--workers", "1"],
-        ["validate", data],
+    say(
         ["train", estimator, "--data", data, "--out", run, "--max-minutes", "1", "--max-steps", "12", "--batch", "8"],
         ["predict", run, "--data", data, "--out", predictions, "--refine", "icp"],
         ["evaluate", predictions, "--data", data, "--out", scores],
         ["report", data, run, scores, "--out", page],
-    ):
-        assert main(command) == 0, command
-        assert "output: " in capsys.readouterr().out
+    )
     overall = json.loads((tmp_path / "scores" / "scores.json").read_text())["overall"]
     assert 0 < overall["found_count"] <= overall["gt_count"]
     assert 0.0 <= overall["metrics"]["add_10pct"] <= overall["metrics"]["add_s_10pct"] <= 1.0
