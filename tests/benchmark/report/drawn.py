@@ -23,7 +23,7 @@ class Drawn:
             if name.startswith(start):
                 (mark,) = [part for part in node.iter() if part.tag.endswith("}use")]
                 words = [part.text or "" for part in node.iter() if part.tag.endswith("}text")]
-                found.append((words[0] if words else "", float(mark.attrib[axis])))
+                found.append((" ".join(words), float(mark.attrib[axis])))
         return found
 
     def marks(self, name: str) -> list[Point]:

@@ -62,14 +62,14 @@ def test_the_truth_and_chance_are_lines_without_an_interval() -> None:
 def test_scores_by_distance_stand_at_their_bin_with_their_interval() -> None:
     found, drawn = panel(MADE, "docked by distance, set")
     assert found.first
-    assert [label for label, _ in drawn.x_ticks] == ["0-7", "7-15", "15-25"]
+    assert [label for label, _ in drawn.x_ticks] == ["0-7 (40)", "7-15 (40)", "15-25 (40)"]
     y = drawn.y()
     for name in ("rectangle-fit", "net", "other+icp"):
         points = drawn.marks(f"points-{number(MADE, name)}")
         intervals = drawn.paths(f"interval-{number(MADE, name)}")
         for bin_name, (left, top), interval in zip(DISTANCES, points, intervals, strict=True):
             (item,) = rows_of(MADE, table="scores", group=bin_name, estimator=name, metric="dock_0mm")
-            assert drawn.category(left) == bin_name.removesuffix(" m")
+            assert drawn.category(left).partition(" ")[0] == bin_name.removesuffix(" m")
             assert y(top) == pytest.approx(100 * item.value, abs=NEAR)
             assert [y(top) for _, top in interval] == pytest.approx([100 * end for end in item.interval], abs=NEAR)
             assert {round(at, 4) for at, _ in interval} == {round(left, 4)}
@@ -84,8 +84,8 @@ def test_bins_are_in_the_order_of_their_numbers_and_one_more_grouping_has_a_char
     titles = [item.title for item in panels(made)]
     assert titles == ["found by distance", "found by distance, at least 50 points"]
     _, drawn = panel(made, titles[0])
-    assert [label for label, _ in drawn.x_ticks] == ["0-7", "7-15", "15-25", "25-35"]
-    by_bin = {drawn.category(left): drawn.y()(top) for left, top in drawn.marks("points-0")}
+    assert [label.partition(" ")[0] for label, _ in drawn.x_ticks] == ["0-7", "7-15", "15-25", "25-35"]
+    by_bin = {drawn.category(left).partition(" ")[0]: drawn.y()(top) for left, top in drawn.marks("points-0")}
     assert by_bin == pytest.approx(
         {item.group.removesuffix(" m"): 100 * item.value for item in rows if "," not in item.group}, abs=NEAR
     )

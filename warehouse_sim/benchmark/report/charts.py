@@ -16,7 +16,8 @@ Looks = Mapping[str, Look]
 Draw = Callable[[str], str]
 """Draws a chart with the names in it behind a prefix."""
 _QUIET = "#8b949e"
-_DODGE = 0.07
+_DODGE, _DODGED = 0.07, 0.4
+"""How far lines of places stand apart, and all of them at most."""
 _LEAST_PERCENT = 0.1
 """Where the axis of a spread begins; what lies below is drawn there."""
 _QUANTILES = ("add_q05", "add_q25", "add_q50", "add_q75", "add_q95")
@@ -40,9 +41,10 @@ def lines_chart(series: Mapping[str, Sequence[tuple[float, Row]]], looks: Looks,
     with chart() as drawing:
         axes = drawing.axes
         shown = [name for name in looks if name in series and not looks[name].is_bound]
+        apart = min(_DODGE, _DODGED / max(len(shown), 1))
         for name in (item for item in looks if item in series):
             look, points = looks[name], sorted(series[name], key=lambda point: point[0])
-            shift = _DODGE * (shown.index(name) - (len(shown) - 1) / 2) if axis.ticks and name in shown else 0.0
+            shift = apart * (shown.index(name) - (len(shown) - 1) / 2) if axis.ticks and name in shown else 0.0
             _line(axes, look, points, shift, axis.bands)
         if axis.ticks:
             axes.set_xticks(list(axis.ticks), list(axis.ticks.values()))
@@ -51,7 +53,9 @@ def lines_chart(series: Mapping[str, Sequence[tuple[float, Row]]], looks: Looks,
                 axes.tick_params(axis="x", labelsize=8)
         else:
             axes.set_xlim(left=0)
-        axes.set(ylim=(-1.5, 101.5), xlabel=axis.label, ylabel=axis.unit)
+        # Chance and the truth may lie outside; what is compared shall not be squeezed for them.
+        least = min((100.0 * row.interval[0] for name in shown for _, row in series[name]), default=0.0)
+        axes.set(ylim=(max(0.96 * least - 5.0, -1.5), 101.5), xlabel=axis.label, ylabel=axis.unit)
         return drawing.svg(prefix)
 
 

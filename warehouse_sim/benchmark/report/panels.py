@@ -124,10 +124,12 @@ def _over_bins(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
         for (unit, others), labelled in kinds.items():
             labels = sorted({label for label, _ in labelled}, key=lambda label: float(label.partition("-")[0]))
             place_of = {id(row): labels.index(label) for label, row in labelled}
-            axis = Axis(_BIN_TITLES[unit], {k: label.rpartition(" ")[0] for k, label in enumerate(labels)})
             by = f"by {'distance' if unit == 'm' else 'visible fraction'}{where}{f', {others}' if others else ''}"
             for metric, mine, first in _metrics([row for _, row in labelled]):
                 points = [(row, place_of[id(row)]) for row in mine]
+                counted = {place: max(row.n for row, at in points if at == place) for _, place in points}
+                ticks = {k: f"{labels[k].rpartition(' ')[0]}\n({n})" for k, n in sorted(counted.items())}
+                axis = Axis(f"{_BIN_TITLES[unit]}, of how many objects in brackets", ticks)
                 yield from _lines(f"{metric_title(metric)} {by}", points, looks, axis, first)
 
 
