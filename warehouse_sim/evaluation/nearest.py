@@ -17,8 +17,8 @@ from warehouse_sim.geometry.pose import Transforms, transform_points
 
 _FEW = 1_000_000
 """Places up to which the tree alone is quicker."""
-_SAMPLE = 4_000
-"""Moves from which the cubes are chosen."""
+_SAMPLE = 8_000
+"""Moves from which the cubes are chosen: with fewer, more places lie in cubes that none of them is in."""
 _WORTH = 4
 """Places in a cube from which preparing it is quicker than asking the tree for each."""
 _MOST_ALONG = 200
@@ -192,12 +192,21 @@ def _prepared(block: _Block, points: Float[np.ndarray, "m 3"], numbers: Int[np.n
     found, filled = [np.zeros((1, 2), dtype=np.intp)], 1
     for count in sorted({min(count, len(alone)) for count in _NEAREST}):
         open_ones = [numbers[:0]]
-        step = _PREPARED_AT_ONCE // count
-        for first in range(0, len(numbers), step):
-            mine = numbers[first : first + step]
+        parts: dict[int, tuple[Int[np.ndarray, " c"], Int[np.ndarray, "p 2"], Int[np.ndarray, " c"]]] = {}
+
+        def look(
+            part: slice, count: int = count, numbers: Int[np.ndarray, " c"] = numbers, parts: dict = parts
+        ) -> None:
+            mine = numbers[part]
             row, which, sure = _candidates(block.centres(mine), alone, tree, count)
-            open_ones.append(mine[~sure])
-            pairs, half = _in_pairs(row, which, len(mine))
+            parts[part.start] = mine[~sure], *_in_pairs(row, which, len(mine))
+
+        step = _PREPARED_AT_ONCE // count
+        in_blocks(len(numbers), step, look)
+        for first in sorted(parts):
+            mine = numbers[first : first + step]
+            still_open, pairs, half = parts[first]
+            open_ones.append(still_open)
             # A cube without pairs may be the last one: what it begins with is looked at before it is left to the tree.
             rounds[mine], start[mine] = half, np.where(half > 0, filled + np.cumsum(half) - half, 0)
             found.append(pairs)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from warehouse_sim.evaluation.blocks import in_blocks
 from warehouse_sim.evaluation.nearest import mean_nearest_distance
 from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -48,9 +49,12 @@ def add(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Flo
     """
     flat = T_object_estimated.reshape(-1, 4, 4)
     terms, result = _terms(points), np.empty(len(flat))
-    for start in range(0, len(flat), _BLOCK):
-        squared = _weights(flat[start : start + _BLOCK]) @ terms
-        result[start : start + _BLOCK] = np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared).mean(axis=-1)
+
+    def work(part: slice) -> None:
+        squared = _weights(flat[part]) @ terms
+        result[part] = np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared).mean(axis=-1)
+
+    in_blocks(len(flat), _BLOCK, work)
     return result.reshape(T_object_estimated.shape[:-2])
 
 

@@ -128,7 +128,9 @@ def _over_bins(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
             for metric, mine, first in _metrics([row for _, row in labelled]):
                 points = [(row, place_of[id(row)]) for row in mine]
                 counted = {place: max(row.n for row, at in points if at == place) for _, place in points}
-                ticks = {k: f"{labels[k].rpartition(' ')[0]}\n({n})" for k, n in sorted(counted.items())}
+                ticks: dict[float, str] = {
+                    k: f"{labels[k].rpartition(' ')[0]}\n({n})" for k, n in sorted(counted.items())
+                }
                 axis = Axis(f"{_BIN_TITLES[unit]}, of how many objects in brackets", ticks)
                 yield from _lines(f"{metric_title(metric)} {by}", points, looks, axis, first)
 
