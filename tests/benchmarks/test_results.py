@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from warehouse_sim.benchmark.report import write_suite_report
 from warehouse_sim.benchmark.result import read_result
 from warehouse_sim.benchmark.suite import load_suite
 
@@ -30,6 +31,13 @@ def test_a_result_of_a_suite_is_one_of_the_suite_as_it_is(path: Path) -> None:
     assert not result.quick
     assert result.command.startswith("warehouse-sim bench ")
     assert {"truth", "shuffled"} <= {row.estimator for row in result.rows}
+
+
+def test_the_leaderboards_of_the_documents_are_those_of_the_results(tmp_path: Path) -> None:
+    document = FOLDER.parents[1] / "docs" / "leaderboards.md"
+    written = write_suite_report((FOLDER / "suites",), tmp_path / "leaderboards.md")
+    renew = "warehouse-sim report benchmarks/results/suites --out docs/leaderboards.md"
+    assert document.read_text(encoding="utf-8") == written.read_text(encoding="utf-8"), renew
 
 
 def test_there_are_results() -> None:
