@@ -22,7 +22,8 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.catalog.traffic.shapes import assembled
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.dataset.objects import object_info
+from warehouse_sim.estimators import Onboarding, PoseEstimator
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig, Refinement
 from warehouse_sim.evaluation.intervals import wilson
@@ -36,6 +37,7 @@ KINDS = ("pallet", "ghost pocket", "three cartons", "shelf", "blocked pocket")
 RECALL = 0.95
 WITHOUT_STAGES = ("rectangle-fit", "icp-multistart", "front-fit")
 """Trivial and classical methods; they neither choose among predictions nor refuse."""
+_KIND = "epal1"
 _POCKET, _DECK, _FRONT = 0.2275, 0.144, 0.8
 """Width of a pocket, height and width of the front of an EPAL 1 (m), UIC 435-2."""
 _CLEAR = 1.9
@@ -106,7 +108,7 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
         box = mask_box_xyxy(mask)
         if box is None:
             return 0.0, 0.0
-        detections = (Detection(mask=mask, class_name="pallet", box_xyxy=box, may_be=("epal1",)),)
+        detections = (Detection(mask=mask, class_name="pallet", box_xyxy=box, may_be=(_KIND,)),)
     centre = np.median(_points(image, np.isin(ids, trial.ids)), axis=0)
     right = wrong = 0.0
     for item in estimator.estimate(replace(image, detections=detections)):
@@ -157,12 +159,21 @@ def main(
 def opened(name: str, refine: Refinement) -> dict[str, PoseEstimator]:
     """Return an estimator as it is and, where it can refuse what is blocked, doing so; by what tables call them."""
     if name.removeprefix("segment-") in WITHOUT_STAGES:
-        return {name: load_estimator(name, PredictConfig())}
-    config = PredictConfig(selection="consensus", refine=refine)
+        return {name: _shown(load_estimator(name, PredictConfig(objects=(_KIND,))))}
+    config = PredictConfig(selection="consensus", refine=refine, objects=(_KIND,))
     return {
         name: load_estimator(name, config),
         f"{name} --refuse-blocked": load_estimator(name, replace(config, refuse_blocked=True)),
     }
+
+
+def _shown(estimator: PoseEstimator) -> PoseEstimator:
+    """Show a pallet to an estimator that learns objects from a dataset; here there is none."""
+    if isinstance(estimator, Onboarding):
+        model = catalog_object(_KIND)
+        info = replace(object_info(model, Path()), read_mesh=lambda obj_id, even: model.mesh())
+        estimator.onboard({info.obj_id: info})
+    return estimator
 
 
 def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> list[dict[str, Any]]:
