@@ -9,6 +9,7 @@ import numpy as np
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.segmentation.estimator import TrainedSegmenter, detection_edges
+from warehouse_sim.estimators.segmentation.front_depth import moved_onto_front
 from warehouse_sim.estimators.segmentation.pnp import FrontPose, SeenPoints, pose_of_points
 from warehouse_sim.estimators.segmentation.run_config import KnownFronts
 from warehouse_sim.estimators.visibility import LeastVisible
@@ -23,7 +24,7 @@ class KeypointEstimator:
 
     Args:
         run: Run folder, or folder of a bundled model.
-        use_depth: Whether depth decides between near and far, where there is any.
+        use_depth: Whether depth, where there is any, decides between near and far, and places and turns the front.
 
     Raises:
         TrainingError: The folder holds no complete run.
@@ -62,7 +63,7 @@ class KeypointEstimator:
             distance = self._distance(image, item, seen.probability[position]) if self._use_depth else None
             pose = pose_of_points(points, self._may_be(item), image.camera, image.gravity, distance)
             if pose is not None:
-                poses.append((position, item, pose))
+                poses.append((position, item, moved_onto_front(pose, image) if self._use_depth else pose))
         seconds = time.perf_counter() - started
         return [self._described(image, *found, seconds) for found in poses]
 

@@ -41,6 +41,8 @@ class FrontPose:
     """Weighted mean distance of the points (px)."""
     cost_px: float
     """The same, with what gravity and depth say against it."""
+    front: Float[np.ndarray, "4 3"]
+    """Corners of the side that was seen (m, object frame): top left, top right, bottom right, bottom left."""
 
 
 def pose_of_points(
@@ -105,7 +107,7 @@ def _side_poses(
             continue
         apart = np.linalg.norm(camera.project(ahead[taken]) - seen.uv[taken], axis=1)
         error = float((apart * seen.chance[taken]).sum() / seen.chance[taken].sum())
-        poses.append(FrontPose(T, obj_id, error, error + _against(T, ahead, gravity, distance)))
+        poses.append(FrontPose(T, obj_id, error, error + _against(T, ahead, gravity, distance), points[:4]))
     return poses
 
 
