@@ -23,9 +23,8 @@ _BIN = re.compile(r"(\d+(?:\.\d+)?)-\d+(?:\.\d+)? (m|visible)")
 _BIN_TITLES = {"m": "distance (m)", "visible": "visible fraction"}
 _GROUPS_FIRST = 3
 """Of how many groups or conditions curves and spreads are shown at once; those of the others can be opened."""
-
-_LEVELS_FIRST = 12
-"""With more levels than this a chart is long, and shown when asked for."""
+_MARKS_FIRST = 120
+"""With more marks than this a chart is long, and shown when asked for."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,7 @@ def _levels(
         yield Panel(
             f"{metric_title(metric)} {by}",
             partial(forest_chart, levels, looks, label, effect),
-            first and len(levels) <= _LEVELS_FIRST,
+            first and len(mine) <= _MARKS_FIRST,
         )
 
 
