@@ -86,6 +86,8 @@ def _expected(mutant: Mutant, strict: bool, table: _Table, where: str) -> Expect
         return "either"  # JSON's parsers take the last of two, here the same value
     if mutant.mutation in ("nan", "inf", "minus_inf", "digits_5001"):
         return "refuse"  # no JSON, and more digits than Python's reader takes
+    if mutant.mutation == "negative" and isinstance(mutant.before, (int, float)) and mutant.before < 0:
+        return "either"  # it was negative before: nothing is changed
     return "refuse" if strict else "either"
 
 
