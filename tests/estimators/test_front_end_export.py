@@ -17,7 +17,10 @@ from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNe
 from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
 from warehouse_sim.estimators.segmentation.run_config import write_config as write_segmenter
 from warehouse_sim.estimators.segmentation.settings import BoxCropConfig, SegmenterConfig
+from warehouse_sim.estimators.sweep.run_config import load_network as load_sweep_network
+from warehouse_sim.estimators.sweep.run_config import read_config as read_sweep_config
 from warehouse_sim.learning.run_folder import write_weights
+from warehouse_sim.resources import model_dir
 
 onnxruntime = pytest.importorskip("onnxruntime")
 onnx = pytest.importorskip("onnx")
@@ -61,3 +64,24 @@ def test_a_segmenter_gives_the_same_masks(tmp_path: Path) -> None:
         expected = made(rgb, depth, width)
     np.testing.assert_allclose(mask, torch.sigmoid(expected[0]), atol=1e-4)
     np.testing.assert_allclose(points, expected[1], atol=1e-3)
+
+
+@pytest.mark.slow
+def test_a_detector_of_sweeps_gives_the_same_boxes_and_pixels(tmp_path: Path) -> None:
+    assert main(["export", "detector-sweep", "--out", str(tmp_path / "m.onnx")]) == 0
+    props = {item.key: item.value for item in onnx.load(tmp_path / "m.onnx").metadata_props}
+    width, height = json.loads(props["size_wh"])
+    torch.manual_seed(1)
+    seen, above = torch.rand(1, height, width) * 20 + 1, torch.rand(1, height, width) * 2
+    seen[:, :, : width // 3] = 0.0
+    above[:, : height // 4] = torch.nan
+    boxes, scores, pixels = session(tmp_path / "m.onnx").run(None, {"range_m": seen.numpy(), "height_m": above.numpy()})
+    run = model_dir("detector-sweep")
+    network = load_sweep_network(run, read_sweep_config(run)).eval()
+    with torch.no_grad():
+        raw = network(None, torch.stack([seen, above], dim=1))
+        expected = network.decode(raw)
+    np.testing.assert_allclose(boxes, expected[0], atol=5e-2)
+    np.testing.assert_allclose(scores, expected[1], atol=1e-4)
+    np.testing.assert_allclose(pixels, torch.sigmoid(raw.pixels), atol=1e-4)
+    assert np.isfinite(pixels).all()

@@ -12,8 +12,8 @@ from warehouse_sim.resources import model_dir
 def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """Write a trained network as ONNX with a free batch axis.
 
-    Of a pose estimator, that gives proposals and one refiner pass; of a detector, boxes and scores before suppression;
-    of a segmenter, masks and maps of key points.
+    Of a pose estimator, that gives proposals and one refiner pass; of a detector, boxes and scores before suppression,
+    of one of sweeps which pixels show an object, too; of a segmenter, masks and maps of key points.
 
     Args:
         run: Run folder, or name of a bundled estimator.
@@ -25,10 +25,16 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     from warehouse_sim.estimators.pose.densefusion.export import export_onnx
     from warehouse_sim.estimators.rtdetr.export import export_rtdetr
     from warehouse_sim.estimators.segmentation.export import export_segmenter
+    from warehouse_sim.estimators.sweep.export import export_sweep_detector
     from warehouse_sim.learning.run_folder import read_kind
 
     folder = model_dir(run)
-    others = {"detector": export_detector, "rtdetr": export_rtdetr, "segmenter": export_segmenter}
+    others = {
+        "detector": export_detector,
+        "rtdetr": export_rtdetr,
+        "segmenter": export_segmenter,
+        "sweep-detector": export_sweep_detector,
+    }
     write = others.get(read_kind(folder), export_onnx)
     difference = write(folder, out)
     say(f"the file gives what torch gives to within {difference:.1e}")
