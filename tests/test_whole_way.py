@@ -31,7 +31,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(folder / "data")
 
 
-@pytest.mark.parametrize("estimator", ["densefusion-pointcloud", "densefusion"])
+@pytest.mark.parametrize("estimator", ["densefusion-pointcloud", pytest.param("densefusion", marks=pytest.mark.slow)])
 def test_recipe_to_report(data: str, tmp_path: Path, estimator: str) -> None:
     run, scores = (str(tmp_path / name) for name in ("run", "scores"))
     predictions, page = str(tmp_path / "predictions.csv"), str(tmp_path / "report.html")

@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 @contextmanager
 def one_writer(folder: Path) -> Iterator[None]:
-    """Be the only process that writes ``folder``, which is made, while the block runs.
+    """Be the only process that writes ``folder`` while the block runs; it is made, and removed if it stays empty.
 
     Processes that this one starts may write there, too; they are its own to coordinate. Where the system or the file
     system knows no locks, a warning says so, and the block runs all the same.
@@ -37,6 +37,7 @@ def one_writer(folder: Path) -> Iterator[None]:
     Raises:
         OutputError: Another process writes there, or the folder cannot be made.
     """
+    is_new = not folder.exists()
     make_folder(folder)
     path = folder / LOCK
     number = _lock(path)
@@ -46,6 +47,9 @@ def one_writer(folder: Path) -> Iterator[None]:
         with suppress(OSError):
             path.unlink()  # While it is held: who opened it before sees that it is no longer the file of that name.
         os.close(number)
+        if is_new:
+            with suppress(OSError):  # It is not empty.
+                folder.rmdir()
 
 
 def is_lock(path: Path) -> bool:

@@ -181,12 +181,13 @@ def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> lis
     right = np.array([good for good, _ in scores["pallet"]])
     least = float(np.quantile(right, 1.0 - RECALL, method="lower"))
     recall = float((right >= max(least, 1e-9)).mean())
-    rows = [{"name": "pallet", "estimator": estimator, "least_score": least, "n": len(right), "value": recall}]
+    rows = [{"kind": "pallet", "least_score": least, "n": len(right), "value": recall}]
     for kind in KINDS[1:]:
         wrong = np.array([bad for _, bad in scores[kind]])
         share = float((wrong >= max(least, 1e-9)).mean())
-        rows.append({"name": kind, "estimator": estimator, "n": len(wrong), "value": share})
-    return [row | {"interval": list(wilson(row["value"], row["n"]))} for row in rows]
+        rows.append({"kind": kind, "n": len(wrong), "value": share})
+    named = ({"name": f"{estimator}: {row['kind']}", "estimator": estimator} | row for row in rows)
+    return [row | {"interval": list(wilson(row["value"], row["n"]))} for row in named]
 
 
 def _pallet() -> Placed:

@@ -47,7 +47,7 @@ def test_shares_are_counted_from_the_score_on_that_takes_95_of_100_pallets() -> 
     scores = {kind: [(0.0, 0.0)] * 10 for kind in KINDS}
     scores["pallet"] = [(0.5 + number / 1000, 0.0) for number in range(100)]
     scores["shelf"] = [(0.0, 0.9), *[(0.0, 0.45)] * 9]
-    rows = {row["name"]: row for row in summary(scores, "x")}
+    rows = {row["kind"]: row for row in summary(scores, "x")}
     assert rows["pallet"]["value"] >= 0.95
     assert 0.503 <= rows["pallet"]["least_score"] <= 0.506
     assert rows["shelf"]["value"] == pytest.approx(0.1)

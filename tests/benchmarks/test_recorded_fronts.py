@@ -100,7 +100,12 @@ def test_the_trivial_method_finds_an_exact_rectangle() -> None:
 
 @pytest.mark.real
 @pytest.mark.parametrize(
-    ("masks", "gravity", "least"), [("label", "none", 13), ("label", "label", 14), ("dilated by 5 px", "label", 13)]
+    ("masks", "gravity", "least"),
+    [
+        pytest.param("label", "none", 13, marks=pytest.mark.slow),
+        ("label", "label", 14),
+        pytest.param("dilated by 5 px", "label", 13, marks=pytest.mark.slow),
+    ],
 )
 def test_recorded_fronts_are_docked_at(real_data: Path, masks: str, gravity: str, least: int) -> None:
     fronts = read_fronts(real_data / "pallet_fronts")

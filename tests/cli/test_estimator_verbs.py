@@ -40,6 +40,7 @@ def test_training_leaves_a_run_that_predicts_with_icp_and_without_the_dataset_me
     assert main(["predict", str(run), "--data", str(toy_root), "--out", str(out), "--refine", "icp"]) == 0
 
 
+@pytest.mark.slow
 def test_export_writes_an_onnx_file(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     pytest.importorskip("onnxscript")
     out = tmp_path / "model.onnx"

@@ -95,7 +95,9 @@ sys.exit(main(sys.argv[2:]))
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("verb", "limit"), [("train", 20_000), ("generate", 3000), ("generate", 20_000)])
+@pytest.mark.parametrize(
+    ("verb", "limit"), [pytest.param("train", 20_000, marks=pytest.mark.slow), ("generate", 3000), ("generate", 20_000)]
+)
 def test_a_disk_that_takes_no_more_ends_the_run_in_one_line(made, tmp_path: Path, verb: str, limit: int) -> None:
     """The system's own limit on the size of files stands for a full disk, libraries' files included."""
     more = "--max-steps 6 --batch 4 --validations 3" if verb == "train" else ""
@@ -107,6 +109,7 @@ def test_a_disk_that_takes_no_more_ends_the_run_in_one_line(made, tmp_path: Path
     assert "Traceback" not in run.stderr
 
 
+@pytest.mark.slow
 def test_nothing_is_said_when_the_reader_has_seen_enough() -> None:
     script = f"{shlex.quote(sys.executable)} -m warehouse_sim list | head -c 1"
     run = subprocess.run(["bash", "-c", script], capture_output=True, text=True)

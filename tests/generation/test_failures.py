@@ -36,7 +36,7 @@ def hang(index: int) -> int:
     return index
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_scene_that_hangs_is_tried_twice_and_named(workers: int, caplog: pytest.LogCaptureFixture) -> None:
     with pytest.raises(WorkerError, match=r"limit of 1 s for a scene \(--scene-limit\)") as problem:
         run(hang, range(4), workers, 1.0, None)
@@ -44,7 +44,7 @@ def test_a_scene_that_hangs_is_tried_twice_and_named(workers: int, caplog: pytes
     assert caplog.text.count("scene 1 of seed 5") == caplog.text.count("the scene is made again") == 1
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_what_hangs_is_skipped_on_request(workers: int) -> None:
     skipped: list[int] = []
     assert run(hang, range(4), workers, 1.0, skipped) == [0, 2, 3]
@@ -65,7 +65,7 @@ def full_disk(index: int) -> int:
     raise OutputError("data: cannot be written (No space left on device); free some space")
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_errors_and_deaths_are_skipped_too_but_not_everything(workers: int, tmp_path: Path) -> None:
     skipped: list[int] = []
     assert run(settle_some, range(7), workers, None, skipped) == [0, 1, 3, 4, 6]

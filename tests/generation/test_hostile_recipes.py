@@ -78,7 +78,7 @@ def outcome(load, file: Path, plain: dict[str, Any]) -> str:
 @pytest.mark.parametrize(
     ("name", "every"),
     [
-        ("smoke", 3),
+        ("smoke", 7),
         *(
             pytest.param(name, 1, marks=pytest.mark.slow)
             for name in ("smoke", "block_storage", "conveyor_pickup", "dock_staging", "occlusion_study")

@@ -13,7 +13,7 @@ from warehouse_sim.resources import recipe_names
 
 pytestmark = pytest.mark.gl
 
-QUICK = ("demo", "robust_pallets", "smoke")
+QUICK = ("demo", "smoke")
 # Their first scenes are those of the recipe that they extend.
 AS_THEIR_BASE = ("industrial_more",)
 # KITTI is written through a level camera, which does not see straight down.

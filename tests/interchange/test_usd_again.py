@@ -34,7 +34,7 @@ def scene_of(name: str, folder: Path) -> tuple[SceneSpec, Any]:
     return sample_scene(recipe.scene, seed=0, scene_index=0), recipe.sensors
 
 
-@pytest.fixture(scope="module", params=["smoke", "warehouse"])
+@pytest.fixture(scope="module", params=["smoke", pytest.param("warehouse", marks=pytest.mark.slow)])
 def pair(request, tmp_path_factory) -> tuple[SceneSpec, SceneSpec]:
     folder = tmp_path_factory.mktemp(request.param)
     scene, rig = scene_of(request.param, folder)

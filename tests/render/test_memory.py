@@ -32,6 +32,7 @@ def used_after_each(renderer: Renderer, scenes: int, views: int, camera: Pinhole
             yield resident_mib()
 
 
+@pytest.mark.slow
 def test_many_scenes_and_views_need_no_more_memory_than_a_few() -> None:
     with open_renderer() as renderer:
         used = list(used_after_each(renderer, scenes=36, views=2, camera=SMALL))

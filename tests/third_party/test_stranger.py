@@ -70,6 +70,7 @@ def digests(root: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_it_is_listed_while_it_is_installed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list"]) == 0
     before = capsys.readouterr().out  # as where nothing is installed

@@ -127,7 +127,7 @@ def test_what_is_planted_is_found(watched: Watched, tmp_path: Path, words: str, 
     assert not (tmp_path / "case").exists()
 
 
-@pytest.mark.parametrize("words", ["sleeps", "loops"])
+@pytest.mark.parametrize("words", ["sleeps", pytest.param("loops", marks=pytest.mark.slow)])
 def test_what_never_ends_hangs(hurried: Watched, tmp_path: Path, words: str) -> None:
     assert try_case(case(words), hurried, tmp_path / "case").verdict.label == "hang"
     assert not (tmp_path / "case").exists()

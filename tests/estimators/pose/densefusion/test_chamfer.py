@@ -149,7 +149,7 @@ def test_mixed_precision_does_not_reach_it() -> None:
     ("name", "chosen"),
     [
         ("densefusion-pointcloud", "chamfer-squared"),
-        ("object-coordinates", "chamfer"),
+        pytest.param("object-coordinates", "chamfer", marks=pytest.mark.slow),
         pytest.param("densefusion-pointcloud", "chamfer", marks=pytest.mark.slow),
         pytest.param("object-coordinates", "chamfer-squared", marks=pytest.mark.slow),
     ],

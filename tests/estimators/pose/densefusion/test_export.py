@@ -84,6 +84,7 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")
 
 
+@pytest.mark.slow
 def test_a_network_of_surroundings_and_gravity_is_exported(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run", preset="robust")
     assert export_onnx(run, tmp_path / "model.onnx") < TOLERANCE

@@ -145,6 +145,7 @@ def keep_busy() -> None:
         sum(range(1000))
 
 
+@pytest.mark.slow
 def test_two_at_once_end_with_one_whole_entry(toy_root: Path, tmp_path: Path) -> None:
     context, name = get_context("spawn"), f"val-{crops_digest(DatasetReader(toy_root), 'val', SMALL)}"
     for turn in range(0, ROUNDS, 2):  # Damaged entries, which each must replace, are where most can go wrong.

@@ -28,6 +28,7 @@ def slow_steps(notes: list[str], caplog: pytest.LogCaptureFixture):
     return progress
 
 
+@pytest.mark.slow
 def test_few_steps_are_foretold(toy_root: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     notes: list[str] = []
     run = train(NAME, toy_root, tmp_path / "run", SHORT, progress=slow_steps(notes, caplog), cache=Path("none"))
