@@ -39,9 +39,10 @@ def test_another_process_is_refused_and_told_who_writes(tmp_path: Path) -> None:
         pass
     assert (folder / LOCK).is_file()  # the refused one has not taken the other's away
     process.communicate("\n")
-    assert list(folder.iterdir()) == []
+    assert not folder.exists()  # nothing came of it
     with one_writer(folder):
-        pass
+        (folder / "written").touch()
+    assert [path.name for path in folder.iterdir()] == ["written"]
 
 
 def test_the_death_of_the_writer_frees_the_folder(tmp_path: Path) -> None:
