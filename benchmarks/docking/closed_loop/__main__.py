@@ -16,8 +16,9 @@ from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row
 from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
-from warehouse_sim.benchmark.docking.closed_loop.run import TRUTH, Kept, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import TRUTH, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
+from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.render import open_renderer
 
 FOLDER = Path("out") / "closed_loop"

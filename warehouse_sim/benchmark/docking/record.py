@@ -1,44 +1,30 @@
-"""Answers as they are kept: a line of JSON each, so that a run that was stopped goes on where it was."""
+"""What both judges say of a question, asked once."""
 
 import hashlib
 import json
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from warehouse_sim.benchmark.docking.drive import dock
+from warehouse_sim.benchmark.docking.kept_rows import Kept, Row
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-
-Row = dict[str, Any]
 
 
 class Record:
     """The answers in a file."""
 
     def __init__(self, path: Path, truck: TruckConfig) -> None:
-        self.path, self.truck = path, truck
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._rows: dict[str, Row] = {}
-        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
-            try:
-                row = json.loads(line)
-            except json.JSONDecodeError:
-                continue  # the last line of a run that was stopped
-            self._rows[row["key"]] = row
+        self.truck, self._kept = truck, Kept(path)
 
     def answer(self, question: Question, station: Station) -> Row:
         """Return what both judges say of a question; the simulation runs if it has not before."""
         key = _key(question, station, self.truck)
-        if key not in self._rows:
-            self._rows[key] = row = {"key": key, **_ask(question, station, self.truck)}
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-        return self._rows[key]
+        return self._kept[key] if key in self._kept else self._kept.add(key, _ask(question, station, self.truck))
 
 
 def stream(question: Question) -> np.random.Generator:

@@ -10,8 +10,9 @@ import pytest
 from warehouse_sim.benchmark.docking.closed_loop import run as run_module
 from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
-from warehouse_sim.benchmark.docking.closed_loop.run import Kept, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
+from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.moment import Stage
 from warehouse_sim.generation.recipe import load_recipe

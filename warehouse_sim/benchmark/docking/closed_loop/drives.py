@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS
-from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT, TRUTH, Kept, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT, TRUTH, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS
+from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.benchmark.simulated import Drive
 from warehouse_sim.benchmark.suite import ApproachConfig
 from warehouse_sim.benchmark.ways import Way

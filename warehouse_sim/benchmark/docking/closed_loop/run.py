@@ -14,6 +14,7 @@ from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene, hidden_s
 from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Truth
 from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
+from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.ways import Way, way_of
 from warehouse_sim.dataset.formats.bop.models import even_mesh
@@ -35,34 +36,6 @@ _MOST_BARREN = 20
 """After so many scenes without a start a recipe is given up."""
 LEFT_OUT = "left out"
 """Outcome of an episode whose level cannot be had at its start."""
-
-
-class Kept:
-    """Rows in a file of JSON lines."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._rows: dict[str, Row] = {}
-        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
-            try:
-                row = json.loads(line)
-            except json.JSONDecodeError:
-                continue  # the last line of a run that was stopped
-            self._rows[row["key"]] = row
-
-    def __contains__(self, key: str) -> bool:
-        return key in self._rows
-
-    def __getitem__(self, key: str) -> Row:
-        return self._rows[key]
-
-    def add(self, key: str, row: Row) -> Row:
-        """Keep a row and return it."""
-        self._rows[key] = kept = {"key": key, **row}
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(kept) + "\n")
-        return kept
 
 
 @dataclass(eq=False)
