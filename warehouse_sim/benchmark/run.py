@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
+from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.effects import effect_rows
-from warehouse_sim.benchmark.entrants import TRUTH, Asked, Group, entrant, weights_digest
+from warehouse_sim.benchmark.entrants import TRUTH, Asked, Entrant, Group, entrant, weights_digest
 from warehouse_sim.benchmark.finding import detection_rows, found_by
 from warehouse_sim.benchmark.foreign import counted, on_folder
 from warehouse_sim.benchmark.front_entries import TRIVIAL
@@ -23,7 +24,7 @@ from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.simulated import driven_rows, simulated_rows
 from warehouse_sim.benchmark.spread import spread_rows
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
-from warehouse_sim.benchmark.trained import trained
+from warehouse_sim.benchmark.trained import trained, trainings_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, MissingPackageError, TrainingError
 from warehouse_sim.evaluation import ScoreConfig, Scores
@@ -41,7 +42,7 @@ class RunConfig:
     out: Path = Path("out/bench")
     """Folder of the benchmark: data, predictions, scores and results."""
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
-    """Processes that generate."""
+    """Processes that generate, then train, predict and score side by side."""
     anew: bool = False
     """Predict and score again, whatever is kept."""
     command: str = ""
@@ -61,6 +62,8 @@ class _Run:
     left_out: list[LeftOut] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     reused: int = 0
+    made_now: set[tuple[str, Entrant]] = field(default_factory=set)
+    """Conditions and entrants whose answers were made in this run, before they were asked for in order."""
 
 
 def run_suite(
@@ -155,6 +158,7 @@ def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
     if not run.suite.trainings:
         return
     known = roots or {name: _made(run, name, item).root for name, item in run.suite.data.items() if item.trained_on}
+    _train_ahead(run, known)
     for name, training in run.suite.trainings.items():
 
         def told(share: float, note: str, title: str = f"training {name}") -> None:
@@ -164,6 +168,15 @@ def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
             run.groups += trained(name, training, known, run.config.out, told)
         except _CANNOT as problem:
             _leave_out(run, name, "training", problem)
+
+
+def _train_ahead(run: _Run, roots: Mapping[str, Path]) -> None:
+    wanted = [
+        one
+        for name, training in run.suite.trainings.items()
+        for one in trainings_of(name, training, roots, run.config.out)
+    ]
+    make_ahead(wanted, run.config.workers, lambda done, total: run.progress(0.0, f"{done} of {total} trainings"))
 
 
 def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
@@ -209,6 +222,7 @@ def _of_fronts(run: _Run, folder: Path) -> Iterator[Row]:
 
 def _ask(run: _Run) -> None:
     asked = [(name, item, group) for name, item in run.suite.asked.items() for group in _asked(item, run.groups)]
+    _ask_ahead(run, [(name, item, member) for name, item, group in asked for member in group.members])
     for number, (name, condition, group) in enumerate(asked):
 
         def told(share: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
@@ -223,6 +237,18 @@ def _ask(run: _Run) -> None:
         if not run.answers:
             require_metrics(run.suite, answer.scores[0].table)
         run.answers.append(answer)
+
+
+def _ask_ahead(run: _Run, asked: Sequence[tuple[str, ConditionConfig, Entrant]]) -> None:
+    """Make answers side by side, and remember which were made now."""
+    questions = []
+    for _, condition, member in asked:
+        opened = run.opened[condition.data]
+        questions.append(Question(member, condition, opened.made, opened.split, run.config.out, run.config.anew))
+    made = make_ahead(
+        questions, run.config.workers, lambda done, total: run.progress(done / total, f"{done} of {total} answers")
+    )
+    run.made_now = {(asked[number][0], asked[number][2]) for number in made}
 
 
 def _asked(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:
@@ -240,10 +266,10 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, told
     opened = run.opened[condition.data]
     found: list[Scores] = []
     for member in group.members:
-        scores, reused = scored(
-            member, condition, opened, run.config.out, ScoreConfig(), anew=run.config.anew, progress=told
-        )
-        run.reused += reused
+        is_new = (name, member) in run.made_now
+        anew = run.config.anew and not is_new
+        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), anew, told)
+        run.reused += reused and not is_new
         found.append(scores)
     return Answer(group, name, opened, tuple(found))
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from warehouse_sim.benchmark.entrants import Entrant, Group
 from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
@@ -21,6 +22,7 @@ from warehouse_sim.output import make_folder
 SPLITS = ("test", "val", "train")
 """Of folders of others the first that has poses is scored; of a suite's own data all is test."""
 Share = Callable[[float, str], None]
+_CSV = "predictions.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,19 +91,38 @@ def scored(
         anew: Make predictions and scores again, whatever is kept.
         progress: Called with the share of the images that is done.
     """
-    reader = opened.reader
-    inputs = member.inputs(condition) | {"data": reader.digest, "split": opened.split}
-    place = folder_for(out / "predictions" / opened.made.root.resolve().name, member.name, inputs)
-    csv = place / "predictions.csv"
+    place, inputs = _of_predictions(member, condition, opened, out)
+    csv = place / _CSV
     if anew or not is_kept(place, inputs):
-        estimates = member.estimates(reader, opened.split, condition, progress)
+        estimates = member.estimates(opened.reader, opened.split, condition, progress)
         make_folder(place)
         predictions.write(csv, estimates)
         keep(place, inputs)
-    return _scores(member.name, csv, opened, out, config, anew)
+    place, inputs = _of_scores(member.name, csv, opened, out, config)
+    if not anew and is_kept(place, inputs):
+        with suppress(EvaluationError):
+            return read_scores(place), True
+    write_scores(evaluate(csv, opened.made.root, opened.split, config, method=member.name), place)
+    keep(place, inputs)
+    return read_scores(place), False  # the same numbers as when they are read again
 
 
-def _scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig, anew: bool) -> tuple[Scores, bool]:
+def is_scored(member: Entrant, condition: ConditionConfig, opened: Opened, out: Path, config: ScoreConfig) -> bool:
+    """Return whether the scores of an entrant under a condition were made before."""
+    place, inputs = _of_predictions(member, condition, opened, out)
+    return is_kept(place, inputs) and is_kept(*_of_scores(member.name, place / _CSV, opened, out, config))
+
+
+def _of_predictions(
+    member: Entrant, condition: ConditionConfig, opened: Opened, out: Path
+) -> tuple[Path, dict[str, Any]]:
+    """Return where predictions are kept, and what they are made of."""
+    inputs = member.inputs(condition) | {"data": opened.reader.digest, "split": opened.split}
+    return folder_for(out / "predictions" / opened.made.root.resolve().name, member.name, inputs), inputs
+
+
+def _of_scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig) -> tuple[Path, dict[str, Any]]:
+    """Return where scores of predictions are kept, and what they are made of."""
     beside = predictions.doubt_file(csv)
     inputs = {
         "predictions": file_digest(csv),
@@ -110,10 +131,4 @@ def _scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig
         "settings": to_mapping(config),
         "format": SCORES_FORMAT,
     }
-    place = folder_for(out / "scores" / opened.made.root.resolve().name, name, inputs)
-    if not anew and is_kept(place, inputs):
-        with suppress(EvaluationError):
-            return read_scores(place), True
-    write_scores(evaluate(csv, opened.made.root, opened.split, config, method=name), place)
-    keep(place, inputs)
-    return read_scores(place), False  # the same numbers as when they are read again
+    return folder_for(out / "scores" / opened.made.root.resolve().name, name, inputs), inputs

@@ -1,7 +1,10 @@
 """Networks that a suite trains itself, kept and used again like all else."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from warehouse_sim import __version__
 from warehouse_sim.benchmark.entrants import Asked, Group
@@ -16,6 +19,53 @@ from warehouse_sim.estimators.train import train
 
 _ALONE = PredictConfig(selection="consensus", refine="none")
 """What networks that are compared answer by: themselves."""
+Share = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class OneTraining:
+    """One network of a suite: a length and a seed."""
+
+    shown: str
+    """As tables call it."""
+    estimator: str
+    roots: tuple[Path, ...]
+    """Datasets."""
+    config: TrainConfig
+    out: Path
+    """Folder of the benchmark."""
+
+    @cached_property
+    def _inputs(self) -> dict[str, Any]:
+        return {
+            "kind": "training",
+            "estimator": self.estimator,
+            "data": [DatasetReader(root).digest for root in self.roots],
+            "settings": to_mapping(self.config),
+            "version": __version__,
+        }
+
+    @property
+    def run(self) -> Path:
+        """Its run folder."""
+        return folder_for(self.out / "runs", f"{self.shown}-seed{self.config.seed}", self._inputs)
+
+    @property
+    def is_made(self) -> bool:
+        """Whether it was trained before, to its end."""
+        return is_kept(self.run, self._inputs)
+
+    def make(self, progress: Share = lambda share, note: None) -> Path:
+        """Return its run folder, trained first, or to its end, where it is not.
+
+        Raises:
+            TrainingError: The data hold nothing to learn from.
+        """
+        run, crops = self.run, self.out / "crops"
+        if not self.is_made:
+            train(self.estimator, self.roots, run, self.config, resume=run.exists(), progress=progress, cache=crops)
+            keep(run, self._inputs)
+        return run
 
 
 def trained(
@@ -23,7 +73,7 @@ def trained(
     training: TrainingConfig,
     data: Mapping[str, Path],
     out: Path,
-    progress: Callable[[float, str], None] = lambda share, note: None,
+    progress: Share = lambda share, note: None,
 ) -> Iterator[Group]:
     """Yield an entrant for each length of a training, with one member for each seed, trained where it is missing.
 
@@ -40,16 +90,42 @@ def trained(
         ConfigError: The settings are none of training.
         TrainingError: The data hold nothing to learn from.
     """
-    roots = [data[item] for item in training.data]
     for steps in training.steps:
-        shown = f"{name}@{steps}" if len(training.steps) > 1 else name
-        members, batch = [], TrainConfig().batch
-        for seed in training.seeds:
-            config = settings_of(name, training, steps, seed)
-            batch = config.batch
-            run = _run(shown, training.estimator, roots, config, out, progress)
-            members.append(Asked(shown, Way(str(run), _ALONE), trainings=1))
+        shown, batch = _shown(name, training, steps), TrainConfig().batch
+        members = []
+        for one in trainings_of(name, replace(training, steps=(steps,)), data, out, shown):
+            batch = one.config.batch
+            members.append(Asked(shown, Way(str(one.make(progress)), _ALONE), trainings=1))
         yield Group(shown, tuple(members), {"samples": steps * batch})
+
+
+def trainings_of(
+    name: str, training: TrainingConfig, data: Mapping[str, Path], out: Path, shown: str = ""
+) -> list[OneTraining]:
+    """Return what is trained, one for each length and seed.
+
+    Args:
+        name: Of the training.
+        training: What is trained, on what, for how long.
+        data: Folders by name.
+        out: Folder of the benchmark.
+        shown: As tables call it; by default as ``trained`` does.
+
+    Raises:
+        ConfigError: The settings are none of training.
+    """
+    roots = tuple(data[item] for item in training.data)
+    return [
+        OneTraining(
+            shown or _shown(name, training, steps),
+            training.estimator,
+            roots,
+            settings_of(name, training, steps, seed),
+            out,
+        )
+        for steps in training.steps
+        for seed in training.seeds
+    ]
 
 
 def settings_of(name: str, training: TrainingConfig, steps: int, seed: int) -> TrainConfig:
@@ -62,23 +138,5 @@ def settings_of(name: str, training: TrainingConfig, steps: int, seed: int) -> T
     return from_mapping(TrainConfig, plain | training.settings, f"trainings: {name}: settings")
 
 
-def _run(
-    shown: str,
-    estimator: str,
-    roots: Sequence[Path],
-    config: TrainConfig,
-    out: Path,
-    progress: Callable[[float, str], None],
-) -> Path:
-    inputs = {
-        "kind": "training",
-        "estimator": estimator,
-        "data": [DatasetReader(root).digest for root in roots],
-        "settings": to_mapping(config),
-        "version": __version__,
-    }
-    run = folder_for(out / "runs", f"{shown}-seed{config.seed}", inputs)
-    if not is_kept(run, inputs):
-        train(estimator, roots, run, config, resume=run.exists(), progress=progress, cache=out / "crops")
-        keep(run, inputs)
-    return run
+def _shown(name: str, training: TrainingConfig, steps: int) -> str:
+    return f"{name}@{steps}" if len(training.steps) > 1 else name

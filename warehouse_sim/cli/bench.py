@@ -35,7 +35,7 @@ def bench(
         quick: Small sizes: minutes on two cores, wide intervals.
         data: Folder of others that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
         out: Folder for data, predictions, scores and results.
-        workers: Processes that generate; one per processor by default.
+        workers: Processes that generate, then train, predict and score side by side; one per processor by default.
         anew: Predict and score again, whatever is kept; data stay.
     """
     require_extra("generate", "to make scenes")

@@ -1,0 +1,77 @@
+"""What several processes make before it is asked for is what one would make, and is counted as made now."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from tests.benchmark.made import shrunk
+from tests.dataset.toy import make_dataset
+from warehouse_sim.benchmark.ahead import make_ahead
+from warehouse_sim.benchmark.run import RunConfig, run_suite
+from warehouse_sim.benchmark.suite import TrainingConfig, load_suite
+from warehouse_sim.benchmark.trained import trained, trainings_of
+from warehouse_sim.errors import TrainingError
+
+WHO = ("truth", "shuffled", "rectangle-fit")
+
+
+@dataclass(frozen=True)
+class File:
+    """A task that writes a file, or cannot."""
+
+    path: Path
+    can: bool = True
+
+    @property
+    def is_made(self) -> bool:
+        """Whether the file is there."""
+        return self.path.is_file()
+
+    def make(self) -> object:
+        """Write it."""
+        if not self.can:
+            raise TrainingError("there is nothing to write")
+        return self.path.write_text("made")
+
+
+def test_what_cannot_be_made_is_left_and_all_else_is_made(tmp_path: Path) -> None:
+    tasks = [File(tmp_path / str(number), number != 1) for number in range(4)]
+    tasks[2].make()
+    seen: list[tuple[int, int]] = []
+    assert make_ahead(tasks, 2, lambda done, total: seen.append((done, total))) == {0, 3}
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["0", "2", "3"]
+
+
+def test_one_process_or_one_task_is_not_worth_it(tmp_path: Path) -> None:
+    tasks = [File(tmp_path / "a"), File(tmp_path / "b")]
+    assert make_ahead(tasks, 1) == make_ahead(tasks[:1], 2) == set()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.gl
+def test_two_processes_find_the_rows_of_one(tmp_path: Path) -> None:
+    suite = replace(shrunk(load_suite("industrial")), detectors=())
+    alone = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=1))
+    anew = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2, anew=True))
+    kept = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2))
+    assert alone.rows == anew.rows == kept.rows
+    assert (alone.reused, anew.reused, kept.reused) == (0, 0, len(WHO) * len(suite.asked))
+
+
+def test_trainings_side_by_side_are_those_of_a_suite(tmp_path: Path) -> None:
+    training = TrainingConfig("densefusion-pointcloud", ("toy",), (2, 4), (0,), {"batch": 4})
+    data, out = {"toy": make_dataset(tmp_path / "data")}, tmp_path / "out"
+    tasks = trainings_of("cloud", training, data, out)
+    assert make_ahead(tasks, 2) == {0, 1}
+    groups = list(trained("cloud", training, data, out))
+    assert [group.name for group in groups] == ["cloud@2", "cloud@4"]
+    list(trained("cloud", training, data, tmp_path / "alone"))
+    assert _weights(out) == _weights(tmp_path / "alone")
+
+
+def _weights(out: Path) -> dict[str, bytes]:
+    found = {path.parent.name: path.read_bytes() for path in (out / "runs").glob("*/weights.safetensors")}
+    assert len(found) == 2
+    return found
