@@ -104,6 +104,27 @@ def test_who_names_the_objects_of_a_hall_is_offered_no_others() -> None:
     assert len(taken_by(SimpleNamespace(objects=None), found, ("pallet2",))) == 5
 
 
+def test_what_a_dataset_does_not_hold_is_not_tried(toy_root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reader = DatasetReader(toy_root)
+    there = [(obj_id, info.name) for obj_id, info in reader.objects.items()]
+    # A number of the dataset that stands for something else there is another object.
+    strange = [(max(reader.objects) + 1, there[0][1]), (there[0][0], "another")]
+    known = [SimpleNamespace(obj_id=number, name=name) for number, name in (*strange, *there)]
+    nameless = Detection(box_xyxy=(0.0, 0.0, 9.0, 9.0))
+    monkeypatch.setattr(Finder, "_opened", lambda self, reader=None: [lambda image: [nameless]])
+    record = reader.images("train")[0]
+    for limited, expected in (((), tuple(name for _, name in there)), (("another",), ("another",))):
+        estimator = SimpleNamespace(objects=known)
+        found = Finder("detector-depth", objects=limited).find(estimator, reader, record)
+        assert found is not None
+        assert [item.may_be for item in found.detections] == [expected]
+        chain = WithFrontEnd(estimator, [lambda image: [nameless]], limited)
+        plain = replace(found, detections=())
+        assert [item.may_be for item in chain._with_detections(plain).detections] == [limited]
+        chain.onboard(reader.objects)
+        assert [item.may_be for item in chain._with_detections(plain).detections] == [expected]
+
+
 @pytest.mark.parametrize(
     "name", ["detect-densefusion", "detect-depth", "detect-keypoints", "segment-densefusion-depth"]
 )

@@ -1,13 +1,14 @@
 """From pixels to poses in one call: a pose estimator behind what finds the objects of images that name none."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, PoseEstimator
-from warehouse_sim.estimators.detections import open_stages, taken_by
+from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
+from warehouse_sim.estimators.detections import known_among, open_stages, taken_by
 from warehouse_sim.estimators.front_ends import FindObjects
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.rgbd_image import RgbdImage
@@ -23,7 +24,8 @@ class WithFrontEnd:
     Args:
         estimator: What estimates the poses of what is found.
         stages: What finds it, one after the other.
-        objects: Names of the objects that there are; all that the estimator knows by default.
+        objects: Names of the objects that there are; by default those that it is shown, and all that the estimator
+            knows before it is shown any.
     """
 
     finds_objects = True
@@ -41,6 +43,12 @@ class WithFrontEnd:
     def objects(self) -> Sequence[KnownObject] | None:
         """What it knows; None where it takes any object."""
         return self._estimator.objects
+
+    def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
+        """Take what is found for one of these objects, by obj_id, unless their names were given."""
+        if isinstance(self._estimator, Onboarding):
+            self._estimator.onboard(objects)
+        self._names = self._names or known_among(self._estimator, objects)
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return the poses of what the image brings, or of what is found in it; times count the finding."""

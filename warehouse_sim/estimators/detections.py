@@ -1,12 +1,13 @@
 """Where the detections of a dataset's images come from: its true masks, or detectors and segmenters by name."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.estimators import PoseEstimator
@@ -32,7 +33,7 @@ class Finder:
         gravity: Who says where down is.
         depth: Whose depth is seen; None asks the estimator and the detector for their ``depth_source``, the camera's if
             they have none.
-        objects: Names of the objects that there are, see ``taken_by``.
+        objects: Names of the objects that there are, see ``taken_by``; by default those of the dataset.
 
     Raises:
         UnknownNameError: A name is none of these.
@@ -87,7 +88,7 @@ class Finder:
             return found
         # Estimates refer to what the detector found, whatever of it is estimated.
         numbered = tuple(_numbered(item, position) for position, item in enumerate(found.detections))
-        taken = taken_by(estimator, numbered, self._objects)
+        taken = taken_by(estimator, numbered, self._objects or known_among(estimator, reader.objects))
         return replace(found, detections=taken) if taken else None
 
     def _opened(self, reader: DatasetReader | None = None) -> list[FindObjects]:
@@ -205,6 +206,15 @@ def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
         classes = {getattr(shape, "class_name", "") for shape in estimator.objects}
         return detection.class_name in ("", *classes) or classes == {""}
     return any(detection.model in (shape.obj_id, shape.name) for shape in estimator.objects)
+
+
+def known_among(estimator: PoseEstimator, objects: Mapping[int, ObjectInfo]) -> tuple[str, ...]:
+    """Return the names of those objects, by obj_id, that an estimator knows by the same number and name."""
+    return tuple(
+        shape.name
+        for shape in estimator.objects or ()
+        if shape.obj_id in objects and objects[shape.obj_id].name == shape.name
+    )
 
 
 def taken_by(

@@ -29,8 +29,8 @@ class PredictConfig:
     """Whose depth estimators see: the camera's, the main LiDAR's filled up (lidar), or only where the LiDAR has points
     (lidar-sparse). None takes what the estimator was made for, which is the camera's where it does not say."""
     objects: tuple[str, ...] = ()
-    """Names of the objects that there are (epal1), where detections do not say which one they are; by default all of a
-    detection's class that the estimator knows. Who knows what pallets stand in a hall says so."""
+    """Names of the objects that there are (epal1), where detections do not say which one they are; by default those of
+    a detection's class that dataset and estimator know. Who knows what pallets stand in a hall says so."""
     selection: Selection = "argmax"
     """How one pose is chosen from those that the points propose."""
     refiner_iterations: Annotated[int, Range(0, 100)] | None = None
