@@ -3,6 +3,9 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 
 def in_blocks(rows: int, at_once: int, work: Callable[[slice], None]) -> None:
@@ -19,6 +22,12 @@ def in_blocks(rows: int, at_once: int, work: Callable[[slice], None]) -> None:
         for block in blocks:
             work(block)
         return
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    # The threads of BLAS would fight with these for the same cores: a product of matrices takes three times as long.
+    with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(os.cpu_count()) as pool:
         for _ in pool.map(work, blocks):
             pass
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController()

@@ -107,8 +107,8 @@ def pairwise_errors(
         for first in range(0, len(mine), _AT_ONCE):
             part = mine[first : first + _AT_ONCE]
             targets = [groups[number].targets[column] for number, _, column in part]
-            estimated = np.stack([predictions[groups[i].estimates[row]].T_camera_object for i, row, _ in part])
-            found = error_of(estimated, targets, [groups[number].image for number, _, _ in part])
+            estimated = np.concatenate([predictions[groups[i].estimates[row]].T_camera_object for i, row, _ in part])
+            found = error_of(estimated.reshape(-1, 4, 4), targets, [groups[number].image for number, _, _ in part])
             for (number, row, column), error in zip(part, found.tolist(), strict=True):
                 errors[number][row, column] = error
     return errors
@@ -121,7 +121,7 @@ def mssd_if_near(models: ErrorModels) -> ErrorOf:
         T_estimated: Transforms, targets: Sequence[TargetRecord], _: Sequence[ImageRecord]
     ) -> Float[np.ndarray, " n"]:
         info, points = models.info(targets[0]), models.points(targets[0])
-        T_true = np.stack([target.T_camera_object for target in targets])
+        T_true = np.concatenate([target.T_camera_object for target in targets]).reshape(-1, 4, 4)
         errors = mssd(estimates_in_object(T_estimated, T_true, info.symmetry), points.hull).min(axis=-1)
         distance = np.linalg.norm(T_estimated[:, :3, 3] - T_true[:, :3, 3], axis=-1)
         return np.where(distance < info.diameter, errors, np.inf)
