@@ -12,6 +12,7 @@ from tests.evaluation.made_dataset import make_dataset
 from tests.evaluation.pallet import random_motion
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation.bop_scores import bop_scores
+from warehouse_sim.evaluation.depth_image import depth_of
 from warehouse_sim.evaluation.pose_error import add, add_s, estimates_in_object, mssd
 from warehouse_sim.evaluation.projection_error import mspd
 from warehouse_sim.evaluation.surface import ErrorModels
@@ -132,3 +133,30 @@ def test_vsd_is_that_of_bop_toolkit_on_the_same_depth_images(tmp_path: Path, too
     ours = vsd(estimated, true, seen, camera, 1.449)
     assert len(set(theirs)) > 3
     assert ours == pytest.approx(theirs, abs=1e-6)
+
+
+def test_recall_by_vsd_is_that_of_bop_toolkit_on_the_same_depth_images(
+    tmp_path: Path, toolkit: Path, run_tool: RunTool
+) -> None:
+    reader = DatasetReader(make_dataset(tmp_path / "data"))
+    estimates = noisy(reader, np.random.default_rng(5))
+    maps = {}
+    for image in reader.images("test"):
+        place = f"{image.scene_id}_{image.image_id}"
+        maps[f"seen_{place}"] = 1000.0 * reader.depth(image)
+        for number, target in enumerate(image.targets):
+            mesh = reader.objects[target.obj_id].mesh()
+            maps[f"truth_{place}_{number}"] = 1000.0 * depth_of(mesh, target.T_camera_object, image.camera)
+        mine = [e for e in estimates if (e.scene_id, e.image_id) == (image.scene_id, image.image_id)]
+        for number, item in enumerate(mine):
+            mesh = reader.objects[item.obj_id].mesh()
+            maps[f"estimate_{place}_{number}"] = 1000.0 * depth_of(mesh, item.T_camera_object, image.camera)
+    np.savez(tmp_path / "maps.npz", **maps)
+    case = case_of(reader, estimates)
+    case |= {"maps": str(tmp_path / "maps.npz"), "delta": 1000.0 * BOP_DELTA, "taus": BOP_TAUS}
+    (tmp_path / "case.json").write_text(json.dumps(case))
+    theirs = json.loads(run_tool("bop_scores.py", toolkit, tmp_path / "case.json"))
+    assert len({error for row in theirs["errors"] for error in row["vsd"]}) > 20
+    ours = bop_scores(estimates, reader.images("test"), ErrorModels(reader.objects, 1), seen=reader.depth)
+    assert 0.0 < theirs["ar_vsd"] < 1.0
+    assert ours.ar_vsd == pytest.approx(theirs["ar_vsd"], abs=1e-6)

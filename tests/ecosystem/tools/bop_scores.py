@@ -15,6 +15,25 @@ models = {int(key): value for key, value in case["models"].items()}
 for model in models.values():
     model["points"] = np.array(model["points"])
     model["symmetries"] = [{"R": np.array(T)[:3, :3], "t": np.array(T)[:3, 3:]} for T in model["symmetries"]]
+maps = np.load(case["maps"]) if "maps" in case else {}
+
+
+class Stored:
+    """Hands out depth images that are there: the estimate's first, then the truth's."""
+
+    def __init__(self, *images):
+        self.images = list(images)
+
+    def render_object(self, *_):
+        return {"depth": self.images.pop(0)}
+
+
+def surface_errors(seen, K, delta, taus, diameter, estimated, true):
+    identity = np.eye(3), np.zeros((3, 1))
+    stored = Stored(estimated, true)
+    return pose_error.vsd(*identity, *identity, seen, K, delta, taus, True, diameter, stored, 1)
+
+
 rows, began = [], process_time()
 for image in case["images"]:
     K = np.array(image["K"])
@@ -29,6 +48,7 @@ for image in case["images"]:
                 for key, shape in (("R", (3, 3)), ("t", (3, 1)))
             ]
             pts, syms = model["points"], model["symmetries"]
+            place = f"{image['scene_id']}_{image['im_id']}"
             near = np.linalg.norm(poses[1] - poses[3]) < model["diameter"]
             rows.append(
                 {
@@ -39,6 +59,17 @@ for image in case["images"]:
                     "mspd": pose_error.mspd(*poses, K, pts, syms),
                     "add": pose_error.add(*poses, pts),
                     "adi": pose_error.adi(*poses, pts),
+                    "vsd": surface_errors(
+                        maps[f"seen_{place}"],
+                        K,
+                        case["delta"],
+                        case["taus"],
+                        model["diameter"],
+                        maps[f"estimate_{place}_{number}"],
+                        maps[f"truth_{place}_{gt_id}"],
+                    )
+                    if maps
+                    else None,
                 }
             )
 seconds = process_time() - began
@@ -47,7 +78,13 @@ for row in rows:
     by_image.setdefault(tuple(row["image"]), {}).setdefault(row["estimate"], {})[row["truth"]] = row
 
 
-def scores(kind: str, threshold: float, detection: bool) -> tuple[float, list[float]]:
+def error_of(row: dict, kind: str, factor: float, tau: int) -> float:
+    if kind == "vsd":
+        return row["vsd"][tau]
+    return np.inf if row[kind] is None else row[kind] * factor
+
+
+def scores(kind: str, threshold: float, detection: bool, tau: int = 0) -> tuple[float, list[float]]:
     matches, infos = [], []
     for image in case["images"]:
         truths = image["truths"]
@@ -74,7 +111,7 @@ def scores(kind: str, threshold: float, detection: bool) -> tuple[float, list[fl
                     "obj_id": image["estimates"][number]["obj_id"],
                     "est_id": number,
                     "score": image["estimates"][number]["score"],
-                    "errors": {k: [np.inf if row[kind] is None else row[kind] * factor] for k, row in found.items()},
+                    "errors": {k: [error_of(row, kind, factor, tau)] for k, row in found.items()},
                     "gt_visib_fracts": {k: visible[k] for k in found},
                 }
             )
@@ -95,29 +132,11 @@ answer = {"errors": rows, "seconds": seconds}
 for kind, unit in (("mssd", 1.0), ("mspd", 100.0)):
     answer[f"ar_{kind}"] = float(np.mean([scores(kind, unit * step, False)[0] for step in steps]))
     answer[f"ap_{kind}"] = float(np.mean([scores(kind, unit * step, True)[1] for step in steps]))
+if maps:
+    recalls = [scores("vsd", step, False, tau)[0] for tau in range(len(case["taus"])) for step in steps]
+    answer["ar_vsd"] = float(np.mean(recalls))
 if "depths" in case:
-    maps = {key: np.array(value) for key, value in case["depths"].items()}
-
-    class Stored:
-        """Hands out the images of the case: the estimate's first, then the truth's."""
-
-        def __init__(self):
-            self.order = ["estimated", "true"]
-
-        def render_object(self, *_):
-            return {"depth": maps[self.order.pop(0)]}
-
-    identity = np.eye(3), np.zeros((3, 1))
-    answer["vsd"] = pose_error.vsd(
-        *identity,
-        *identity,
-        maps["seen"],
-        np.array(case["depth_K"]),
-        case["delta"],
-        case["taus"],
-        True,
-        case["diameter"],
-        Stored(),
-        1,
-    )
+    seen, estimated, true = (np.array(case["depths"][key]) for key in ("seen", "estimated", "true"))
+    K = np.array(case["depth_K"])
+    answer["vsd"] = surface_errors(seen, K, case["delta"], case["taus"], case["diameter"], estimated, true)
 print(json.dumps(answer))

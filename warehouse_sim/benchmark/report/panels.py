@@ -173,7 +173,7 @@ def _levels(
         levels: dict[str, list[Row]] = {}
         for row in mine:
             levels.setdefault(level_of(row), []).append(row)
-        label = f"{metric_title(metric)} ({'points gained or lost' if effect else '%'})"
+        label = f"{metric_title(metric)} ({'points' if effect else '%'})"
         yield Panel(
             f"{metric_title(metric)} {by}",
             partial(forest_chart, levels, looks, label, effect),
