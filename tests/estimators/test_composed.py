@@ -121,6 +121,8 @@ def test_what_a_dataset_does_not_hold_is_not_tried(toy_root: Path, monkeypatch: 
         chain = WithFrontEnd(estimator, [lambda image: [nameless]], limited)
         plain = replace(found, detections=())
         assert [item.may_be for item in chain._with_detections(plain).detections] == [limited]
+        chain.onboard({})  # another dataset before this one
+        chain.onboard({number: SimpleNamespace(name=name) for number, name in strange})
         chain.onboard(reader.objects)
         assert [item.may_be for item in chain._with_detections(plain).detections] == [expected]
 

@@ -33,7 +33,8 @@ class WithFrontEnd:
     reads_rgb = True
 
     def __init__(self, estimator: PoseEstimator, stages: Sequence[FindObjects], objects: Sequence[str] = ()) -> None:
-        self._estimator, self._stages, self._names = estimator, tuple(stages), tuple(objects)
+        self._estimator, self._stages = estimator, tuple(stages)
+        self._given = self._names = tuple(objects)
 
     def __getattr__(self, name: str) -> Any:
         # What is asked of the estimator beyond the protocol (what it must see, whose depth) is the inner one's to say.
@@ -48,7 +49,7 @@ class WithFrontEnd:
         """Take what is found for one of these objects, by obj_id, unless their names were given."""
         if isinstance(self._estimator, Onboarding):
             self._estimator.onboard(objects)
-        self._names = self._names or known_among(self._estimator, objects)
+        self._names = self._given or known_among(self._estimator, objects)
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return the poses of what the image brings, or of what is found in it; times count the finding."""
