@@ -21,7 +21,7 @@ class File:
     """A task that writes a file, or cannot."""
 
     path: Path
-    can: bool = True
+    problem: Exception | None = None
 
     @property
     def is_made(self) -> bool:
@@ -30,17 +30,18 @@ class File:
 
     def make(self) -> object:
         """Write it."""
-        if not self.can:
-            raise TrainingError("there is nothing to write")
+        if self.problem is not None:
+            raise self.problem
         return self.path.write_text("made")
 
 
 def test_what_cannot_be_made_is_left_and_all_else_is_made(tmp_path: Path) -> None:
-    tasks = [File(tmp_path / str(number), number != 1) for number in range(4)]
+    problems = {1: TrainingError("there is nothing to write"), 4: ValueError("a plug-in errs")}
+    tasks = [File(tmp_path / str(number), problems.get(number)) for number in range(5)]
     tasks[2].make()
     seen: list[tuple[int, int]] = []
     assert make_ahead(tasks, 2, lambda done, total: seen.append((done, total))) == {0, 3}
-    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
     assert sorted(item.name for item in tmp_path.iterdir()) == ["0", "2", "3"]
 
 

@@ -1,8 +1,9 @@
 """Networks that a suite trains itself, kept and used again like all else."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ class OneTraining:
     estimator: str
     roots: tuple[Path, ...]
     """Datasets."""
+    steps: int
     config: TrainConfig
     out: Path
     """Folder of the benchmark."""
@@ -90,26 +92,20 @@ def trained(
         ConfigError: The settings are none of training.
         TrainingError: The data hold nothing to learn from.
     """
-    for steps in training.steps:
-        shown, batch = _shown(name, training, steps), TrainConfig().batch
-        members = []
-        for one in trainings_of(name, replace(training, steps=(steps,)), data, out, shown):
-            batch = one.config.batch
-            members.append(Asked(shown, Way(str(one.make(progress)), _ALONE), trainings=1))
-        yield Group(shown, tuple(members), {"samples": steps * batch})
+    for shown, alike in groupby(trainings_of(name, training, data, out), key=lambda one: one.shown):
+        some = list(alike)
+        members = tuple(Asked(shown, Way(str(one.make(progress)), _ALONE), trainings=1) for one in some)
+        yield Group(shown, members, {"samples": some[0].steps * some[0].config.batch})
 
 
-def trainings_of(
-    name: str, training: TrainingConfig, data: Mapping[str, Path], out: Path, shown: str = ""
-) -> list[OneTraining]:
-    """Return what is trained, one for each length and seed.
+def trainings_of(name: str, training: TrainingConfig, data: Mapping[str, Path], out: Path) -> list[OneTraining]:
+    """Return what is trained: of each length one for each seed.
 
     Args:
         name: Of the training.
         training: What is trained, on what, for how long.
         data: Folders by name.
         out: Folder of the benchmark.
-        shown: As tables call it; by default as ``trained`` does.
 
     Raises:
         ConfigError: The settings are none of training.
@@ -117,9 +113,10 @@ def trainings_of(
     roots = tuple(data[item] for item in training.data)
     return [
         OneTraining(
-            shown or _shown(name, training, steps),
+            f"{name}@{steps}" if len(training.steps) > 1 else name,
             training.estimator,
             roots,
+            steps,
             settings_of(name, training, steps, seed),
             out,
         )
@@ -136,7 +133,3 @@ def settings_of(name: str, training: TrainingConfig, steps: int, seed: int) -> T
     """
     plain = {"max_minutes": None, "max_steps": steps, "seed": seed, "threads": 1, "workers": 1, "validations": 1}
     return from_mapping(TrainConfig, plain | training.settings, f"trainings: {name}: settings")
-
-
-def _shown(name: str, training: TrainingConfig, steps: int) -> str:
-    return f"{name}@{steps}" if len(training.steps) > 1 else name
