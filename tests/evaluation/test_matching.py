@@ -44,3 +44,28 @@ def test_an_estimate_of_a_hidden_object_is_set_aside_and_takes_no_place():
 
 def test_an_image_where_nothing_counts_has_no_matches():
     assert matched([[0.1, 0.2]], [1.0], counted=[False, False]) == [-1, -1]
+
+
+def slowly(errors, scores, counted):
+    """The rules of the docstring by arrays that are searched again for each match."""
+    nearest = errors.argmin(axis=1)
+    aside = np.isfinite(errors.min(axis=1)) & ~counted[nearest]
+    kept = [row for row in np.argsort(-scores, kind="stable") if not aside[row]][: counted.sum()]
+    left = np.full(errors.shape, np.inf)
+    left[np.ix_(kept, counted)] = errors[np.ix_(kept, counted)]
+    matched = np.full(len(counted), -1)
+    while np.isfinite(left).any():
+        row, column = np.unravel_index(left.argmin(), left.shape)
+        matched[column] = row
+        left[row], left[:, column] = np.inf, np.inf
+    return matched
+
+
+def test_lists_match_as_a_search_for_the_smallest_error_does():
+    rng = np.random.default_rng(6)
+    for _ in range(500):
+        shape = tuple(rng.integers(1, 6, 2))
+        errors = rng.integers(0, 6, shape) / 10.0  # with ties
+        errors[rng.random(shape) < 0.3] = np.inf
+        scores, counted = rng.integers(0, 3, shape[0]) / 2.0, rng.random(shape[1]) < 0.7
+        assert match(errors, scores, counted).tolist() == slowly(errors, scores, counted).tolist()
