@@ -46,7 +46,11 @@ def open_context(device: int = 0) -> moderngl.Context:
 
 def describe(context: moderngl.Context) -> str:
     """Return the driver's renderer and version strings."""
-    return f"{context.info['GL_RENDERER']}, OpenGL {context.info['GL_VERSION']}"
+    info = context.info
+    # It asks for every limit, also those that a driver does not know: such an error is none of drawing.
+    while context.error != "GL_NO_ERROR":
+        pass
+    return f"{info['GL_RENDERER']}, OpenGL {info['GL_VERSION']}"
 
 
 def float_depth_texture(context: moderngl.Context, size: tuple[int, int]) -> moderngl.Texture:
