@@ -23,7 +23,7 @@ from benchmarks.estimators.doubt_samples import Samples, collect, joined
 from benchmarks.estimators.ways import open_way, way_of
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import generate, load_recipe
-from warehouse_sim.benchmark.mask_errors import MASK_ERRORS
+from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.pose.doubt.model import read_doubt, write_doubt

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.estimators.stress import predict
-from warehouse_sim.benchmark.mask_errors import MASK_ERRORS
+from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.pose.doubt.watch import Watcher

@@ -15,8 +15,8 @@ import tyro
 
 from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim.benchmark.front_entries import GRAVITY, MASKS, TRIVIAL, entries
-from warehouse_sim.benchmark.recorded_fronts import Entry, RecordedFront, read_fronts
+from warehouse_sim.benchmark.recorded.entries import GRAVITY, MASKS, TRIVIAL, entries
+from warehouse_sim.benchmark.recorded.fronts import Entry, RecordedFront, read_fronts
 from warehouse_sim.dataset.reader import DatasetReader
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from warehouse_sim import generate, load_recipe
-from warehouse_sim.benchmark.mask_errors import Disturb, exact, unnamed
+from warehouse_sim.benchmark.disturbances.masks import Disturb, exact, unnamed
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.generation.plan import GenerateConfig

@@ -18,7 +18,7 @@ from benchmarks.estimators.score import rows
 from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim import evaluate, generate, load_recipe
-from warehouse_sim.benchmark.mask_errors import MASK_ERRORS, Disturb
+from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS, Disturb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.split import SplitConfig

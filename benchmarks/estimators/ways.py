@@ -1,8 +1,8 @@
-"""How the tables here use an estimator; the words are those of ``warehouse_sim.benchmark.ways``."""
+"""How the tables here use an estimator; the words are those of ``warehouse_sim.benchmark.entrants.ways``."""
 
 from collections.abc import Mapping
 
-from warehouse_sim.benchmark.ways import Way, way_of
+from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators import PoseEstimator
 

@@ -8,9 +8,9 @@ import pytest
 from tests.benchmark.made import shrunk
 from tests.dataset.toy import make_dataset
 from warehouse_sim.benchmark.ahead import make_ahead
+from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import TrainingConfig, load_suite
-from warehouse_sim.benchmark.trained import trained, trainings_of
 from warehouse_sim.errors import TrainingError
 
 WHO = ("truth", "shuffled", "rectangle-fit")

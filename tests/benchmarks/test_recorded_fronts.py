@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.benchmark.front_entries import entries, gravity_of, masked
-from warehouse_sim.benchmark.plane_and_rectangle import dock_of
-from warehouse_sim.benchmark.recorded_fronts import RecordedFront, drive_in, read_fronts
+from warehouse_sim.benchmark.recorded.entries import entries, gravity_of, masked
+from warehouse_sim.benchmark.recorded.fronts import RecordedFront, drive_in, read_fronts
+from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.evaluation.docking import ForkConfig

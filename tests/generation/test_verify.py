@@ -31,7 +31,7 @@ SOFTPIPE = {
     "MESA_GL_VERSION_OVERRIDE": "4.5",
     "MESA_GLSL_VERSION_OVERRIDE": "450",
 }
-"""Mesa's slow driver, which shares no rasteriser with llvmpipe; it has what is drawn with, but not all of OpenGL 4.5."""
+"""Mesa's slow driver, a rasteriser of its own; it has all that is drawn with, but not all of OpenGL 4.5."""
 COLOUR, LABELS = "bop/train/000000/rgb/000000.png", "bop/train/000000/scene_gt.json"
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Protocol
 
-from warehouse_sim.benchmark.entrants import Entrant
+from warehouse_sim.benchmark.entrants.entrant import Entrant
 from warehouse_sim.benchmark.scored import Opened, is_scored, scored
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.manifest import package_versions

@@ -8,23 +8,23 @@ from itertools import chain
 from pathlib import Path
 
 from warehouse_sim.benchmark.ahead import Question, make_ahead
-from warehouse_sim.benchmark.effects import effect_rows
-from warehouse_sim.benchmark.entrants import TRUTH, Asked, Entrant, Group, entrant, weights_digest
-from warehouse_sim.benchmark.finding import detection_rows, found_by
+from warehouse_sim.benchmark.entrants.entrant import TRUTH, Asked, Entrant, Group, entrant, weights_digest
+from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.foreign import counted, on_folder
-from warehouse_sim.benchmark.front_entries import TRIVIAL
 from warehouse_sim.benchmark.groups import lidar_points, split_name
-from warehouse_sim.benchmark.page import page
-from warehouse_sim.benchmark.recorded import find_recorded, front_rows, trivial_group
+from warehouse_sim.benchmark.recorded.entries import TRIVIAL
+from warehouse_sim.benchmark.recorded.score import find_recorded, front_rows, trivial_group
+from warehouse_sim.benchmark.report.markdown import page
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
-from warehouse_sim.benchmark.row import Row
-from warehouse_sim.benchmark.rows import curve_rows, require_metrics, score_rows
+from warehouse_sim.benchmark.rows.effects import effect_rows
+from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
+from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.scores import curve_rows, require_metrics, score_rows
+from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
+from warehouse_sim.benchmark.rows.spread import spread_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
-from warehouse_sim.benchmark.simulated import driven_rows, simulated_rows
-from warehouse_sim.benchmark.spread import spread_rows
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
-from warehouse_sim.benchmark.trained import trained, trainings_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, MissingPackageError, TrainingError
 from warehouse_sim.evaluation import ScoreConfig, Scores

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.entrants import Entrant, Group
+from warehouse_sim.benchmark.entrants.entrant import Entrant, Group
 from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
 from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
 from warehouse_sim.benchmark.sets import MadeSet

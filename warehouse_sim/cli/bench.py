@@ -40,7 +40,7 @@ def bench(
     """
     require_extra("generate", "to make scenes")
     require_extra("learn", "to predict")
-    from warehouse_sim.benchmark.page import summary
+    from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.run import RunConfig, result_file, run_suite
     from warehouse_sim.benchmark.suite import load_suite
     from warehouse_sim.resources import suite_names

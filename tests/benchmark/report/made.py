@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult
-from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows.row import Row, Table
 
 NAMES = ("truth", "shuffled", "rectangle-fit", "net", "other+icp")
 DISTANCES = ("0-7 m", "7-15 m", "15-25 m")

@@ -10,7 +10,7 @@ from warehouse_sim.benchmark.report.across import first_boards, standings
 from warehouse_sim.benchmark.report.board import board, boards, ranks
 from warehouse_sim.benchmark.report.names import headline, metric_title
 from warehouse_sim.benchmark.result import EstimatorFacts
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 
 
 def scored(name: str, value: float, low: float, high: float, condition: str = "set", metric: str = "dock_0mm") -> Row:

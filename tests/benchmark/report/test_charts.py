@@ -8,7 +8,7 @@ from tests.benchmark.report.made import DISTANCES, everything, result, row, spre
 from warehouse_sim.benchmark.report.looks import looks_of
 from warehouse_sim.benchmark.report.panels import Panel, panels
 from warehouse_sim.benchmark.result import EstimatorFacts, SuiteResult
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 
 MADE = everything()
 NEAR = 0.02

@@ -7,7 +7,7 @@ from warehouse_sim.benchmark.docking.agreement import simulated_docks, swept_doc
 from warehouse_sim.benchmark.docking.record import Record
 from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.benchmark.simulated import Verdict
+from warehouse_sim.benchmark.rows.simulated import Verdict
 from warehouse_sim.dataset.reader import DatasetReader
 
 

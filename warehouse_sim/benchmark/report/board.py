@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from warehouse_sim.benchmark.report.looks import Kind, family_of, kind_of
 from warehouse_sim.benchmark.report.names import headline
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows.row import Row, Table
 
 RANKED: tuple[Table, ...] = ("scores", "fronts", "simulated", "driven", "detection")
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from warehouse_sim.benchmark.report.looks import Look, shortened
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.evaluation.report.figure import chart
 
 Looks = Mapping[str, Look]

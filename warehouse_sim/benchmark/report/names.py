@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 
 _SPACE = "\u00a0"
 _HEADLINES = ("dock_0mm", "add_adds_10pct", "add_10pct", "docked", "ap_box_50")

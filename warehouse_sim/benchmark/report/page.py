@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.page import cell_text
 from warehouse_sim.benchmark.report.across import first_boards, standings
 from warehouse_sim.benchmark.report.board import Board, boards
+from warehouse_sim.benchmark.report.markdown import cell_text
 from warehouse_sim.benchmark.report.names import metric_title
 from warehouse_sim.benchmark.report.sections import shown_cell, suite_section, title_of
 from warehouse_sim.benchmark.result import SuiteResult, read_result

@@ -17,7 +17,7 @@ from warehouse_sim.benchmark.report.charts import (
 from warehouse_sim.benchmark.report.looks import family_of, looks_of, shortened
 from warehouse_sim.benchmark.report.names import headline, metric_title
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows.row import Row, Table
 
 _BIN = re.compile(r"(\d+(?:\.\d+)?)-\d+(?:\.\d+)? (m|visible)")
 _BIN_TITLES = {"m": "distance (m)", "visible": "visible fraction"}

@@ -4,13 +4,13 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from warehouse_sim.benchmark.page import HOW, TITLES, share_text, size_lines
 from warehouse_sim.benchmark.report.board import Board, Place
 from warehouse_sim.benchmark.report.looks import Look, family_of, looks_of
+from warehouse_sim.benchmark.report.markdown import HOW, TITLES, share_text, size_lines
 from warehouse_sim.benchmark.report.names import metric_title
 from warehouse_sim.benchmark.report.panels import Panel, panels
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 
 _AS = "as "
 

@@ -8,9 +8,9 @@ from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS
 from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT, TRUTH, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS
 from warehouse_sim.benchmark.docking.kept_rows import Kept
-from warehouse_sim.benchmark.simulated import Drive
+from warehouse_sim.benchmark.entrants.ways import Way
+from warehouse_sim.benchmark.rows.simulated import Drive
 from warehouse_sim.benchmark.suite import ApproachConfig
-from warehouse_sim.benchmark.ways import Way
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.render import open_renderer
 

@@ -16,7 +16,7 @@ from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, Driv
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
 from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.benchmark.ways import Way, way_of
+from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.errors import PlacementError
@@ -45,7 +45,7 @@ class Runner:
     Args:
         source: Recipe.
         seed: Of its scenes.
-        methods: "truth", or estimators as tables name them (``warehouse_sim.benchmark.ways``).
+        methods: "truth", or estimators as tables name them (``warehouse_sim.benchmark.entrants.ways``).
         conditions: Levels.
         renderer: Draws.
         kept: Rows so far.

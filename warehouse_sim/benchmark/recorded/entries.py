@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from warehouse_sim.benchmark.plane_and_rectangle import dock_of
-from warehouse_sim.benchmark.recorded_fronts import Entry, RecordedFront, drive_in
+from warehouse_sim.benchmark.recorded.fronts import Entry, RecordedFront, drive_in
+from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators import PoseEstimator

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
-from warehouse_sim.benchmark.row import Row
-from warehouse_sim.benchmark.rows import make_row
+from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.scores import make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.entrants import TRUTH, weights_digest
+from warehouse_sim.benchmark.entrants.entrant import TRUTH, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
-from warehouse_sim.benchmark.row import Row, Table
-from warehouse_sim.benchmark.rows import DRAWS
+from warehouse_sim.benchmark.rows.row import Row, Table
+from warehouse_sim.benchmark.rows.scores import DRAWS
 from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detection_file import read_results, write_results

@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from warehouse_sim.benchmark.entrants import Asked, Group, Shuffled, Truth
-from warehouse_sim.benchmark.front_entries import GRAVITY, MASKS, TRIVIAL, entries
-from warehouse_sim.benchmark.recorded_fronts import Entry, RecordedFront, drive_in, read_fronts
-from warehouse_sim.benchmark.row import Row
-from warehouse_sim.benchmark.rows import DRAWS
+from warehouse_sim.benchmark.entrants.entrant import Asked, Group, Shuffled, Truth
+from warehouse_sim.benchmark.recorded.entries import GRAVITY, MASKS, TRIVIAL, entries
+from warehouse_sim.benchmark.recorded.fronts import Entry, RecordedFront, drive_in, read_fronts
+from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.scores import DRAWS
 from warehouse_sim.benchmark.scored import posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError

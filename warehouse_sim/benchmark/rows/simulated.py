@@ -7,12 +7,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from warehouse_sim.benchmark.entrants import Asked, Group
-from warehouse_sim.benchmark.row import Row
-from warehouse_sim.benchmark.rows import DRAWS, make_row
+from warehouse_sim.benchmark.entrants.entrant import Asked, Group
+from warehouse_sim.benchmark.entrants.ways import Way
+from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.scores import DRAWS, make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
-from warehouse_sim.benchmark.ways import Way
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.output import make_folder

@@ -8,8 +8,8 @@ import pytest
 
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from tests.evaluation.pallet import nudge
-from warehouse_sim.benchmark.effects import effect_rows
-from warehouse_sim.benchmark.entrants import entrant
+from warehouse_sim.benchmark.entrants.entrant import entrant
+from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.scored import Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import CompareConfig, ConditionConfig, Suite

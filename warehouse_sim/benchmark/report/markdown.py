@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows.row import Row, Table
 
 TITLES: dict[Table, str] = {
     "scores": "Scores",

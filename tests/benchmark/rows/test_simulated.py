@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.benchmark.test_effects import answer
+from tests.benchmark.rows.test_effects import answer
 from tests.evaluation.made_dataset import make_dataset
-from warehouse_sim.benchmark import simulated
-from warehouse_sim.benchmark.entrants import entrant
-from warehouse_sim.benchmark.simulated import Drive, Verdict, driven_rows, simulated_rows
+from warehouse_sim.benchmark.entrants.entrant import entrant
+from warehouse_sim.benchmark.entrants.ways import Way
+from warehouse_sim.benchmark.rows import simulated
+from warehouse_sim.benchmark.rows.simulated import Drive, Verdict, driven_rows, simulated_rows
 from warehouse_sim.benchmark.suite import ApproachConfig
-from warehouse_sim.benchmark.ways import Way
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.registry import Registry
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-from warehouse_sim.benchmark.mask_errors import Disturb
+from warehouse_sim.benchmark.disturbances.masks import Disturb
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.geometry.pose import Transform, make_transform
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.benchmark.disturbances import UNNAMED, disturbance
-from warehouse_sim.benchmark.ways import Way
+from warehouse_sim.benchmark.disturbances.by_name import UNNAMED, disturbance
+from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators import BatchedPoseEstimator, PoseEstimator
 from warehouse_sim.estimators.detections import Finder

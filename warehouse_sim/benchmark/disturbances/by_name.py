@@ -1,7 +1,7 @@
 """All that a suite can do to what an estimator is given, by name."""
 
-from warehouse_sim.benchmark.camera_errors import CAMERA_ERRORS
-from warehouse_sim.benchmark.mask_errors import MASK_ERRORS, Disturb, unnamed
+from warehouse_sim.benchmark.disturbances.camera import CAMERA_ERRORS
+from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS, Disturb, unnamed
 from warehouse_sim.errors import UnknownNameError
 
 UNNAMED = "class unknown"

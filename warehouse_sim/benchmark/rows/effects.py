@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.benchmark.groups import groups
-from warehouse_sim.benchmark.row import Row
-from warehouse_sim.benchmark.rows import make_row, over_trainings
+from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.scores import make_row, over_trainings
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import CompareConfig, Suite
 from warehouse_sim.errors import ConfigError

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
-from warehouse_sim.benchmark.row import Row, Table
+from warehouse_sim.benchmark.rows.row import Row, Table
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError

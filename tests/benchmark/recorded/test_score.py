@@ -8,8 +8,8 @@ import pytest
 
 from tests.benchmarks.test_recorded_fronts import front
 from tests.dataset.kitti_folder import write_street
-from warehouse_sim.benchmark.front_entries import TRIVIAL
-from warehouse_sim.benchmark.recorded import find_recorded
+from warehouse_sim.benchmark.recorded.entries import TRIVIAL
+from warehouse_sim.benchmark.recorded.score import find_recorded
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
 from warehouse_sim.errors import InputError

@@ -7,9 +7,9 @@ import pytest
 
 from tests.benchmark.made import FREE
 from tests.dataset.toy import make_dataset
+from warehouse_sim.benchmark.entrants.trained import settings_of, trained
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import CompareConfig, ConditionConfig, DataConfig, Suite, TrainingConfig
-from warehouse_sim.benchmark.trained import settings_of, trained
 from warehouse_sim.errors import ConfigError
 
 TRAINING = TrainingConfig("densefusion-pointcloud", ("toy",), (2, 4), (0, 1), {"batch": 4})

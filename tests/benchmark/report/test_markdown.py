@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.benchmark.kept import digest, file_digest, folder_for, is_kept, keep
-from warehouse_sim.benchmark.page import page, summary
+from warehouse_sim.benchmark.report.markdown import page, summary
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, read_result, write_result
-from warehouse_sim.benchmark.row import Row
+from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.errors import EvaluationError
 
 ROW = Row("scores", "net", "industrial", "all", "add_10pct", 0.99996, (0.98, 1.0), 200, 4, 1)

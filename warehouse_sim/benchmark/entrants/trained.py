@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim import __version__
-from warehouse_sim.benchmark.entrants import Asked, Group
+from warehouse_sim.benchmark.entrants.entrant import Asked, Group
+from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.suite import TrainingConfig
-from warehouse_sim.benchmark.ways import Way
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from warehouse_sim import __version__
-from warehouse_sim.benchmark.answering import answers
+from warehouse_sim.benchmark.entrants.answering import answers
+from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.benchmark.kept import digest, file_digest
 from warehouse_sim.benchmark.suite import ConditionConfig
-from warehouse_sim.benchmark.ways import Way, way_of
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
