@@ -25,7 +25,7 @@ from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.ranges import Range, range_of, ranges_of

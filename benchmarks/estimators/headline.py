@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim import load_estimator, load_recipe, observe_scene, open_renderer, prepare_scene
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation.pose_error import add, estimates_in_object
+from warehouse_sim.evaluation.errors.pose_error import add, estimates_in_object
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Observation
 

@@ -23,8 +23,8 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detection_file import read_results, write_results
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.estimators.detect import detect
-from warehouse_sim.evaluation.detection_intervals import precision_intervals
-from warehouse_sim.evaluation.detection_scores import Asked, score_detections, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.intervals import precision_intervals
+from warehouse_sim.evaluation.detection.scores import Asked, score_detections, seen_by_class, wanted_in
 
 PALLETS = ("pallet",)
 RANGES = ((0.0, 7.0), (7.0, 15.0), (15.0, 25.0), (25.0, 35.0))

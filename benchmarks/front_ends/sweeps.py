@@ -17,8 +17,8 @@ from warehouse_sim.estimators.sweep.boxes import ring_overlaps
 from warehouse_sim.estimators.sweep.estimator import TrainedSweepDetector
 from warehouse_sim.estimators.sweep.range_image import range_image
 from warehouse_sim.estimators.sweep.rows import objects_about, read_sweep, sweep_labels
-from warehouse_sim.evaluation.detection_intervals import precision_intervals
-from warehouse_sim.evaluation.detection_scores import Seen, wanted_in
+from warehouse_sim.evaluation.detection.intervals import precision_intervals
+from warehouse_sim.evaluation.detection.scores import Seen, wanted_in
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.resources import model_dir
 

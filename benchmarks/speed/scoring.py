@@ -16,10 +16,10 @@ from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
+from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import ScoreConfig
 from warehouse_sim.evaluation.scoring import docking_failures, docking_left_out
-from warehouse_sim.evaluation.standing import Standings
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.geometry.camera import PinholeCamera

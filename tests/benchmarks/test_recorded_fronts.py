@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.recorded.fronts import RecordedFront, drive_in, rea
 from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_y, rotation_z
 
 T_CAMERA_DOCK = np.array([[0, -1, 0, 0.1], [0, 0, -1, 0.2], [1, 0, 0, 1.5], [0, 0, 0, 1.0]])

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from tests.evaluation.test_kitti_ap import line
+
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels
-from warehouse_sim.evaluation.kitti_ap import LEVELS, kitti_scores
-from warehouse_sim.evaluation.kitti_overlap import KittiObjects
+from warehouse_sim.evaluation.detection.kitti_ap import LEVELS, kitti_scores
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects
 
 pytestmark = pytest.mark.ecosystem
 

@@ -36,7 +36,7 @@ def detect(
     from warehouse_sim.dataset.results.detection_file import write_results
     from warehouse_sim.dataset.results.detection_labels import write_labels
     from warehouse_sim.estimators.detect import detect as find
-    from warehouse_sim.evaluation.detection_scores import Asked, score_detections
+    from warehouse_sim.evaluation.detection.scores import Asked, score_detections
 
     reader = DatasetReader(data)
     with share_progress("detecting") as progress:

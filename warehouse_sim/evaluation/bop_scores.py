@@ -15,10 +15,10 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.plain import NUMBERS, take_if_given
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.evaluation.errors.projection_error import mspd
+from warehouse_sim.evaluation.errors.surface import ErrorModels
+from warehouse_sim.evaluation.errors.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors
-from warehouse_sim.evaluation.projection_error import mspd
-from warehouse_sim.evaluation.surface import ErrorModels
-from warehouse_sim.evaluation.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.geometry.precision_recall import Matches, average_precision
 from warehouse_sim.schema import PoseEstimate

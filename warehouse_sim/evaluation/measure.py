@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
+from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_columns
+from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.evaluation.object_columns import object_columns
 from warehouse_sim.evaluation.pairing import Pair, pair_up
-from warehouse_sim.evaluation.standing import Standings
-from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.schema import PoseEstimate
 
 

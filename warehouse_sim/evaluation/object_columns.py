@@ -7,19 +7,19 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.reader import ObjectInfo
-from warehouse_sim.evaluation.docking import (
+from warehouse_sim.evaluation.docking.failure import failure_axes
+from warehouse_sim.evaluation.docking.fork import (
     DockingFace,
     ForkConfig,
     approached_face,
     docking_errors,
     docking_faces,
 )
-from warehouse_sim.evaluation.docking_failure import failure_axes
-from warehouse_sim.evaluation.front_docking import front_columns
-from warehouse_sim.evaluation.insertion import DockingSlack, docking_slack
-from warehouse_sim.evaluation.mesh_sweep import mesh_slack
-from warehouse_sim.evaluation.pairing import Pair
-from warehouse_sim.evaluation.pose_error import (
+from warehouse_sim.evaluation.docking.front import front_columns
+from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
+from warehouse_sim.evaluation.docking.standing import ObjectStanding, Standings
+from warehouse_sim.evaluation.errors.pose_error import (
     add,
     add_s,
     estimates_in_object,
@@ -29,8 +29,8 @@ from warehouse_sim.evaluation.pose_error import (
     surface_rms,
     translation_error,
 )
-from warehouse_sim.evaluation.standing import ObjectStanding, Standings
-from warehouse_sim.evaluation.surface import ErrorPoints
+from warehouse_sim.evaluation.errors.surface import ErrorPoints
+from warehouse_sim.evaluation.pairing import Pair
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
 

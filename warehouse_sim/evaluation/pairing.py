@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, mssd
+from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.evaluation.matching import match
-from warehouse_sim.evaluation.pose_error import estimates_in_object, mssd
-from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
 

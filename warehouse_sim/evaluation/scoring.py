@@ -14,14 +14,14 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores
-from warehouse_sim.evaluation.docking_failure import FAILURE_AXES
+from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
+from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH, ScoreConfig, Scores
-from warehouse_sim.evaluation.standing import Standings
 from warehouse_sim.evaluation.summary import split_groups, summarise
-from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.evaluation.units import check_unit
 from warehouse_sim.geometry.pose import Transform, invert

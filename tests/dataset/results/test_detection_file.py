@@ -17,7 +17,7 @@ from warehouse_sim.dataset.results.detection_file import read_results, write_res
 from warehouse_sim.dataset.results.detection_labels import read_labels, write_labels
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.detection_scores import Asked, score_detections
+from warehouse_sim.evaluation.detection.scores import Asked, score_detections
 
 
 @pytest.fixture(scope="module")

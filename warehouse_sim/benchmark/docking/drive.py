@@ -12,7 +12,7 @@ from jaxtyping import Float
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.docking.world import FORKS, LOAD, PALLET, build, heading, nearest_along
-from warehouse_sim.evaluation.docking import DockingFace
+from warehouse_sim.evaluation.docking.fork import DockingFace
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, invert, rotation_angle, transform_points
 

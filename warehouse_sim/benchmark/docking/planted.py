@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
 
 AXES = ("lateral", "vertical", "depth", "yaw", "pitch")

@@ -7,10 +7,10 @@ import numpy as np
 
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.evaluation.docking import DockingFace, docking_errors
-from warehouse_sim.evaluation.docking_failure import failure_axes
-from warehouse_sim.evaluation.insertion import docking_slack
-from warehouse_sim.evaluation.mesh_sweep import lane_triangles, mesh_slack
+from warehouse_sim.evaluation.docking.failure import failure_axes
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors
+from warehouse_sim.evaluation.docking.insertion import docking_slack
+from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import FREE, UNDER_A_STACK
 

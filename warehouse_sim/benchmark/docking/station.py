@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.evaluation.docking import DockingFace, docking_faces
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_faces
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.physics.stacks import find_stacks
 from warehouse_sim.scene.solids import Solids

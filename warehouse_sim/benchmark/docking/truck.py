@@ -6,7 +6,7 @@ All of them were set before the simulation was first compared with the swept tes
 
 from dataclasses import dataclass, field
 
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 
 
 @dataclass(frozen=True)

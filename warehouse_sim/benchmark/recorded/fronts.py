@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.errors import InputError
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 POCKET_DEPTH = 1.10

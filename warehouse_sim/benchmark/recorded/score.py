@@ -15,7 +15,7 @@ from warehouse_sim.benchmark.rows.scores import DRAWS
 from warehouse_sim.benchmark.scored import posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.evaluation.intervals import share_interval
 
 

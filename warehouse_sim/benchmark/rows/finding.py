@@ -15,8 +15,8 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detection_file import read_results, write_results
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.estimators.detect import detect
-from warehouse_sim.evaluation.detection_intervals import precision_intervals
-from warehouse_sim.evaluation.detection_scores import Asked, Seen, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.intervals import precision_intervals
+from warehouse_sim.evaluation.detection.scores import Asked, Seen, seen_by_class, wanted_in
 from warehouse_sim.evaluation.intervals import share_interval, wilson
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.overlap import box_ious

@@ -5,17 +5,25 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 OF_ANOTHER_PLACE = "shows no edges where the depth image has them; it is of another place, or shifted against it"
-_JUMP = 0.15
+_JUMP = 0.2
 """Depth that changes by this share within two pixels, beyond what a plane does, is an edge between two things."""
+_AROUND_EDGES = np.ones((13, 13), np.uint8)
+"""All depth around an edge must be known: where a sensor begins to lose sight, readings jump without an edge."""
 _ENOUGH_EDGES = 300
-LEAST_RANK = 0.58
-"""Mean rank of the gradient at edges of depth: 0.5 by chance, 0.63 and more where both images are of one place."""
+LEAST_RANK = 0.56
+"""Mean rank of the gradient at edges of depth: 0.5 by chance.
+
+Where both images are of one place it was 0.57 and more in all of 239 views of 26 recipes, three of four of which had
+0.75 and more; a colour image of another scene had less than 0.56 in two of three. The lowest are of stereo cameras
+that let what is near swell over a dozen pixels.
+"""
 _ENOUGH_PIXELS = 150_000
 """Of a larger image every other row and column is looked at."""
+_NEAR = np.ones((5, 5), np.uint8)
+"""So near to an edge of depth that of colour may be: sensors of depth are off by a pixel or two."""
 _AROUND = np.ones((9, 9), np.uint8)
 _DARK, _WHITE = 30.0, 245.0
 """Brightness (codes) that something beside an edge must have, and not all of it exceed."""
-_LEVELS = 1024
 _LEAST_ALIKE = 0.5
 """Correlation of brightness; glare, noise and saturation leave 0.9 and more."""
 _ENOUGH_COLOUR = 2.0
@@ -42,20 +50,21 @@ def edge_rank(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]
     smooth = cv2.medianBlur(np.ascontiguousarray(depth, np.float32), 5)
     inverse = np.where(smooth > 0, 1.0 / np.maximum(smooth, 1e-3), 0.0).astype(np.float32)
     change = np.maximum(abs(_second_difference(inverse)), abs(_second_difference(inverse.T).T))
-    known = cv2.erode((smooth > 0).astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
+    known = cv2.erode((smooth > 0).astype(np.uint8), _AROUND_EDGES, borderValue=0) > 0
     edges: Bool[np.ndarray, "h w"] = known & (change > _JUMP * inverse)
-    grey = cv2.GaussianBlur(cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 1.0)
+    colour = cv2.GaussianBlur(np.ascontiguousarray(rgb, np.float32), (0, 0), 1.0)
+    brightness = colour.mean(axis=2)
     # In the dark, and where all is white, things end unseen.
-    seen = (cv2.dilate(grey, _AROUND) > _DARK) & (cv2.erode(grey, _AROUND) < _WHITE)
+    seen = (cv2.dilate(brightness, _AROUND) > _DARK) & (cv2.erode(brightness, _AROUND) < _WHITE)
     edges &= seen
     if np.count_nonzero(edges) < _ENOUGH_EDGES:
         return None
-    gradient = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
-    level = np.minimum(gradient, _LEVELS - 1).astype(np.intp)
-    counts = np.bincount(level[seen], minlength=_LEVELS)
-    # Middle rank of each level, so that an image of one colour has 0.5 everywhere.
-    rank = (np.cumsum(counts) - 0.5 * counts) / counts.sum()
-    return float(rank[level[edges]].mean())
+    slopes = np.hypot(cv2.Sobel(colour, cv2.CV_32F, 1, 0), cv2.Sobel(colour, cv2.CV_32F, 0, 1)).max(axis=2)
+    gradient = cv2.dilate(slopes, _NEAR)
+    # The middle of equal ones, so that an image of one colour has 0.5 everywhere.
+    ordered = np.sort(gradient[seen])
+    rank = [np.searchsorted(ordered, gradient[edges], side) for side in ("left", "right")]
+    return float(np.mean(rank) / len(ordered))
 
 
 def colour_problem(clean: UInt8[np.ndarray, "h w 3"], read: UInt8[np.ndarray, "h w 3"]) -> str:

@@ -26,8 +26,12 @@ _LARGEST_RESIDUAL = 0.005
 # Depth sensors match windows of about this size, inside of which readings are not independent.
 _WINDOW_PIXELS = 25
 _MARGIN_PX = 10
-# Cameras that match windows read what is in front for some pixels beside its outline: slits are filled.
 _INNER = np.ones((9, 9), np.uint8)
+# Cameras that match windows read what is in front for up to ten pixels beside its outline: slits are filled, those
+# between the boards of the object itself, too.
+_INNER_OF_WINDOWS = np.ones((21, 21), np.uint8)
+_STEP = 0.05
+"""What is nearer by this share of its distance is in front, and no slope."""
 
 
 @dataclass(frozen=True)
@@ -133,8 +137,9 @@ def _compare(
     silhouette, mask = np.isfinite(drawn), subject.readable.mask(image, target.gt_index)
     shift_px, mismatch = silhouette_shift(mask, silhouette)
     visible = subject.readable.mask_visible(image, target.gt_index)
-    inner = cv2.erode(visible.astype(np.uint8), _INNER, borderType=cv2.BORDER_CONSTANT, borderValue=1).astype(bool)
-    seen = silhouette & inner & (depth > 0)
+    around = _INNER_OF_WINDOWS if subject.manifest.contents.depth_bias else _INNER
+    inner = cv2.erode(visible.astype(np.uint8), around, borderType=cv2.BORDER_CONSTANT, borderValue=1).astype(bool)
+    seen = silhouette & inner & (depth > 0) & (cv2.erode(drawn, around) >= (1.0 - _STEP) * drawn)
     residuals = depth[seen] - drawn[seen]
     if len(residuals) < _FEWEST_PIXELS:
         return _Comparison(shift_px, mismatch, 0.0, np.inf, 0.0)

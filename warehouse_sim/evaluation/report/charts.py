@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.insertion import insertion_depth
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.insertion import insertion_depth
 from warehouse_sim.evaluation.metrics import accuracy_curve
 from warehouse_sim.evaluation.report.figure import PALETTE, chart
 from warehouse_sim.evaluation.selective import risk_coverage, succeeded

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.config import from_mapping
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_faces
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_faces
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.cases import choose_cases

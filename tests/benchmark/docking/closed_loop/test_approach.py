@@ -19,7 +19,7 @@ from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, COLLIDED
 from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, episode, estimate_of
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.evaluation.docking import docking_errors
+from warehouse_sim.evaluation.docking.fork import docking_errors
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.benchmark.docking.closed_loop.settings import Drift, DriveConfig
 from warehouse_sim.estimators.tracking.belief import Belief, difference
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
-from warehouse_sim.evaluation.docking import DockingFace, approached_face
+from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate

@@ -14,7 +14,7 @@ from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.record import stream
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.evaluation.docking import docking_errors
+from warehouse_sim.evaluation.docking.fork import docking_errors
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.scene import scene_rng

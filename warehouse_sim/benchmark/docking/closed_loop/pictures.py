@@ -9,7 +9,7 @@ from jaxtyping import Float, UInt8
 from warehouse_sim.benchmark.docking.closed_loop.drive import Approach
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start
-from warehouse_sim.evaluation.docking import ForkConfig
+from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.scene.solids import Solids

@@ -13,7 +13,7 @@ from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
-from warehouse_sim.evaluation.docking import DockingFace
+from warehouse_sim.evaluation.docking.fork import DockingFace
 from warehouse_sim.generation.drawn import DrawnScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.separation import BoxStack

@@ -9,8 +9,8 @@ from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, kitti_layout
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels, read_text
 from warehouse_sim.errors import EvaluationError
-from warehouse_sim.evaluation.kitti_ap import ENOUGH, KittiScore, kitti_scores
-from warehouse_sim.evaluation.kitti_overlap import KittiObjects
+from warehouse_sim.evaluation.detection.kitti_ap import ENOUGH, KittiScore, kitti_scores
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects
 from warehouse_sim.output import make_folder
 
 KITTI_SCORES_FILE = "kitti_scores.json"

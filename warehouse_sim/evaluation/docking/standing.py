@@ -11,10 +11,10 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.scene_record import RecordedObject, read_scene_record
 from warehouse_sim.dataset.worn_meshes import read_worn_mesh
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.insertion import docking_slack
+from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.evaluation.illuminance import Place
-from warehouse_sim.evaluation.insertion import docking_slack
-from warehouse_sim.evaluation.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import FREE, UNDER_A_STACK
 

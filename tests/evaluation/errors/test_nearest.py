@@ -6,8 +6,8 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from tests.evaluation.pallet import nudge, random_motion, surface
-from warehouse_sim.evaluation import nearest
-from warehouse_sim.evaluation.nearest import mean_nearest_distance
+from warehouse_sim.evaluation.errors import nearest
+from warehouse_sim.evaluation.errors.nearest import mean_nearest_distance
 from warehouse_sim.geometry.pose import transform_points
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from warehouse_sim.dataset.results import front_file, pose_csv
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.docking import ForkConfig, docking_faces
-from warehouse_sim.evaluation.front_docking import front_columns
+from warehouse_sim.evaluation.docking.fork import ForkConfig, docking_faces
+from warehouse_sim.evaluation.docking.front import front_columns
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import PalletFront, Pocket, PoseEstimate
 

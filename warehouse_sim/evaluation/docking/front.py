@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors
-from warehouse_sim.evaluation.docking_failure import failure_axes
-from warehouse_sim.evaluation.insertion import DockingSlack, docking_slack
-from warehouse_sim.evaluation.mesh_sweep import mesh_slack
-from warehouse_sim.evaluation.standing import ObjectStanding
+from warehouse_sim.evaluation.docking.failure import failure_axes
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
+from warehouse_sim.evaluation.docking.standing import ObjectStanding
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 from warehouse_sim.schema import FREE, UNDER_A_STACK, PalletFront
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from warehouse_sim.evaluation.detection_scores import OVERLAPS, Seen
+from warehouse_sim.evaluation.detection.scores import OVERLAPS, Seen
 from warehouse_sim.geometry.precision_recall import average_precision, match
 
 

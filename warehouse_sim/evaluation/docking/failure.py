@@ -5,8 +5,8 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.evaluation.docking import DockingErrors, DockingFace, ForkConfig
-from warehouse_sim.evaluation.insertion import DockingSlack, insertion_depth
+from warehouse_sim.evaluation.docking.fork import DockingErrors, DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.insertion import DockingSlack, insertion_depth
 from warehouse_sim.geometry.pose import invert, transform_points
 
 FailureAxis = Literal[

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.schema import Pocket
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.evaluation.kitti_overlap import KittiObjects, overlaps, share_in
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, overlaps, share_in
 
 View = Literal["image", "ground", "space"]
 VIEWS: tuple[View, ...] = ("image", "ground", "space")

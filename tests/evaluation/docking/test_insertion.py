@@ -7,9 +7,9 @@ from scipy.optimize import linprog
 from tests.evaluation.pallet import SIZE, nudge, pockets, random_motion
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import PALLETS
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig, docking_errors, docking_faces
-from warehouse_sim.evaluation.docking_failure import failure_axes
-from warehouse_sim.evaluation.insertion import docking_slack, insertion_depth
+from warehouse_sim.evaluation.docking.failure import failure_axes
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors, docking_faces
+from warehouse_sim.evaluation.docking.insertion import docking_slack, insertion_depth
 
 FORK = ForkConfig()
 TINE = (0.100, 0.040)

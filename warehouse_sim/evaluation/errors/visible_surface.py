@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.evaluation.depth_image import depth_of
+from warehouse_sim.evaluation.errors.depth_image import depth_of
+from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.pairing import Group
-from warehouse_sim.evaluation.surface import ErrorModels
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import PoseEstimate
 

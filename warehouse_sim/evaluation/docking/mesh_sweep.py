@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.evaluation.blocks import in_blocks
-from warehouse_sim.evaluation.docking import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.schema import Pocket

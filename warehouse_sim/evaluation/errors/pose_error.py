@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from warehouse_sim.evaluation.blocks import in_blocks
-from warehouse_sim.evaluation.nearest import mean_nearest_distance
+from warehouse_sim.evaluation.errors.nearest import mean_nearest_distance
 from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 

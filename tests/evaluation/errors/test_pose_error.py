@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from tests.evaluation.pallet import CORNERS, SYMMETRY, nudge, random_motion, seen_from, surface
-from warehouse_sim.evaluation.pose_error import (
+from warehouse_sim.evaluation.errors.pose_error import (
     add,
     add_s,
     chamfer,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.pallet import SIZE, nudge, pockets, seen_from
-from warehouse_sim.evaluation.docking import (
+from warehouse_sim.evaluation.docking.fork import (
     approached_face,
     docking_errors,
     docking_faces,

@@ -1,0 +1,1 @@
+"""Scores of detections: average precision of boxes, masks and KITTI results."""
