@@ -21,7 +21,7 @@ test: .venv/.ready-dev
 	$(BIN)/python -m pytest -m "not slow and not ecosystem" -n 2 --dist loadfile
 
 test-slow: .venv/.ready-dev .venv/.ready-speed
-	$(BIN)/python -m pytest -m "slow and not ecosystem"
+	$(BIN)/python -m pytest -m "slow and not ecosystem" -n 2 --dist worksteal
 
 test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready
 	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python $(BIN)/python -m pytest -m ecosystem

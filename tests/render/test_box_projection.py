@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("mitsuba")
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.pathtrace.box_projection import edge_order, texture_shift, tile_coordinates
-from warehouse_sim.render.raster.parts import build_part_table
+from warehouse_sim.render.raster.meshes.parts import build_part_table
 
 
 def test_shift_and_order_are_those_of_the_raster_backend() -> None:

@@ -11,8 +11,8 @@ from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.conformance.scenes import at, rack_wall, spot
 from warehouse_sim.render.light_selection import light_geometry
 from warehouse_sim.render.raster import loaded_scene
-from warehouse_sim.render.raster.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.shadows import ShadowAtlas
+from warehouse_sim.render.raster.light.shadows import ShadowAtlas
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.schema import SceneSpec
 
 pytestmark = pytest.mark.gl

@@ -13,7 +13,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, rotation_z
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
-from warehouse_sim.render.raster import textures
+from warehouse_sim.render.raster.surfaces import textures
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 pytestmark = pytest.mark.gl

@@ -26,7 +26,8 @@ def boxes(seed: int) -> tuple[np.ndarray, np.ndarray]:
 def test_colour_and_depth_of_one_place_agree_and_of_two_places_do_not(seed: int) -> None:
     rgb, depth = boxes(seed)
     right, wrong = edge_rank(rgb, depth), edge_rank(rgb, boxes(seed + 100)[1])
-    assert right is not None and wrong is not None
+    assert right is not None
+    assert wrong is not None
     assert right > 0.8
     assert wrong < LEAST_RANK
 
@@ -35,7 +36,8 @@ def test_colour_and_depth_of_one_place_agree_and_of_two_places_do_not(seed: int)
 def test_what_swells_by_two_pixels_still_agrees(seed: int) -> None:
     rgb, depth = boxes(seed)
     rank = edge_rank(rgb, cv2.erode(depth, np.ones((5, 5), np.uint8)))
-    assert rank is not None and rank > 0.7
+    assert rank is not None
+    assert rank > 0.7
 
 
 def test_where_readings_begin_to_fail_there_is_no_edge() -> None:

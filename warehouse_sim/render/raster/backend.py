@@ -12,20 +12,20 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.raster.context import describe, open_context
-from warehouse_sim.render.raster.film_pass import FilmPass
-from warehouse_sim.render.raster.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.image_targets import ImageTargets
-from warehouse_sim.render.raster.lighting import LightBlock
-from warehouse_sim.render.raster.lights import MAX_LIGHTS
+from warehouse_sim.render.raster.light.lighting import LightBlock
+from warehouse_sim.render.raster.light.lights import MAX_LIGHTS
+from warehouse_sim.render.raster.light.shadows import ShadowAtlas
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
-from warehouse_sim.render.raster.mesh_batch import MeshLibrary
-from warehouse_sim.render.raster.parts import placed_records
-from warehouse_sim.render.raster.pictures import PictureLibrary
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshLibrary
+from warehouse_sim.render.raster.meshes.parts import placed_records
+from warehouse_sim.render.raster.passes.film_pass import FilmPass
+from warehouse_sim.render.raster.passes.geometry_pass import GeometryPass
+from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
-from warehouse_sim.render.raster.shading_pass import ShadingPass
-from warehouse_sim.render.raster.shadows import ShadowAtlas
 from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
-from warehouse_sim.render.raster.textures import TextureLibrary
+from warehouse_sim.render.raster.surfaces.pictures import PictureLibrary
+from warehouse_sim.render.raster.surfaces.textures import TextureLibrary
 from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 

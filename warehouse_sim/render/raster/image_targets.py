@@ -4,8 +4,8 @@ import cv2
 import moderngl
 import numpy as np
 
-from warehouse_sim.render.raster.antialias import EdgeSmoother
-from warehouse_sim.render.raster.geometry_pass import GeometryBuffer
+from warehouse_sim.render.raster.passes.antialias import EdgeSmoother
+from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer
 from warehouse_sim.render.raster.projection import NEAR, window_viewport
 from warehouse_sim.schema import RenderBuffers
 

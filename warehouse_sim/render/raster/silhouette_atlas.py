@@ -8,10 +8,10 @@ from jaxtyping import Int
 
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render.raster.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.mesh_levels import choose_levels
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
+from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
+from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.packing import Cell, pack
-from warehouse_sim.render.raster.parts import PartTable
 from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import (
     NEAR,

@@ -5,7 +5,7 @@ import numpy as np
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, pallet_model
-from warehouse_sim.render.raster.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
+from warehouse_sim.render.raster.meshes.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
 from warehouse_sim.schema import Material
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render.raster.parts import PartTable
+from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR, box_bounds
 
 _CELLS = 4

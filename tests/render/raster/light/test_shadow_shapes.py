@@ -5,7 +5,7 @@ from scipy.spatial import ConvexHull
 from warehouse_sim.catalog.loads.sacks import sack
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.render.embree import PlacedMeshes
-from warehouse_sim.render.raster.shadow_shapes import shadow_shape
+from warehouse_sim.render.raster.light.shadow_shapes import shadow_shape
 
 
 def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> TriangleMesh:

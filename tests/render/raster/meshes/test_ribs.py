@@ -12,7 +12,7 @@ from warehouse_sim.color import linear_from_srgb, srgb_from_linear
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.raster.ribs import ribs_of
+from warehouse_sim.render.raster.meshes.ribs import ribs_of
 from warehouse_sim.schema import Light, ObjectInstance, SceneSpec
 
 FINER = 4

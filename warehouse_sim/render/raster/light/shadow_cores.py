@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Int
 
-from warehouse_sim.render.raster.parts import PartTable
+from warehouse_sim.render.raster.meshes.parts import PartTable
 
 _WIDE = 1.0
 """A sheet reaches at least so far from its middle in both directions (m)."""

@@ -9,9 +9,9 @@ from warehouse_sim.geometry.pose import level_camera, rotation_x, rotation_z
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
-from warehouse_sim.render.raster import geometry_pass
-from warehouse_sim.render.raster.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.parts import PartTable, build_part_table, placed_records
+from warehouse_sim.render.raster.meshes.parts import PartTable, build_part_table, placed_records
+from warehouse_sim.render.raster.passes import geometry_pass
+from warehouse_sim.render.raster.passes.hidden_parts import DepthPyramid
 from warehouse_sim.render.raster.projection import NEAR
 from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
 

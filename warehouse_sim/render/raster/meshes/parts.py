@@ -12,8 +12,8 @@ from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.render.coarse_scene import JOINED_GOODS
 from warehouse_sim.render.painted_mesh import require_material
-from warehouse_sim.render.raster.ribs import ribs_of
-from warehouse_sim.render.raster.shadow_skin import shadow_casters
+from warehouse_sim.render.raster.meshes.ribs import ribs_of
+from warehouse_sim.render.raster.meshes.shadow_skin import shadow_casters
 from warehouse_sim.schema import ObjectInstance, Part, SceneSpec
 
 # What a vertex shader reads once an instance; the order of fields is that of ``INSTANCE_FORMAT``.

@@ -11,8 +11,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.detail_levels import detail_levels
 from warehouse_sim.geometry.facets import facets
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.render.raster.face_edges import FlatMesh, flat_mesh
-from warehouse_sim.render.raster.parts import PartTable
+from warehouse_sim.render.raster.meshes.face_edges import FlatMesh, flat_mesh
+from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR
 
 LEVEL_ERROR_PX = 0.25

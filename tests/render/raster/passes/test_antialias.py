@@ -7,7 +7,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
-from warehouse_sim.render.raster.antialias import EdgeSmoother
+from warehouse_sim.render.raster.passes.antialias import EdgeSmoother
 from warehouse_sim.schema import Material, SceneSpec
 
 WHITE = {"white": Material("white", (1.0, 1.0, 1.0), emission=0.8 / 0.015), "black": Material("black", (0.0, 0.0, 0.0))}

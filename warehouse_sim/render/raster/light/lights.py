@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.light_selection import map_ramp
-from warehouse_sim.render.raster.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
+from warehouse_sim.render.raster.light.shadows import ATLAS_PX, SHADOW_NEAR, ShadowTile
 from warehouse_sim.schema import Light
 
 MAX_LIGHTS = 16

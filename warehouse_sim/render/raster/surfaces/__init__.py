@@ -1,0 +1,1 @@
+"""How surfaces look: materials, baked textures and pictures on the graphics device."""
