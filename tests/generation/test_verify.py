@@ -139,6 +139,14 @@ def test_samples_are_whole_scenes_spread_over_the_dataset() -> None:
     assert chosen_scenes(manifest, 10**6) == list(range(manifest.scenes))
 
 
+def near_depth(folder: Path, codes: int, step: int) -> bool:
+    """Return whether all of a depth image of ``codes`` may be ``step`` codes more."""
+    folder.mkdir(exist_ok=True)
+    for name, value in (("one.png", codes), ("two.png", codes + step)):
+        cv2.imwrite(str(folder / name), np.full((10, 10), value, np.uint16))
+    return near_images(folder / "one.png", folder / "two.png")
+
+
 def test_what_is_near(tmp_path: Path) -> None:
     one, two = tmp_path / "one.png", tmp_path / "two.png"
     depth = np.full((100, 100), 2000, np.uint16)
@@ -149,6 +157,12 @@ def test_what_is_near(tmp_path: Path) -> None:
         cv2.imwrite(str(two), changed.reshape(depth.shape))
         assert near_images(one, two) is near, (share, step)
     assert not near_images(one, tmp_path / "missing.png")
+    assert near_depth(tmp_path / "depth_2", 2 * 256, 2)
+    assert not near_depth(tmp_path / "depth_2", 2 * 256, 3)
+    # Two steps of disparity: z^2 / (f b) / 16.
+    far = 10.0**2 / (447 * 0.095) / 16
+    assert near_depth(tmp_path / "depth", 10_000, int(1000 * far))
+    assert not near_depth(tmp_path / "depth", 10_000, int(1.1 * 1000 * far))
     row = "pallet 0.00 1 -0.52 598.0 170.0 719.0 227.0 0.14 0.80 1.20 -0.60 0.66 5.83 {turn}\n"
     one.write_text(row.format(turn=1.47))
     two.write_text(row.format(turn=1.47).replace("598.0", "600.0"))

@@ -14,13 +14,18 @@ import numpy as np
 COLOR_CODES, COLOR_SHARE = 8, 0.02
 """Colours, and masks, are near where at most that share of the pixels differs by more than so many codes of 256."""
 DEPTH_M, DEPTH_RATIO, DEPTH_SHARE = 0.005, 0.005, 0.02
-"""Depth is near where at most that share of the pixels differs by more than so many metres and that ratio."""
+"""Depth is near where at most that share of the pixels differs by more than so many metres, that ratio and a step."""
+DEPTH_STEP = 0.0015
+"""A step is so many metres times the square of the distance in metres: two steps of disparity (1/32 px each) of a
+stereo camera of 447 px and 95 mm, which round another way where colours differ by a code."""
 COUNT, COUNT_RATIO = 3.0, 0.02
 """Numbers of pixels and corners of boxes are near where they differ by at most the larger of both."""
 _KITTI_EXACT = (0, 3, *range(8, 15))
 """Fields of a KITTI label that follow from poses: class, angles, size, place."""
 _NUMBER = re.compile(r"-?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _MILLIMETRES = 1000.0
+_CODES_PER_M = {"depth_2": 256.0, "depth_clean_2": 256.0}
+"""KITTI's unit of depth; all others store millimetres."""
 _DRAWN_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
 _EXACT_SUFFIXES = (".json", ".txt", ".bin", ".npz", ".md", ".yaml")
 _EXACT_FOLDERS = ("models/", "models_eval/", "worn/")
@@ -52,14 +57,16 @@ def equal_bytes(path: Path, other: Path) -> bool:
 
 
 def near_images(path: Path, other: Path) -> bool:
-    """Return whether two images, of colours, depth in millimetres or a mask, are within the tolerance."""
+    """Return whether two images, of colours, depth or a mask, are within the tolerance."""
     one, two = (cv2.imread(str(item), cv2.IMREAD_UNCHANGED) for item in (path, other))
     if one is None or two is None or one.shape != two.shape or one.dtype != two.dtype:
         return False
     difference = np.abs(one.astype(np.float64) - two.astype(np.float64))
     if one.dtype == np.uint16:
-        limit = np.maximum(DEPTH_M * _MILLIMETRES, DEPTH_RATIO * one)
-        return bool(np.mean(difference > limit) <= DEPTH_SHARE)
+        codes = _CODES_PER_M.get(path.parent.name, _MILLIMETRES)
+        metres = one / codes
+        limit = np.maximum(np.maximum(DEPTH_M, DEPTH_RATIO * metres), DEPTH_STEP * metres**2)
+        return bool(np.mean(difference > limit * codes) <= DEPTH_SHARE)
     worst = difference.max(axis=2) if difference.ndim == 3 else difference
     return bool(np.mean(worst > COLOR_CODES) <= COLOR_SHARE)
 

@@ -20,6 +20,7 @@ from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.licences import recipe_licences
 from warehouse_sim.generation.recipe import Recipe
@@ -69,7 +70,13 @@ def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
 
 
 def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
-    """Return the manifest as far as it is known without making a scene: with splits by index."""
+    """Return the manifest as far as it is known without making a scene: with splits by index.
+
+    Raises:
+        ConfigError: No format is named.
+    """
+    if not config.formats:
+        raise ConfigError("formats: a dataset needs one at least, such as kitti or bop; see warehouse-sim list")
     scenes = recipe.scenes if config.scenes is None else config.scenes
     # Through JSON, so that a manifest read back equals the one written.
     plain = json.loads(json.dumps(to_mapping(recipe)))

@@ -29,6 +29,10 @@ def intensities_of_bytes(folder: Folder) -> None:
     edit_points(folder.view(), lambda points: points * [1, 1, 1, 255])
 
 
+def sweep_of_zeros(folder: Folder) -> None:
+    edit_points(folder.view(), np.zeros_like)
+
+
 def ids_shuffled(folder: Folder) -> None:
     edit_numbers(folder.view().kitti("velodyne_ids", "bin"), "<i4", 1, lambda ids: folder.rng.permutation(ids))
 

@@ -36,6 +36,7 @@ FAULTS = (
         "LiDAR points in millimetres", scans.points_in_millimetres, "kitti points on depth", "differs from the points"
     ),
     Fault("reflectance of 0-255", scans.intensities_of_bytes, "kitti sweeps", "a reflectance is not in 0-1"),
+    Fault("a sweep of zeros", scans.sweep_of_zeros, "kitti sweeps", "a point lies in the sensor's own origin"),
     # Cameras.
     Fault(
         "focal length 3 % off everywhere", geometry.focal_length, "bop poses on images", "px or more beside its mask"

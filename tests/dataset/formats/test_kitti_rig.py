@@ -68,6 +68,16 @@ def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:
     assert "P3 must be P2 moved along x by the recipe's baseline" in broken.detail
 
 
+@pytest.mark.parametrize(
+    "text", ["\0" * 40, "Tr_rear_to_cam: " + "0 " * 11 + "0\n", "Tr_left_to_cam: 1 0 0 0 0 1 0 0 0 0 1 0\n"]
+)
+def test_poses_of_further_lidars_are_looked_at(root: Path, text: str) -> None:
+    path = root / "kitti/training/calib_lidars/000000.txt"
+    path.write_text(text)
+    (broken,) = [check for check in validate(root) if not check.ok]
+    assert (broken.name, str(path) in broken.detail) == ("kitti calib", True)
+
+
 def test_matched_disparities_that_are_no_image_are_named(tmp_path: Path) -> None:
     manifest = with_recipe(
         make_manifest(formats=("kitti",)), {"sensors": {"right": {"baseline": 0.25, "matching": {}}}}

@@ -36,7 +36,10 @@ def evaluate_kitti_results(results: Path, data: Path, split: str) -> list[KittiS
         (one for one in (kitti_layout(data), KittiLayout(data)) if one.image_set(split).is_file()), kitti_layout(data)
     )
     frames = _frames(layout, split)
-    for path in sorted(results.glob("*.txt")):
+    paths = sorted(results.glob("*.txt"))
+    if not paths:
+        raise EvaluationError(f"{results}: holds no file of results, 000000.txt ...; a pose CSV is a file, no folder")
+    for path in paths:
         if not path.stem.isdecimal() or int(path.stem) not in frames:
             raise EvaluationError(
                 f"{path}: is of no frame of split {split!r}, which {layout.image_set(split)} lists; check --split"

@@ -4,7 +4,7 @@ For the checks of this package's own files; ``tolerant`` reads those of others.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -64,6 +64,18 @@ def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows colu
     shapes = {key: (3, 3 if key == "R0_rect" else 4) for key in CALIB_KEYS}
     shapes |= {key: (3, 3) if key[0] == "K" else (1, _LENS_KINDS[kind]) for key in lens_keys[:more]}
     return {key: _matrix(line, key, shape, where) for line, (key, shape) in zip(lines, shapes.items(), strict=False)}
+
+
+def parse_lidars(text: str, names: Sequence[str], where: str) -> dict[str, Float[np.ndarray, "3 4"]]:
+    """Read the poses of further LiDARs, one line ``Tr_NAME_to_cam:`` each, in the order of ``names``.
+
+    Raises:
+        DatasetError: Not those lines, each with twelve numbers.
+    """
+    lines = text.split("\n")
+    if len(lines) != len(names) + 1 or lines[-1]:
+        raise DatasetError(f"{where}: a line for each of {', '.join(names)} is expected, and no blank one")
+    return {name: _matrix(line, f"Tr_{name}_to_cam", (3, 4), where) for line, name in zip(lines, names, strict=False)}
 
 
 def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size_wh: tuple[int, int]) -> PinholeCamera:

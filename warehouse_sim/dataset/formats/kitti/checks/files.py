@@ -15,7 +15,7 @@ from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, png_s
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled
 from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import is_level
 from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
-from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib
+from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib, parse_lidars
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.fisheye import Fisheye
@@ -61,9 +61,12 @@ def calib(subject: Subject) -> Findings:
         findings.require(_is_pair(matrices, subject), f"{path}: P3 must be P2 moved along x by the recipe's baseline")
         findings.require(_has_lens(matrices, subject), f"{path}: K_0x must be that of P2, D_0x or F_0x the rig's lens")
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
-            R = matrices[key][:, :3]
-            rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0
-            findings.require(bool(rigid), f"{path}: {key} is not a rotation")
+            findings.require(_is_rigid(matrices[key]), f"{path}: {key} is not a rotation")
+        if subject.manifest.contents.lidars:
+            lidars_path = kitti_layout(subject.root).file(split, "calib_lidars", frame)
+            poses = parse_lidars(read_text(lidars_path), subject.manifest.contents.lidars, str(lidars_path))
+            for name, pose in poses.items():
+                findings.require(_is_rigid(pose), f"{lidars_path}: Tr_{name}_to_cam is not a rotation and a place")
         T_world_points = T_world_image(subject, scene, observation) @ _pose(matrices["Tr_velo_to_cam"])
         is_level(findings, T_world_points, subject.record(scene).observations[observation], f"{path}: Tr_velo_to_cam")
         plane_path = kitti_layout(subject.root).file(split, "planes", frame)
@@ -125,6 +128,10 @@ def _right_image(findings: Findings, subject: Subject, split: Split, frame: int,
     part = seen.shape == steps.shape and bool(((seen == 0) | (seen == steps)).all())
     findings.require(part, f"{seen_path}: is no part of disp_occ")
     findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
+    if "image_clean_3" in kitti_kinds(subject.manifest.contents):
+        clean_path = kitti_layout(subject.root).file(split, "image_clean_3", frame)
+        wrong = colour_problem(decode_rgb(clean_path), image)
+        findings.require(not wrong, f"{clean_path}: {wrong}")
     if "disp_sgbm" in kitti_kinds(subject.manifest.contents):
         matched_path = kitti_layout(subject.root).file(split, "disp_sgbm", frame)
         findings.require(decode_depth(matched_path).shape == steps.shape, f"{matched_path}: is not as large as image_2")
@@ -157,6 +164,11 @@ def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: S
     lens = wanted.coefficients
     same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
     return same_k and all(np.allclose(matrices[f"{kind}_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
+
+
+def _is_rigid(matrix: Float[np.ndarray, "3 columns"]) -> bool:
+    R = matrix[:, :3]
+    return bool(np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0)
 
 
 def _pose(matrix: Float[np.ndarray, "3 4"]) -> Transform:

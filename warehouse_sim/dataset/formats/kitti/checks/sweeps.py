@@ -36,6 +36,8 @@ def sweeps(subject: Subject) -> Findings:
             finite = np.isfinite(cloud).all() and ((cloud[:, 3] >= 0) & (cloud[:, 3] <= 1)).all()
             place = kitti_layout(subject.root).file(split, name, frame)
             findings.require(bool(finite), f"{place}: a point is not finite, or a reflectance is not in 0-1")
+            apart = bool(cloud[:, :3].any(axis=1).all())
+            findings.require(apart, f"{place}: a point lies in the sensor's own origin, where nothing is measured")
             if name == "velodyne" and finite:
                 path = kitti_layout(subject.root).file(split, "velodyne_beams", frame)
                 _beams_follow(findings, path, _own_points(subject, (split, scene, observation, frame), cloud))
