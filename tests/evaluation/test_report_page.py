@@ -112,6 +112,13 @@ def test_a_folder_of_folders_is_looked_into(folders, tmp_path):
     assert "Data: data" in words
 
 
+def test_curves_that_were_lost_are_said_to_be(folders, tmp_path):
+    run = shutil.copytree(folders / "run", tmp_path / "run")
+    (run / "curves.csv").write_text("")
+    with pytest.raises(EvaluationError, match=r"curves\.csv: is empty"):
+        write_report([run], tmp_path / "x.html")
+
+
 def test_an_evaluation_needs_its_dataset(folders, tmp_path):
     other = make_dataset(tmp_path / "other", seed=5)
     with pytest.raises(EvaluationError, match=r"made, seed 0\) that is not among the folders given"):

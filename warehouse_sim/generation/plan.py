@@ -73,10 +73,12 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     """Return the manifest as far as it is known without making a scene: with splits by index.
 
     Raises:
-        ConfigError: No format is named.
+        ConfigError: No format is named, or one twice.
     """
     if not config.formats:
         raise ConfigError("formats: a dataset needs one at least, such as kitti or bop; see warehouse-sim list")
+    if len(set(config.formats)) < len(config.formats):
+        raise ConfigError(f"formats: {' '.join(config.formats)} names one twice")
     scenes = recipe.scenes if config.scenes is None else config.scenes
     # Through JSON, so that a manifest read back equals the one written.
     plain = json.loads(json.dumps(to_mapping(recipe)))

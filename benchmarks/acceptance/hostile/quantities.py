@@ -13,7 +13,10 @@ _SIGNED = re.compile(
     r"|^(forward|left|up|overhang_mm|c[xy]|[kp]\d|direction|velocity|bias|mean)$|_ev$|^(T|cam)_|rotation|translation"
     r"|centroid|covariance|symmetries|location|alpha|white_balance"
 )
-_SHARE = re.compile(r"share|probability|^(train|val|test|age|missing|broken|displaced|twisted|stains|stamps|fill)$")
+# The light of a hall is given as a share of that in its aisle, and may be more.
+_SHARE = re.compile(
+    r"^(?!hall_share$).*share|probability|^(train|val|test|age|missing|broken|displaced|twisted|stains|stamps|fill)$"
+)
 # Without any of these there is no image, no rack, no truck: zero means nothing.
 _NEVER_ZERO = re.compile(
     r"^(width|focal_px|bays|lanes|doors|segments|scenes|observations_per_scene|aisle_width|bay_width|lane_width|pallet_width"

@@ -79,6 +79,7 @@ def test_no_mutant_means_what_was_there() -> None:
         (("scene", "lanes", "yaw_deg", "max"), 4.0, "negative", "either"),
         (("sensors", "lidar_position", 0), -0.27, "negative", "either"),
         (("scene", "loads", "empty_share"), 0.25, "above_one", "refuse"),
+        (("scene", "lights", "hall_share"), 0.5, "above_one", "either"),
         (("scene", "loads", "empty_share"), 0.25, "zero", "either"),
         (("sensors", "camera", "focal_px"), 160.0, "zero", "refuse"),
         (("description",), "a hall", "empty", "either"),

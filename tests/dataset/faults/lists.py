@@ -26,6 +26,10 @@ def record_of_another_seed(folder: Folder) -> None:
     edit(folder.view().record, lambda data: data.update(seed=data["seed"] + 1))
 
 
+def record_of_another_class(folder: Folder) -> None:
+    edit(folder.view().record, lambda data: data["objects"][0].update(class_name="seven"))
+
+
 def records_exchanged(folder: Folder) -> None:
     """Put the content of one scene's record into another's, number and split put right."""
     a, b = (folder.root / "scenes" / f"{i:06d}.json" for i in folder.rng.choice(2, 2, replace=False))

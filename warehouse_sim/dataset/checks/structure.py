@@ -31,6 +31,7 @@ def objects(subject: Subject) -> Findings:
 def scenes(subject: Subject) -> Findings:
     """Each scene has one record, of the right split, with every observation and unique instance ids."""
     findings = Findings(f"{len(subject.manifest.scene_indices)} scene records")
+    kinds = {info.name: (info.class_name, number) for number, info in subject.objects.items()}
     compare_names(findings, subject.layout.scenes, {f"{index:06d}.json" for _, index in subject.scenes()})
     for split, index in subject.scenes():
         record, where = subject.record(index), str(subject.layout.scene_record(index))
@@ -45,9 +46,20 @@ def scenes(subject: Subject) -> Findings:
         )
         ids = [item.instance_id for item in record.objects]
         findings.require(len(set(ids)) == len(ids) and min(ids, default=1) >= 1, f"{where}: instance ids repeat")
+        _same_kinds(findings, record, where, kinds)
         _measured_targets(findings, record, where)
         findings.require(record.renderer in subject.manifest.renderers, f"{where}: its renderer is not in the manifest")
     return findings
+
+
+def _same_kinds(findings: Findings, record: SceneRecord, where: str, kinds: dict[str, tuple[str, int]]) -> None:
+    """Hold class and number of each object against those that its model has elsewhere; new models are added."""
+    for item in record.objects:
+        class_name, number = kinds.setdefault(item.model, (item.class_name, item.obj_id))
+        findings.require(
+            (item.class_name, item.obj_id) == (class_name, number),
+            f"{where}: {item.model} is {item.class_name!r}, {item.obj_id}, elsewhere {class_name!r}, {number}",
+        )
 
 
 def _measured_targets(findings: Findings, record: SceneRecord, where: str) -> None:

@@ -105,7 +105,9 @@ def _read_run(path: Path) -> RunSource:
     try:
         config = read_yaml(path / _RUN_CONFIG)
         with (path / _RUN_CURVES).open(encoding="utf-8", newline="") as file:
-            curves = [{key: float(cell) for key, cell in row.items() if cell} for row in csv.DictReader(file)]
+            table = csv.DictReader(file)
+            curves = [{key: float(cell) for key, cell in row.items() if cell} for row in table]
+            names = table.fieldnames
         result_file = path / _RUN_RESULT
         text = result_file.read_text(encoding="utf-8") if result_file.is_file() else "{}"
         result = json.loads(text, parse_constant=_refuse_constant)
@@ -113,6 +115,8 @@ def _read_run(path: Path) -> RunSource:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
+    if not names:
+        raise EvaluationError(f"{path / _RUN_CURVES}: is empty; go on with the run by train --resume")
     return RunSource(path.name, config, curves, result)
 
 
