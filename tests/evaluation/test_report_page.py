@@ -119,6 +119,14 @@ def test_curves_that_were_lost_are_said_to_be(folders, tmp_path):
         write_report([run], tmp_path / "x.html")
 
 
+def test_a_folder_in_place_of_a_result_is_refused(folders, tmp_path):
+    run = shutil.copytree(folders / "run", tmp_path / "run")
+    (run / "result.json").unlink()
+    (run / "result.json").mkdir()
+    with pytest.raises(EvaluationError, match=r"result\.json"):
+        write_report([run], tmp_path / "x.html")
+
+
 def test_an_evaluation_needs_its_dataset(folders, tmp_path):
     other = make_dataset(tmp_path / "other", seed=5)
     with pytest.raises(EvaluationError, match=r"made, seed 0\) that is not among the folders given"):

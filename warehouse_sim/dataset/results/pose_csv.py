@@ -160,7 +160,8 @@ def _whole(cell: str, where: str) -> int:
 
 def _numbers(cell: str, count: int, name: str, where: str) -> list[float]:
     try:
-        numbers = [float(word) for word in cell.split()]
+        # Python alone reads 1_0 as 10.
+        numbers = [float(word.replace("_", "x")) for word in cell.split()]
     except ValueError:
         raise DatasetError(f"{where}: {name} holds something else than numbers: {_shown(cell)!r}") from None
     if len(numbers) != count:

@@ -109,7 +109,7 @@ def _read_run(path: Path) -> RunSource:
             curves = [{key: float(cell) for key, cell in row.items() if cell} for row in table]
             names = table.fieldnames
         result_file = path / _RUN_RESULT
-        text = result_file.read_text(encoding="utf-8") if result_file.is_file() else "{}"
+        text = result_file.read_text(encoding="utf-8") if result_file.exists() else "{}"
         result = json.loads(text, parse_constant=_refuse_constant)
     except (OSError, ValueError, ConfigError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
