@@ -50,9 +50,34 @@ def share_progress(label: str) -> Iterator[ShareProgress]:
 
 @contextmanager
 def count_progress(label: str) -> Iterator[CountProgress]:
-    """Yield a callback ``(done, total)``, shown as ``share_progress`` shows it."""
+    """Yield a callback ``(done, total)``, shown as ``share_progress`` shows it, with rate and time that is left."""
+    pace = _Pace()
     with share_progress(label) as update:
-        yield lambda done, total: update(done / max(total, 1), f"{done}/{total}")
+        yield lambda done, total: update(done / max(total, 1), pace.note(done, total))
+
+
+class _Pace:
+    """How fast things are made in this run; what was there before it is not counted."""
+
+    def __init__(self) -> None:
+        self._start: tuple[int, float] | None = None
+
+    def note(self, done: int, total: int) -> str:
+        """Return how many are done and, from the second call on, how many a minute and how long the rest takes."""
+        now, counted = time.monotonic(), f"{done}/{total}"
+        if self._start is None:
+            self._start = done, now
+        made, seconds = done - self._start[0], now - self._start[1]
+        if made <= 0 or seconds <= 0:
+            return counted
+        left = "" if done >= total else f", {_duration((total - done) * seconds / made)} left"
+        return f"{counted}, {60 * made / seconds:.3g} a minute{left}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def _line_every_tenth(label: str) -> ShareProgress:
