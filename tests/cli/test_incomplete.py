@@ -50,3 +50,20 @@ def test_every_verb_says_that_it_is_incomplete(
     assert "incomplete" in said[0]
     assert str(data) in said[0]
     assert "--resume" in said[0] if which != "copied" else "again" in said[0]
+
+
+@pytest.mark.parametrize("verb", COMMANDS)
+def test_a_link_to_itself_is_no_folder(
+    verb: str,
+    places: dict[str, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    given = places | {"data": Path("loop"), "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
+    assert main(COMMANDS[verb].format_map(given).split()) == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert len(said) == 1
+    assert "loop: is not a folder" in said[0]

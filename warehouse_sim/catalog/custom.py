@@ -77,8 +77,8 @@ def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectMo
 
 def _inside(path: Path, file: str) -> Path:
     """Return the mesh file, which must lie in the folder of the YAML file or below."""
-    folder = path.resolve().parent
-    if "\0" in file or not (found := (folder / file).resolve()).is_relative_to(folder):
+    folder = Path(os.path.realpath(path)).parent
+    if "\0" in file or not (found := Path(os.path.realpath(folder / file))).is_relative_to(folder):
         raise ConfigError(f"{shown(file)} leaves the folder of the YAML file; copy it there")
     if not os.path.isfile(found):
         raise ConfigError(f"{shown(file)} does not exist in {folder}")

@@ -1,5 +1,6 @@
 """``warehouse-sim inspect``: what a dataset holds, in numbers and in pictures."""
 
+import os
 from pathlib import Path
 
 import tyro
@@ -26,7 +27,7 @@ def inspect(
 
     if not 1 <= count <= 100:
         raise InputError(f"--count must be 1 to 100, found {count}")
-    folder = out or data.resolve().with_name(f"{data.resolve().name}-inspect")
+    folder = out or Path(os.path.realpath(data)).with_name(f"{Path(os.path.realpath(data)).name}-inspect")
     found = run(data, folder, count, split)
     print("\n".join(found.lines))
     finish(found.sheet)

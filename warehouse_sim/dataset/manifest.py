@@ -1,5 +1,6 @@
 """manifest.json: what a dataset is and how to make it again; written last, so that it also says "complete"."""
 
+import os
 import platform
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
@@ -183,7 +184,8 @@ def require_no_part(root: Path) -> None:
         )
     if layout.objects.is_file() and layout.scenes.is_dir():
         raise DatasetError(f"{root}: no manifest.json: the dataset is incomplete; copy it or generate it again")
-    around = root.resolve().parent
+    # Of a link that leads to itself, too, which resolve() answers with a RuntimeError before Python 3.13.
+    around = Path(os.path.realpath(root)).parent
     if DatasetLayout(around).unfinished.is_file() and not DatasetLayout(around).manifest.is_file():
         raise DatasetError(
             f"{root}: belongs to a dataset that is incomplete; "

@@ -1,5 +1,6 @@
 """``extends`` of a recipe file: another recipe, with some of its settings replaced."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def read_chain(path: Path) -> list[tuple[Path, dict[str, Any]]]:
     chain: list[tuple[Path, dict[str, Any]]] = []
     following: Path | None = path
     while following is not None:
-        if following.resolve() in [seen.resolve() for seen, _ in chain]:
+        if os.path.realpath(following) in [os.path.realpath(seen) for seen, _ in chain]:
             way = " -> ".join(str(seen) for seen in [*(seen for seen, _ in chain), following])
             raise RecipeError(f"{chain[-1][0]}: {KEY} leads back to where it began: {way}")
         settings = read_yaml(following, RecipeError) or {}

@@ -1,5 +1,6 @@
 """Put suites on one page that needs no other file and no network; or their leaderboards into Markdown."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,7 @@ def suite_page(results: Mapping[str, SuiteResult]) -> str:
 
 def _chosen(paths: Sequence[Path]) -> list[Path]:
     found = [file for path in paths for file in ([path] if path.suffix == ".json" else _files(path))]
-    unique = list({file.resolve(): file for file in found}.values())
+    unique = list({os.path.realpath(file): file for file in found}.values())
     titles = [title_of(read_result(file)) for file in unique]
     for number, (title, file) in enumerate(zip(titles, unique, strict=True)):
         if title in titles[:number]:

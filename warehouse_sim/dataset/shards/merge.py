@@ -1,5 +1,6 @@
 """Shards become the dataset that one run would have made: their files are put together, and it is finished once."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def merge(
         OutputError: Another process writes the folder, or it cannot be written.
     """
     manifest = _require_whole(parts, skip_failed)
-    inside = [part for part in parts if out.resolve().is_relative_to(part.resolve())]
+    inside = [part for part in parts if Path(os.path.realpath(out)).is_relative_to(os.path.realpath(part))]
     if inside:
         raise DatasetError(f"{out}: lies in the shard {inside[0]}; choose a folder beside it")
     store = DatasetStore(out, manifest)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -55,7 +56,7 @@ def read_sources(folders: Sequence[Path]) -> Sources:
     Raises:
         EvaluationError: A folder holds nothing to report, or an evaluation's dataset was not given.
     """
-    found = list(dict.fromkeys(path for folder in folders for path in _recognised(folder.resolve())))
+    found = list(dict.fromkeys(path for folder in folders for path in _recognised(Path(os.path.realpath(folder)))))
     sources = Sources()
     for path in found:
         if is_dataset(path):
