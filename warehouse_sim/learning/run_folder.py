@@ -60,11 +60,14 @@ def read_kind(run: Path) -> str:
     """Return which family of estimators a run folder belongs to: the key ``kind`` of its ``config.yaml``.
 
     Raises:
-        TrainingError: The folder is no run folder.
+        TrainingError: The folder is no run folder, or of no named estimator.
     """
     if not (run / CONFIG).is_file():
         raise TrainingError(f"{run} is not a run folder: it has no {CONFIG}; train an estimator with --out {run}")
-    found = re.search(r"^kind: *(\S+) *$", (run / CONFIG).read_text(encoding="utf-8", errors="replace"), re.MULTILINE)
+    text = (run / CONFIG).read_text(encoding="utf-8", errors="replace")
+    if re.search(r"""^estimator: *(''|""|null|~)? *$""", text, re.MULTILINE):
+        raise TrainingError(f"{run / CONFIG}: estimator names none; it is the name that the run was trained by")
+    found = re.search(r"^kind: *(\S+) *$", text, re.MULTILINE)
     return found.group(1) if found else FIRST_KIND
 
 
