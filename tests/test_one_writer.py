@@ -86,5 +86,6 @@ def test_a_file_system_without_locks_is_written_with_a_warning(tmp_path: Path, m
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match="cannot be written"), one_writer(tmp_path / "file"):
-        pass
+    for name in ("file", "x" * 300):
+        with pytest.raises(OutputError, match="cannot be written"), one_writer(tmp_path / name):
+            pass

@@ -37,7 +37,7 @@ def one_writer(folder: Path) -> Iterator[None]:
     Raises:
         OutputError: Another process writes there, or the folder cannot be made.
     """
-    is_new = not folder.exists()
+    is_new = not os.path.exists(folder)  # which takes a name that is too long for one that is not there
     make_folder(folder)
     path = folder / LOCK
     number = _lock(path)

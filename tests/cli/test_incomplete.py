@@ -67,3 +67,20 @@ def test_a_link_to_itself_is_no_folder(
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(said) == 1
     assert "loop: is not a folder" in said[0]
+
+
+@pytest.mark.parametrize("verb", COMMANDS)
+def test_a_name_that_is_too_long_is_one_line(
+    verb: str,
+    places: dict[str, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = places | {"data": Path("x" * 300), "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
+    assert main(COMMANDS[verb].format_map(given).split()) == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert len(said) == 1
+    assert "x" * 300 in said[0]
+    assert "File name too long" in said[0]

@@ -1,5 +1,6 @@
 """The verbs of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
 
+import errno
 import io
 import logging
 import os
@@ -32,6 +33,9 @@ from warehouse_sim.cli.validate import validate
 from warehouse_sim.cli.verify import verify
 from warehouse_sim.cli.view import view
 from warehouse_sim.errors import InputError, WarehouseSimError
+
+_NO_PATHS = (errno.ENAMETOOLONG, errno.ELOOP)
+"""What no path can be, whoever asks first whether something is there."""
 
 VERBS: dict[str, Callable[..., Any]] = {
     "list": list_names,
@@ -89,6 +93,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Who read stdout, such as head, has seen enough. Nor shall Python write there when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except OSError as error:
+        if error.errno not in _NO_PATHS or error.filename is None:
+            raise
+        print(f"error: {error.filename}: {error.strerror}; give another path", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("interrupted; the same command with --resume goes on where it stopped", file=sys.stderr)
         return 130
