@@ -26,7 +26,7 @@ def as_read(observation: Observation) -> Observation:
     depth, rgb = observation.buffers.depth, observation.buffers.rgb
     read = np.where(depth < 20.0, depth * np.float32(1.001), np.float32(0.0))
     disparity = np.where(depth > 0, CAMERA.fx * 0.2 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
-    stereo = StereoReading(0.2, 255 - rgb, observation.buffers, disparity, disparity > 1.0)
+    stereo = StereoReading(0.2, rgb // 3, observation.buffers, disparity, disparity > 1.0)
     reading = replace(observation.rgbd, rgb=rgb // 2, depth=read)
     return observation.with_reading("camera", reading).with_reading("right", stereo)
 
@@ -88,6 +88,19 @@ def test_validation_notices_what_is_missing_or_of_another_place(made: Path, tmp_
     assert "is not the truth behind the depth that was read" in broken.detail
     (root / name).unlink()
     assert any("000000.png" in check.detail and "clean" in check.detail for check in validate(root) if not check.ok)
+
+
+def test_validation_looks_at_the_clean_right_image(made: Path, tmp_path: Path) -> None:
+    root = Path(shutil.copytree(made, tmp_path / "copy"))
+    path = root / "kitti/training/image_clean_3/000000.png"
+    negative = 255 - cv2.imread(str(path))
+    path.unlink()  # It may share its bytes with others.
+    cv2.imwrite(str(path), negative)
+    (broken,) = [check for check in validate(root) if not check.ok]
+    assert f"{path}: is not of what the image that was read shows" in broken.detail
+    path.write_bytes(b"")
+    (broken,) = [check for check in validate(root) if not check.ok]
+    assert str(path) in broken.detail
 
 
 def test_validation_notices_a_seen_disparity_that_is_not_the_true_one(made: Path, tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.evaluation.test_kitti_ap import line
 
+from tests.evaluation.detection.test_kitti_ap import line
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels
 from warehouse_sim.evaluation.detection.kitti_ap import LEVELS, kitti_scores
