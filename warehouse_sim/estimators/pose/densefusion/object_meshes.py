@@ -56,4 +56,13 @@ def read_meshes(run: Path) -> dict[int, TriangleMesh]:
         meshes = {i: (tensors[f"{i}.vertices"].astype(float), tensors[f"{i}.faces"]) for i in ids}
     except (safetensors.SafetensorError, KeyError, ValueError) as problem:
         raise TrainingError(f"{path} is malformed: {problem}") from problem
+    for number, (vertices, faces) in meshes.items():
+        if not (_is_table(vertices, "f") and _is_table(faces, "i") and np.isfinite(vertices).all()):
+            raise TrainingError(f"{path} is malformed: object {number} has no table of corners and one of faces")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise TrainingError(f"{path} is malformed: a face of object {number} has a corner that is not there")
     return {i: TriangleMesh(vertices, faces) for i, (vertices, faces) in meshes.items()}
+
+
+def _is_table(array: np.ndarray, kind: str) -> bool:
+    return array.ndim == 2 and array.shape[1] == 3 and len(array) > 0 and array.dtype.kind == kind
