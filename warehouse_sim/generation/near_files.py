@@ -11,13 +11,16 @@ from typing import Any
 import cv2
 import numpy as np
 
-COLOR_CODES, COLOR_SHARE = 8, 0.02
-"""Colours, and masks, are near where at most that share of the pixels differs by more than so many codes of 256."""
-DEPTH_M, DEPTH_RATIO, DEPTH_SHARE = 0.005, 0.005, 0.02
-"""Depth is near where at most that share of the pixels differs by more than so many metres, that ratio and a step."""
+PIXEL_SHARE = 0.02
+"""Images are near where at most that share of their pixels is off."""
+COLOR_CODES = 8
+"""Pixels of colours and masks are off by more codes of 256."""
+DEPTH_M, DEPTH_RATIO = 0.005, 0.005
+"""Pixels of depth are off by more than so many metres and that ratio."""
 DEPTH_STEP = 0.0015
-"""A step is so many metres times the square of the distance in metres: two steps of disparity (1/32 px each) of a
-stereo camera of 447 px and 95 mm, which round another way where colours differ by a code."""
+"""Readings of cameras with errors of their own are off by more than so many metres times the square of the distance in
+metres, too: two steps of disparity (1/32 px each) of a stereo camera of 447 px and 95 mm, which round another way where
+colours differ by a code."""
 COUNT, COUNT_RATIO = 3.0, 0.02
 """Numbers of pixels and corners of boxes are near where they differ by at most the larger of both."""
 _KITTI_EXACT = (0, 3, *range(8, 15))
@@ -26,6 +29,8 @@ _NUMBER = re.compile(r"-?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _MILLIMETRES = 1000.0
 _CODES_PER_M = {"depth_2": 256.0, "depth_clean_2": 256.0}
 """KITTI's unit of depth; all others store millimetres."""
+_READINGS = ("depth", "depth_2")
+"""Folders of what a depth camera has read; truth and disparities take no step."""
 _DRAWN_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
 _EXACT_SUFFIXES = (".json", ".txt", ".bin", ".npz", ".md", ".yaml")
 _EXACT_FOLDERS = ("models/", "models_eval/", "worn/")
@@ -33,13 +38,11 @@ _RUNS = "scene_gt_coco.json"
 
 
 def comparison(name: str) -> Callable[[Path, Path], bool] | None:
-    """Return how a file of a dataset is compared with the one that another driver made; None = it cannot be.
+    """Return how a file that is no image is compared with the one that another driver made; None = it cannot be.
 
     Args:
         name: Its name within the dataset.
     """
-    if name.endswith((".png", ".jpg")):
-        return near_images
     if name.endswith(_RUNS):
         return None
     if "label_2/" in name:
@@ -56,19 +59,32 @@ def equal_bytes(path: Path, other: Path) -> bool:
     return path.is_file() and path.read_bytes() == other.read_bytes()
 
 
-def near_images(path: Path, other: Path) -> bool:
-    """Return whether two images, of colours, depth or a mask, are within the tolerance."""
+def is_image(name: str) -> bool:
+    """Return whether a file of a dataset is an image, of colours, depth, disparity or a mask."""
+    return name.endswith((".png", ".jpg"))
+
+
+def share_off(path: Path, other: Path, step: float = 0.0) -> float:
+    """Return which share of the pixels of two images is off, 0-1; 1 where they cannot be compared.
+
+    Args:
+        path: One image.
+        other: The other one.
+        step: Of readings of depth, see ``DEPTH_STEP``; truth and disparities take none.
+    """
     one, two = (cv2.imread(str(item), cv2.IMREAD_UNCHANGED) for item in (path, other))
     if one is None or two is None or one.shape != two.shape or one.dtype != two.dtype:
-        return False
+        return 1.0
     difference = np.abs(one.astype(np.float64) - two.astype(np.float64))
     if one.dtype == np.uint16:
         codes = _CODES_PER_M.get(path.parent.name, _MILLIMETRES)
         metres = one / codes
-        limit = np.maximum(np.maximum(DEPTH_M, DEPTH_RATIO * metres), DEPTH_STEP * metres**2)
-        return bool(np.mean(difference > limit * codes) <= DEPTH_SHARE)
+        limit = np.maximum(DEPTH_M, DEPTH_RATIO * metres)
+        if path.parent.name in _READINGS:
+            limit = np.maximum(limit, step * metres**2)
+        return float(np.mean(difference > limit * codes))
     worst = difference.max(axis=2) if difference.ndim == 3 else difference
-    return bool(np.mean(worst > COLOR_CODES) <= COLOR_SHARE)
+    return float(np.mean(worst > COLOR_CODES))
 
 
 def near_labels(path: Path, other: Path) -> bool:

@@ -17,7 +17,15 @@ from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.generation.generate import Job, make_scene
-from warehouse_sim.generation.near_files import comparison, equal_bytes, lasting
+from warehouse_sim.generation.near_files import (
+    DEPTH_STEP,
+    PIXEL_SHARE,
+    comparison,
+    equal_bytes,
+    is_image,
+    lasting,
+    share_off,
+)
 from warehouse_sim.generation.plan import GenerateConfig, target_models
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.workers import keep_freed_memory
@@ -65,7 +73,8 @@ def verify(root: Path, samples: int, progress: ProgressCallback = lambda done, t
         progress(len(indices), len(indices))
         checks.append(_driver(manifest, renderer.description, others))
         made = f"{len(indices) * manifest.observations_per_scene} observations of {len(indices)} scenes made again"
-        checks += _near(root, again, made) if others else [_same(root, again, made)]
+        step = DEPTH_STEP if manifest.contents.depth_bias else 0.0
+        checks += _near(root, again, made, step) if others else [_same(root, again, made)]
     return checks
 
 
@@ -133,12 +142,15 @@ def _same(root: Path, again: Path, made: str) -> Check:
     return findings.outcome("made again")
 
 
-def _near(root: Path, again: Path, made: str) -> list[Check]:
-    """Compare what another driver may not change, and what it draws within a tolerance."""
-    exact, near, left = Findings(), Findings(), 0
+def _near(root: Path, again: Path, made: str, step: float) -> list[Check]:
+    """Compare what another driver may not change, and what it draws within a tolerance; ``step``: see share_off."""
+    exact, near, left, worst = Findings(), Findings(), 0, (0.0, "all")
     for name in _names(again):
         compare = comparison(name)
-        if name.startswith("scenes/"):
+        if is_image(name):
+            off = share_off(root / name, again / name, step)
+            same, worst = off <= PIXEL_SHARE, max(worst, (off, name))
+        elif name.startswith("scenes/"):
             same = lasting(read_json(root / name)) == lasting(read_json(again / name))
         elif compare is not None:
             same = compare(root / name, again / name)
@@ -149,7 +161,10 @@ def _near(root: Path, again: Path, made: str) -> list[Check]:
         findings.count += 1
         findings.require(same, f"{root / name}: is not what is made now")
     exact.examined = f"{made}, the same in {exact.count} files"
-    near.examined = f"{near.count} files within the tolerance of docs/trust.md; {left} of other kinds not compared"
+    near.examined = (
+        f"{near.count} files within the tolerance of docs/trust.md, pixels off: at most {worst[0]:.3%}, in {worst[1]}; "
+        f"{left} of other kinds not compared"
+    )
     return [exact.outcome("geometry and labels"), near.outcome("pixels")]
 
 
