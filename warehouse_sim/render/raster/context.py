@@ -16,6 +16,8 @@ _LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
 _COLOR, _DEPTH, _TEXTURE_2D = 0x1800, 0x1801, 0x0DE1
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 
+_KINDS_OF_ERRORS = 8
+
 _logger = logging.getLogger(__name__)
 
 
@@ -47,9 +49,11 @@ def open_context(device: int = 0) -> moderngl.Context:
 def describe(context: moderngl.Context) -> str:
     """Return the driver's renderer and version strings."""
     info = context.info
-    # It asks for every limit, also those that a driver does not know: such an error is none of drawing.
-    while context.error != "GL_NO_ERROR":
-        pass
+    # It asks for every limit, also those that a driver does not know: such an error is none of drawing. OpenGL keeps
+    # one of a kind; a context that was lost answers with one for ever, which drawing then says.
+    for _ in range(_KINDS_OF_ERRORS):
+        if context.error == "GL_NO_ERROR":
+            break
     return f"{info['GL_RENDERER']}, OpenGL {info['GL_VERSION']}"
 
 
