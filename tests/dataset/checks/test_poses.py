@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, PALLET
-from warehouse_sim.dataset.checks.poses import silhouette_shift
+from warehouse_sim.dataset.checks.poses import comparable, silhouette_shift
 from warehouse_sim.dataset.checks.raster import mesh_depth
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
@@ -36,3 +36,18 @@ def test_missing_or_swollen_mask_is_a_mismatch(camera: PinholeCamera) -> None:
     assert silhouette_shift(drawn, drawn)[1] == 0.0
     assert silhouette_shift(np.zeros_like(drawn), drawn)[1] > 0.25
     assert silhouette_shift(swollen, drawn)[1] > 0.25
+
+
+def test_beside_what_is_nearer_a_matched_window_is_not_believed() -> None:
+    near, far, slope = 2.0, 3.0, np.linspace(2.0, 2.4, 100)
+    visible = np.ones((40, 100), bool)
+    step = np.where(np.arange(100) < 50, near, far) * np.ones((40, 1))
+    assert np.flatnonzero(~comparable(visible, step, windows=True)[20]).tolist() == list(range(50, 60))
+    assert comparable(visible, np.tile(slope, (40, 1)), windows=True).all()
+    assert comparable(visible, step, windows=False).all()
+    # A slit of 20 pixels, far behind, is read as what is before it from both sides.
+    slit = np.where((np.arange(100) >= 40) & (np.arange(100) < 60), far, near) * np.ones((40, 1))
+    assert np.flatnonzero(~comparable(visible, slit, windows=True)[20]).tolist() == list(range(40, 60))
+    visible[:, :30] = False
+    for windows, reach in ((True, 10), (False, 4)):
+        assert np.flatnonzero(comparable(visible, np.full((40, 100), near), windows)[20])[0] == 30 + reach

@@ -137,9 +137,7 @@ def _compare(
     silhouette, mask = np.isfinite(drawn), subject.readable.mask(image, target.gt_index)
     shift_px, mismatch = silhouette_shift(mask, silhouette)
     visible = subject.readable.mask_visible(image, target.gt_index)
-    around = _INNER_OF_WINDOWS if subject.manifest.contents.depth_bias else _INNER
-    inner = cv2.erode(visible.astype(np.uint8), around, borderType=cv2.BORDER_CONSTANT, borderValue=1).astype(bool)
-    seen = silhouette & inner & (depth > 0) & (cv2.erode(drawn, around) >= (1.0 - _STEP) * drawn)
+    seen = silhouette & (depth > 0) & comparable(visible, drawn, bool(subject.manifest.contents.depth_bias))
     residuals = depth[seen] - drawn[seen]
     if len(residuals) < _FEWEST_PIXELS:
         return _Comparison(shift_px, mismatch, 0.0, np.inf, 0.0)
@@ -148,6 +146,15 @@ def _compare(
     sigma = 1.4826 * float(np.median(np.abs(residuals - median)))
     uncertainty = 1.25 * sigma / np.sqrt(max(len(residuals) / _WINDOW_PIXELS, 1.0))
     return _Comparison(shift_px, mismatch, median, uncertainty, float(np.median(drawn[seen])))
+
+
+def comparable(
+    visible: Bool[np.ndarray, "h w"], drawn: Float[np.ndarray, "h w"], windows: bool
+) -> Bool[np.ndarray, "h w"]:
+    """Return the pixels that nothing in front of them can have lent its depth; ``windows``: by a sensor that lends."""
+    around = _INNER_OF_WINDOWS if windows else _INNER
+    inner = cv2.erode(visible.astype(np.uint8), around, borderType=cv2.BORDER_CONSTANT, borderValue=1).astype(bool)
+    return inner & (cv2.erode(drawn, around) >= (1.0 - _STEP) * drawn) if windows else inner
 
 
 def silhouette_shift(

@@ -96,6 +96,17 @@ def take_numbers(data: Any, key: str, count: int, where: str, span: Span = NUMBE
     return np.array(values, dtype=float)
 
 
+def decimal(word: str) -> float:
+    """Return the number that a word of a text file says; Python alone reads 1_0 as 10.
+
+    Raises:
+        ValueError: It says none.
+    """
+    if "_" in word:
+        raise ValueError(f"could not convert string to float: {word!r}")
+    return float(word)
+
+
 def take_name(data: Any, key: str, where: str) -> str:
     """Return a name that is one word and cannot lead out of a folder.
 

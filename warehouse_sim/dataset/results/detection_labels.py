@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detection_file import ImageNumbers
 from warehouse_sim.dataset.results.found_object import FoundObject
@@ -83,7 +84,7 @@ def _read_file(path: Path, image: ImageRecord, names: list[str]) -> list[FoundOb
         if not words:
             continue
         try:
-            index, values = int(words[0]), [float(word) for word in words[1:]]
+            index, values = int(words[0]), [decimal(word) for word in words[1:]]
         except ValueError as problem:
             raise DatasetError(f"{path}: line {number} holds something else than numbers") from problem
         if len(values) not in (4, 5) or not all(-1.0 <= value <= 2.0 for value in values):

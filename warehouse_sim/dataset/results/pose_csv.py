@@ -9,6 +9,7 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.output import make_folder, write_bytes
@@ -160,8 +161,7 @@ def _whole(cell: str, where: str) -> int:
 
 def _numbers(cell: str, count: int, name: str, where: str) -> list[float]:
     try:
-        # Python alone reads 1_0 as 10.
-        numbers = [float(word.replace("_", "x")) for word in cell.split()]
+        numbers = [decimal(word) for word in cell.split()]
     except ValueError:
         raise DatasetError(f"{where}: {name} holds something else than numbers: {_shown(cell)!r}") from None
     if len(numbers) != count:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.files.json_file import write_json
+from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, kitti_layout
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels, read_text
 from warehouse_sim.errors import EvaluationError
@@ -89,7 +90,7 @@ def _objects(path: Path, scored: bool) -> KittiObjects:
     rows, scores = [line.split() for line in text.splitlines() if line.split()], []
     for number, words in enumerate(rows if scored else [], start=1):
         try:
-            scores.append(float(words[15]))
+            scores.append(decimal(words[15]))
         except (IndexError, ValueError):
             raise EvaluationError(f"{path}: row {number}: needs a score as its sixteenth field") from None
     return KittiObjects.of(read_labels(text, str(path)), scores)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.plain import Span, read_transform, shown, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, shown, take, take_if_given, take_numbers
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
@@ -100,6 +100,6 @@ def _numbers(path: Path) -> list[float]:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise DatasetError(f"{path}: is no matrix of nine numbers")
-        return [float(word) for word in path.read_text(encoding="ascii").replace(",", " ").split()]
+        return [decimal(word) for word in path.read_text(encoding="ascii").replace(",", " ").split()]
     except (OSError, ValueError) as problem:
         raise DatasetError(f"{path}: is no matrix of nine numbers ({problem})") from problem

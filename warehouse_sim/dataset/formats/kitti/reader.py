@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -30,7 +31,7 @@ def parse_label(line: str, where: str) -> KittiLabel:
     if len(words) != 15:
         raise DatasetError(f"{where}: 15 fields with single blanks are expected, found {len(words)}")
     try:
-        occluded, values = int(words[2]), [float(word) for word in (words[1], *words[3:])]
+        occluded, values = int(words[2]), [decimal(word) for word in (words[1], *words[3:])]
     except ValueError as problem:
         raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
     if not all(map(math.isfinite, values)):
@@ -99,7 +100,7 @@ def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size
 def _matrix(line: str, key: str, shape: tuple[int, int], where: str) -> Float[np.ndarray, "rows columns"]:
     name, *words = line.split(" ")
     try:
-        values = np.array([float(word) for word in words])
+        values = np.array([decimal(word) for word in words])
     except ValueError as problem:
         raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
     count = shape[0] * shape[1]

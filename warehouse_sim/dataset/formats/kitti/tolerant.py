@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, shown
+from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, decimal, shown
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, make_transform
@@ -123,7 +123,7 @@ def _label(words: list[str], where: str) -> KittiLabel:
 
 def _numbers(words: list[str], where: str, count: int) -> Float[np.ndarray, " count"]:
     try:
-        values = np.array([float(word) for word in words])
+        values = np.array([decimal(word) for word in words])
     except ValueError as problem:
         raise DatasetError(f"{where}: expected {count} numbers, found a word ({problem})") from problem
     if values.size != count or not all(value in NUMBERS for value in values):

@@ -12,6 +12,7 @@ from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, png_size_wh
+from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled
 from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import is_level
 from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
@@ -178,7 +179,7 @@ def _pose(matrix: Float[np.ndarray, "3 4"]) -> Transform:
 def _plane(path: Path) -> Float[np.ndarray, " 4"]:
     lines = read_text(path).split("\n")
     try:
-        values = np.array([float(word) for word in lines[3].split(" ")])
+        values = np.array([decimal(word) for word in lines[3].split(" ")])
     except (IndexError, ValueError) as problem:
         raise DatasetError(f"{path}: the fourth line must hold four numbers ({problem})") from problem
     if values.shape != (4,) or len(lines) != 5 or lines[4]:
