@@ -3,7 +3,10 @@
 python examples/one_observation.py
 """
 
-from warehouse_sim import load_recipe, observe_scene, open_renderer, prepare_scene
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.render import open_renderer
 
 recipe = load_recipe("demo")
 prepared = prepare_scene(recipe, seed=0, scene_index=0)

@@ -4,41 +4,61 @@ The names below are imported on first use, so that ``import warehouse_sim`` load
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from warehouse_sim.optional import require_extra
+from warehouse_sim.version import __version__
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:
+    from warehouse_sim.dataset.convert import convert
+    from warehouse_sim.dataset.validate import validate
+    from warehouse_sim.errors import WarehouseSimError
+    from warehouse_sim.estimators.load import load_estimator
+    from warehouse_sim.estimators.predict import predict
+    from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+    from warehouse_sim.estimators.train import train
+    from warehouse_sim.evaluation import evaluate
+    from warehouse_sim.generation.generate import generate
+    from warehouse_sim.schema import PoseEstimate
+
+__all__ = [
+    "Detection",
+    "PoseEstimate",
+    "RgbdImage",
+    "WarehouseSimError",
+    "__version__",
+    "convert",
+    "evaluate",
+    "generate",
+    "load_estimator",
+    "predict",
+    "train",
+    "validate",
+]
 
 _PUBLIC = {
-    "load_recipe": "warehouse_sim.generation.recipe",
-    "generate": "warehouse_sim.generation.generate",
-    "prepare_scene": "warehouse_sim.generation.scene",
-    "observe_scene": "warehouse_sim.generation.observe",
-    "sample_scene": "warehouse_sim.scene",
-    "settle_scene": "warehouse_sim.physics",
-    "open_renderer": "warehouse_sim.render",
-    "DatasetReader": "warehouse_sim.dataset.reader",
-    "validate": "warehouse_sim.dataset.validate",
-    "train": "warehouse_sim.estimators.train",
-    "load_estimator": "warehouse_sim.estimators.load",
-    "RgbdImage": "warehouse_sim.estimators.rgbd_image",
     "Detection": "warehouse_sim.estimators.rgbd_image",
-    "predict": "warehouse_sim.estimators.predict",
+    "PoseEstimate": "warehouse_sim.schema",
+    "RgbdImage": "warehouse_sim.estimators.rgbd_image",
+    "WarehouseSimError": "warehouse_sim.errors",
+    "convert": "warehouse_sim.dataset.convert",
     "evaluate": "warehouse_sim.evaluation",
-    "write_report": "warehouse_sim.evaluation.report",
+    "generate": "warehouse_sim.generation.generate",
+    "load_estimator": "warehouse_sim.estimators.load",
+    "predict": "warehouse_sim.estimators.predict",
+    "train": "warehouse_sim.estimators.train",
+    "validate": "warehouse_sim.dataset.validate",
 }
+"""Where each public name is imported from when it is first used."""
 _EXTRA = {
-    **dict.fromkeys(("load_recipe", "generate", "prepare_scene", "settle_scene"), "generate"),
+    "generate": "generate",
     **dict.fromkeys(("train", "load_estimator", "predict"), "learn"),
 }
-"""Names whose home cannot be imported without an extra of this package."""
-
-__all__ = [*_PUBLIC, "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
+"""Names whose module cannot be imported without an extra of this package."""
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for (PEP 562)."""
+    """Import a public name when it is first used (PEP 562)."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
     if name in _EXTRA:

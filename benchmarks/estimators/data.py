@@ -4,10 +4,10 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
-from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
 FOLDER = Path("out/estimators")

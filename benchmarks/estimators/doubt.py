@@ -22,14 +22,15 @@ from benchmarks.estimators.doubt_fit import fit
 from benchmarks.estimators.doubt_samples import Samples, collect, joined
 from benchmarks.estimators.ways import open_way, way_of
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import generate, load_recipe
 from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.pose.doubt.model import read_doubt, write_doubt
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.evaluation import Scores
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.learning.run_folder import WEIGHTS
 
 SEED = 8

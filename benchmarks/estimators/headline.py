@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim import load_estimator, load_recipe, observe_scene, open_renderer, prepare_scene
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.errors.pose_error import add, estimates_in_object
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 
 RECIPE, SEED, SCENES = "industrial-v1", 1000, 2

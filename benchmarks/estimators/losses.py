@@ -21,11 +21,11 @@ from benchmarks.estimators.over_seeds import answer, rounded, seed_interval, sta
 from benchmarks.estimators.score import Setting, score
 from benchmarks.estimators.study import CONFIG, DOCUMENT, SEEDS
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import train
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
 from warehouse_sim.estimators.pose.densefusion.calibration import CALIBRATION
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.selective import auroc
 

@@ -21,12 +21,14 @@ from benchmarks.estimators.over_seeds import answer, applies, as_markdown, passe
 from benchmarks.estimators.score import SELECTIONS, score
 from benchmarks.estimators.study import DOCUMENT
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim import generate, load_recipe, train
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 
 METHOD = "densefusion"
 TRAINED_ON = {"raster": ("raster",), "pathtrace": ("pathtrace",), "both": ("raster", "pathtrace")}

@@ -18,9 +18,9 @@ from benchmarks.estimators.over_seeds import applies, passed
 from benchmarks.estimators.score import DOCKING_RANGE, Setting, score
 from benchmarks.estimators.upon import settings_upon
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import train
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.intervals import scene_bootstrap
 from warehouse_sim.resources import model_dir

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim import evaluate, load_estimator
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import EvaluationError
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import Scores, read_scores, write_scores
+from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 from warehouse_sim.evaluation.summary import Summary

@@ -16,10 +16,11 @@ import tyro
 from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.score import Setting, rows, score
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import data_folder
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import ColorConfig

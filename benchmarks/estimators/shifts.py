@@ -11,11 +11,12 @@ from typing import Any
 
 import yaml
 
-from warehouse_sim import generate, load_recipe
 from warehouse_sim.benchmark.disturbances.masks import Disturb, exact, unnamed
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 
 SEED = 57
 """Of every set; nothing is trained on it."""

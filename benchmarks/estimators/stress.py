@@ -17,7 +17,6 @@ from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.score import rows
 from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import evaluate, generate, load_recipe
 from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS, Disturb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
@@ -25,8 +24,10 @@ from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.estimators.rgbd_image import RgbdImage
-from warehouse_sim.evaluation import Scores
+from warehouse_sim.evaluation import Scores, evaluate
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.schema import PoseEstimate
 
 SEED = 41

@@ -23,8 +23,8 @@ from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.marked import replace_table
 from benchmarks.estimators.over_seeds import answer, as_markdown, seed_interval, sentences
 from benchmarks.estimators.score import SELECTIONS, score
-from warehouse_sim import train
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
 
 RESULT = Path(__file__).parents[1] / "results" / "estimator_study.json"

@@ -25,11 +25,11 @@ from benchmarks.estimators.shifts import Shift, made
 from benchmarks.estimators.study import DOCUMENT
 from benchmarks.estimators.upon import settings_upon
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim import train
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval
 from warehouse_sim.resources import model_dir

@@ -18,11 +18,11 @@ from benchmarks.estimators.data import Data, made
 from benchmarks.estimators.score import docking_in_range
 from benchmarks.front_ends.data import FOLDER, TEST_DISTANCE, TEST_INDUSTRIAL
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
-from warehouse_sim import evaluate, predict
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
+from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import Scores
+from warehouse_sim.evaluation import Scores, evaluate
 from warehouse_sim.evaluation.intervals import share_interval
 from warehouse_sim.schema import PoseEstimate
 

@@ -17,18 +17,22 @@ import numpy as np
 import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim import load_estimator, load_recipe, observe_scene, open_renderer, prepare_scene
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.catalog.traffic.shapes import assembled
 from warehouse_sim.dataset.objects import object_info
 from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig, Refinement
 from warehouse_sim.evaluation.intervals import wilson
+from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.pose import Transform, level_camera, make_transform, rotation_z
+from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import ObjectInstance, ObjectModel, Observation, SceneSpec, Viewpoint
 
 RECIPE, SEED = "industrial", 1921

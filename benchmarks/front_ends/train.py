@@ -19,11 +19,10 @@ import tyro
 from benchmarks.estimators.data import FOLDER as POSE_FOLDER
 from benchmarks.estimators.data import Data, made
 from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
-from warehouse_sim import train
 from warehouse_sim.estimators.detection.settings import DetectorConfig
 from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
 from warehouse_sim.estimators.sweep.settings import SweepDetectorConfig
-from warehouse_sim.estimators.train import trainable
+from warehouse_sim.estimators.train import train, trainable
 
 _AT_ONCE = 4
 """Datasets that are generated side by side: the meshes of a dataset are made by one process."""

@@ -7,7 +7,6 @@ from typing import Any
 
 import yaml
 
-from warehouse_sim import __version__
 from warehouse_sim.benchmark.kept import digest, folder_for
 from warehouse_sim.benchmark.suite import DataConfig
 from warehouse_sim.config import to_mapping
@@ -16,6 +15,7 @@ from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.output import make_folder, write_bytes
+from warehouse_sim.version import __version__
 
 _SCORED: dict[str, Any] = {"train": 0.0, "val": 0.0, "test": 1.0, "stratify": []}
 _TRAINED_ON: dict[str, Any] = {"train": 0.9, "val": 0.1, "test": 0.0, "stratify": []}

@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
-from warehouse_sim import generate, load_recipe
 from warehouse_sim.dataset.convert import convert
 from warehouse_sim.dataset.validate import validate
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 
 SAME = ("yolo", "bop_webdataset", "linemod")
 """Formats of which every file must be equal; COCO's panoptic needs ids of what is no target, which no file holds."""

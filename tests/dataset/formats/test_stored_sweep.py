@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim import DatasetReader, generate, load_recipe
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.level_view import is_level
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.scene.distribution import Distribution

@@ -8,7 +8,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from warehouse_sim import __version__
 from warehouse_sim.benchmark.entrants.answering import answers
 from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.benchmark.kept import digest, file_digest
@@ -21,6 +20,7 @@ from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
+from warehouse_sim.version import __version__
 
 TRUTH, SHUFFLED = "truth", "shuffled"
 Share = Callable[[float, str], None]

@@ -7,7 +7,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim import __version__
 from warehouse_sim.benchmark.entrants.entrant import Asked, Group
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
@@ -17,6 +16,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.train import train
+from warehouse_sim.version import __version__
 
 _ALONE = PredictConfig(selection="consensus", refine="none")
 """What networks that are compared answer by: themselves."""

@@ -7,10 +7,10 @@ import torch
 
 from tests.dataset.toy import make_scene, observe
 from tests.estimators.pose.densefusion.made_run import made_run
-from warehouse_sim import load_estimator
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators import trained_names
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
