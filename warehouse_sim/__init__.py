@@ -10,19 +10,20 @@ from warehouse_sim.optional import require_extra
 from warehouse_sim.version import __version__
 
 if TYPE_CHECKING:
-    from warehouse_sim.dataset.convert import convert
-    from warehouse_sim.dataset.validate import validate
+    from warehouse_sim.api.dataset import Dataset
+    from warehouse_sim.api.folders import convert, validate
+    from warehouse_sim.api.observation import Observation
+    from warehouse_sim.api.scoring import evaluate, predict, report
+    from warehouse_sim.api.training import load_estimator, train
     from warehouse_sim.errors import WarehouseSimError
-    from warehouse_sim.estimators.load import load_estimator
-    from warehouse_sim.estimators.predict import predict
     from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
-    from warehouse_sim.estimators.train import train
-    from warehouse_sim.evaluation import evaluate
     from warehouse_sim.generation.generate import generate
     from warehouse_sim.schema import PoseEstimate
 
 __all__ = [
+    "Dataset",
     "Detection",
+    "Observation",
     "PoseEstimate",
     "RgbdImage",
     "WarehouseSimError",
@@ -32,38 +33,41 @@ __all__ = [
     "generate",
     "load_estimator",
     "predict",
+    "report",
     "train",
     "validate",
 ]
 
 _PUBLIC = {
+    "Dataset": "warehouse_sim.api.dataset",
     "Detection": "warehouse_sim.estimators.rgbd_image",
+    "Observation": "warehouse_sim.api.observation",
     "PoseEstimate": "warehouse_sim.schema",
     "RgbdImage": "warehouse_sim.estimators.rgbd_image",
     "WarehouseSimError": "warehouse_sim.errors",
-    "convert": "warehouse_sim.dataset.convert",
-    "evaluate": "warehouse_sim.evaluation",
+    "convert": "warehouse_sim.api.folders",
+    "evaluate": "warehouse_sim.api.scoring",
     "generate": "warehouse_sim.generation.generate",
-    "load_estimator": "warehouse_sim.estimators.load",
-    "predict": "warehouse_sim.estimators.predict",
-    "train": "warehouse_sim.estimators.train",
-    "validate": "warehouse_sim.dataset.validate",
+    "load_estimator": "warehouse_sim.api.training",
+    "predict": "warehouse_sim.api.scoring",
+    "report": "warehouse_sim.api.scoring",
+    "train": "warehouse_sim.api.training",
+    "validate": "warehouse_sim.api.folders",
 }
 """Where each public name is imported from when it is first used."""
-_EXTRA = {
-    "generate": "generate",
-    **dict.fromkeys(("train", "load_estimator", "predict"), "learn"),
-}
+_EXTRA = {"generate": "generate"}
 """Names whose module cannot be imported without an extra of this package."""
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used (PEP 562)."""
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
-    if name in _EXTRA:
-        require_extra(_EXTRA[name], f"for warehouse_sim.{name}")
-    return getattr(import_module(_PUBLIC[name]), name)
+if not TYPE_CHECKING:  # to whom every other name is an error
+
+    def __getattr__(name: str) -> Any:
+        """Import a public name when it is first used (PEP 562)."""
+        if name not in _PUBLIC:
+            raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
+        if name in _EXTRA:
+            require_extra(_EXTRA[name], f"for warehouse_sim.{name}")
+        return getattr(import_module(_PUBLIC[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -20,7 +20,15 @@ def shown(value: Any) -> str:
 
 
 class WarehouseSimError(Exception):
-    """Base of every error that a user of this package can cause or meet."""
+    """Base of every error that a user of this package can cause or meet.
+
+    Example:
+        >>> try:
+        ...     ws.Dataset("nowhere")
+        ... except ws.WarehouseSimError as problem:
+        ...     print(problem)
+        nowhere: there is no such folder; name the folder of a dataset, or make one with ws.generate
+    """
 
     scenes: tuple[int, ...] = ()
     """The scenes of a dataset that could not be made, where that is what happened."""
@@ -87,6 +95,10 @@ class TrainingError(WarehouseSimError):
 
 class InputError(WarehouseSimError):
     """Images, masks and a camera that were given to an estimator do not fit together."""
+
+
+class OutOfRangeError(DatasetError, IndexError):
+    """A dataset has no observation of that number; loops that count up end at it."""
 
 
 class EvaluationError(WarehouseSimError):

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -21,11 +22,24 @@ from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, StatedCalibration
 
-__all__ = ["Calibration", "DatasetReader", "ImageRecord", "ObjectInfo", "TargetRecord", "is_dataset", "open_format"]
+__all__ = [
+    "ALL",
+    "Calibration",
+    "DatasetReader",
+    "ImageRecord",
+    "ObjectInfo",
+    "TargetRecord",
+    "is_dataset",
+    "open_format",
+]
 
 
 Calibration = Literal["true", "stated"]
 """The calibration that images and labels were made by, or what the rig says that it is."""
+Place = tuple[str, int, int]
+"""Split, scene id and image id."""
+ALL = "all"
+"""Stands for all splits where one is named."""
 
 
 class DatasetReader:
@@ -40,9 +54,10 @@ class DatasetReader:
         DatasetError: The folder is no complete dataset, or has none of the formats that can be read.
     """
 
-    def __init__(self, root: Path, calibration: Calibration = "true") -> None:
+    def __init__(self, root: str | Path, calibration: Calibration = "true") -> None:
         self.root = Path(root)
         self.calibration: Calibration = calibration
+        self._only: frozenset[Place] | None = None
         self._stated: dict[int, tuple[StatedCalibration, ...]] = {}
         found = _external(self.root)
         self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
@@ -82,6 +97,12 @@ class DatasetReader:
         return self._reader.splits
 
     @property
+    def parts(self) -> tuple[str, ...]:
+        """The splits without KITTI's "trainval" where train and val are there, which it is the union of."""
+        union = {"train", "val", "trainval"} <= self.splits.keys()
+        return tuple(name for name in self.splits if not (union and name == "trainval"))
+
+    @property
     def has_clean(self) -> bool:
         """Whether there are clean images beside those that were read."""
         return self._reader.has_clean
@@ -92,19 +113,35 @@ class DatasetReader:
         return has_depth(self._reader)
 
     def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split, by scene and image id.
+        """Return the images of a split, or of all of them (``ALL``), by scene and image id.
 
         Raises:
             DatasetError: No such split, a table is missing or malformed, or no calibration is stated.
         """
-        images = self._reader.images(split)
+        images = self._all_images() if self._is_all(split) else self._reader.images(split)
+        if self._only is not None:
+            images = [image for image in images if (image.split, image.scene_id, image.image_id) in self._only]
         if self.calibration == "true":
             return images
         return [replace(image, camera=self._stated_at(image).camera) for image in images]
 
+    def calibrated(self, calibration: Calibration) -> "DatasetReader":
+        """Return a reader of the same images with another calibration."""
+        reader = copy(self)
+        reader.calibration = calibration
+        return reader
+
+    def only(self, places: Iterable[Place]) -> "DatasetReader":
+        """Return a reader of the same dataset that sees some of its images."""
+        reader = copy(self)
+        reader._only = frozenset(places)
+        return reader
+
     def files(self, split: str) -> list[Path]:
         """Return all files that the images and labels of a split are read from, sorted."""
-        return self._reader.files(split)
+        if not self._is_all(split):
+            return self._reader.files(split)
+        return sorted({path for name in self.parts for path in self._reader.files(name)})
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image."""
@@ -179,6 +216,13 @@ class DatasetReader:
             name: MountedReading(places.get(name, item.T_camera_sensor), item.reading) for name, item in found.items()
         }
 
+    def _is_all(self, split: str) -> bool:
+        return split == ALL and ALL not in self.splits
+
+    def _all_images(self) -> list[ImageRecord]:
+        images = [image for split in self.parts for image in self._reader.images(split)]
+        return sorted(images, key=lambda image: (image.scene_id, image.image_id))
+
     def _stated_at(self, image: ImageRecord) -> StatedCalibration:
         """Return what the rig states of its calibration at an image.
 
@@ -202,8 +246,9 @@ class DatasetReader:
             raise DatasetError(f"{self.root}: holds no clean images; generate it with sensors.clean: true")
 
 
-def is_dataset(root: Path) -> bool:
+def is_dataset(root: str | Path) -> bool:
     """Return whether a folder holds a complete dataset, or one that others made."""
+    root = Path(root)
     return DatasetLayout(root).manifest.is_file() or _external(root) is not None
 
 

@@ -27,7 +27,7 @@ _CHECKS = (
 """What is asked of every dataset, whatever its formats."""
 
 
-def validate(root: Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
+def validate(root: str | Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
     """Check a dataset folder from its manifest down to single pixels; of one that others made, what it holds.
 
     Args:
@@ -37,6 +37,7 @@ def validate(root: Path, progress: ProgressCallback = lambda share, note: None) 
     Returns:
         One entry a check; only the first one where the manifest cannot be read or speaks of another folder.
     """
+    root = Path(root)
     if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
         others = ForeignSubject.of(root)
         return _all(others, [(check, others) for check in checks_of(others)], progress)

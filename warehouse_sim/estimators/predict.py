@@ -4,6 +4,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
@@ -21,21 +22,22 @@ log = logging.getLogger(__name__)
 
 
 def predict(
-    run: Path | str,
-    data: Path,
+    run: Path | str | object,
+    data: str | Path | DatasetReader,
     split: str,
-    config: PredictConfig,
+    config: PredictConfig = PredictConfig(),  # noqa: B008  frozen
     progress: Progress | None = None,
-    pictures: Path | None = None,
+    pictures: str | Path | None = None,
 ) -> list[PoseEstimate]:
     """Estimate what is detected in the images of ``split``, in their order.
 
     With the true masks for detections, that is every target that the estimator knows and that is visible enough.
 
     Args:
-        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training.
-        data: Dataset folder with BOP files.
-        split: "train", "val" or "test".
+        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training; or an
+            estimator.
+        data: Dataset folder with BOP files, or an open reader of one.
+        split: Name of a split, or "all".
         config: Settings.
         progress: Called with the share that is done.
         pictures: Folder for a picture of each image with the poses in it; none by default.
@@ -50,14 +52,18 @@ def predict(
         DatasetError: The folder is no dataset with BOP files, or states no calibration, but is asked for it.
         InputError: Tracks are asked for, but nothing has a covariance, or images do not say where the camera is.
     """
-    reader = DatasetReader(data, config.calibration)
+    reader = (
+        data.calibrated(config.calibration)
+        if isinstance(data, DatasetReader)
+        else DatasetReader(data, config.calibration)
+    )
     estimator, finder = (
-        load_estimator(run, config),
+        load_estimator(run, config) if isinstance(run, (str, Path)) else cast(PoseEstimator, run),
         Finder(config.detections, config.gravity, config.depth, config.objects),
     )
     images = reader.images(split)
     if not images:
-        raise TrainingError(f"{data}: the split {split!r} has no images; generate more scenes")
+        raise TrainingError(f"{reader.root}: the split {split!r} has no images; generate more scenes")
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
     # Numbers of objects in a folder of others are that folder's own, and of no matter to what finds objects itself.
@@ -71,7 +77,7 @@ def predict(
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
     estimates = tracked(reader, split, estimates, config.tracking) if config.track else estimates
     if pictures is not None:
-        write_pictures(pictures, reader, images, estimates, known_sizes(estimator, reader))
+        write_pictures(Path(pictures), reader, images, estimates, known_sizes(estimator, reader))
     return estimates
 
 

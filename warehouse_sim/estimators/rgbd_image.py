@@ -20,7 +20,12 @@ _FARTHEST = 200.0
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """One object that was found in an image, by its pixels or a box about them."""
+    """One object that was found in an image, by its pixels or a box about them.
+
+    Example:
+        >>> ws.Detection(box_xyxy=(10, 5, 30, 20), model="epal1").pixels(48, 64).sum()
+        np.int64(336)
+    """
 
     mask: Bool[np.ndarray, "h w"] | None = None
     """Its visible pixels; None where only a box is known."""
@@ -65,7 +70,14 @@ class SweepView:
 
 @dataclass(frozen=True, eq=False)
 class RgbdImage:
-    """One image of an RGB-D camera with what was detected in it."""
+    """One image of an RGB-D camera with what was detected in it.
+
+    Example:
+        >>> K = np.array([[50.0, 0.0, 31.5], [0.0, 50.0, 23.5], [0.0, 0.0, 1.0]])
+        >>> image = ws.RgbdImage.from_arrays(np.full((48, 64), 2.0), K, [ws.Detection(box_xyxy=(10, 5, 30, 20))])
+        >>> image.camera.width, image.depth.dtype, len(image.detections)
+        (64, dtype('float32'), 1)
+    """
 
     camera: PinholeCamera
     depth: Float32[np.ndarray, "h w"]

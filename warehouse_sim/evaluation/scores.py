@@ -8,7 +8,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import NUMBERS, take, take_if_given
 from warehouse_sim.dataset.results import predictions
-from warehouse_sim.errors import DatasetError, EvaluationError
+from warehouse_sim.errors import DatasetError, EvaluationError, UnknownNameError
 from warehouse_sim.evaluation.bop_scores import BopScores
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
 from warehouse_sim.evaluation.measure import MeasureConfig
@@ -40,9 +40,12 @@ class ScoreConfig:
     """Splits and intervals."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scores:
-    """The numbers, the groups behind them, and the rows behind those."""
+    """The numbers, the groups behind them, and the rows behind those.
+
+    It reads like the mapping in scores.json, too: ``scores["overall"]["metrics"]["add_10pct"]``.
+    """
 
     method: str
     """Name of the method, from the name of its predictions file."""
@@ -70,6 +73,25 @@ class Scores:
     """What was scored; predictions.csv beside scores.json."""
     bop: BopScores | None = None
     """The scores of the BOP challenges, where they were asked for."""
+
+    def __repr__(self) -> str:
+        return "\n".join(self.summary())
+
+    def __getitem__(self, key: str) -> Any:
+        """Return an entry of scores.json.
+
+        Raises:
+            UnknownNameError: There is no such entry.
+        """
+        entries = self.to_plain()
+        if not isinstance(key, str) or key not in entries:
+            raise UnknownNameError("entry of the scores", str(key), list(entries))
+        return entries[key]
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """The metrics over all ground truths: ``add_10pct``, ``pose_5cm_5deg``, ``dock_0mm``, ..."""
+        return self.overall.metrics
 
     def to_plain(self) -> dict[str, Any]:
         """Return the content of scores.json."""
@@ -145,12 +167,13 @@ class Scores:
         return lines
 
 
-def write_scores(scores: Scores, folder: Path) -> Path:
+def write_scores(scores: Scores, folder: str | Path) -> Path:
     """Write scores.json, errors.csv and predictions.csv, so that the folder can be reported on its own.
 
     Returns:
         The path of scores.json, which is written last.
     """
+    folder = Path(folder)
     make_folder(folder)
     predictions.write(folder / PREDICTIONS_FILE, scores.estimates)
     write_table(scores.table, folder / ERRORS_FILE)
@@ -158,12 +181,13 @@ def write_scores(scores: Scores, folder: Path) -> Path:
     return folder / SCORES_FILE
 
 
-def read_scores(folder: Path) -> Scores:
+def read_scores(folder: str | Path) -> Scores:
     """Read an evaluation folder.
 
     Raises:
         EvaluationError: The folder does not hold a score of this format.
     """
+    folder = Path(folder)
     path = folder / SCORES_FILE
     data = read_json(path)
     if not isinstance(data, dict) or data.get("format") != SCORES_FORMAT:

@@ -11,13 +11,13 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.object_truth import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
-from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores
 from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.errors.surface import ErrorModels
+from warehouse_sim.evaluation.given import Given
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH, ScoreConfig, Scores
@@ -29,22 +29,22 @@ from warehouse_sim.schema import PoseEstimate
 
 
 def evaluate(
-    predictions: Path,
-    data: Path,
+    predictions: str | Path | Sequence[PoseEstimate],
+    data: str | Path | DatasetReader,
     split: str,
     config: ScoreConfig | None = None,
     method: str | None = None,
     bop: bool = False,
     vsd: bool = False,
 ) -> Scores:
-    """Score a predictions file in the BOP pose CSV against one split of a dataset.
+    """Score predictions against one split of a dataset.
 
     Args:
-        predictions: CSV file; every row must name an image and an object of the split.
-        data: Dataset folder.
-        split: "train", "val" or "test".
+        predictions: File in the BOP pose CSV, or estimates; each must name an image and an object of the split.
+        data: Dataset folder, or an open reader of one.
+        split: Name of a split, or "all".
         config: Settings; the defaults if None.
-        method: Name to store; else the file name up to the first underscore (the BOP rule).
+        method: Name to store; else the file name up to the first underscore (the BOP rule), or "estimates".
         bop: Whether to add the scores of the BOP challenges, which project every point of every model.
         vsd: Whether these have the recall by VSD, too, and with it the average recall of BOP 2019; implies ``bop``.
 
@@ -54,19 +54,21 @@ def evaluate(
         DatasetError: The dataset or the CSV cannot be read.
     """
     config = config or ScoreConfig()
-    reader = DatasetReader(data)
+    reader = data if isinstance(data, DatasetReader) else DatasetReader(data)
     images = reader.images(split)
-    _require_poses(images, split, data)
-    estimates = prediction_file.read(predictions)
-    _check_places(estimates, images, set(reader.objects), predictions, f"split {split!r} of {data}")
-    check_unit(estimates, images, predictions)
-    _check_geometry(images, reader.objects, data)
-    _check_in_front(estimates, reader.objects, predictions)
+    _require_poses(images, split, reader.root)
+    _require_places(images, split, reader.root)
+    given = Given.of(predictions)
+    estimates = given.estimates
+    _check_places(given, images, set(reader.objects), f"split {split!r} of {reader.root}")
+    check_unit(estimates, images, given.name)
+    _check_geometry(images, reader.objects, reader.root)
+    _check_in_front(given, reader.objects)
     standings = Standings.of(reader, images)
     table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images), standings)
     if len(table) == 0:
         raise EvaluationError(
-            f"{data}: split {split!r} has no ground truth that is visible enough to count; "
+            f"{reader.root}: split {split!r} has no ground truth that is visible enough to count; "
             "generate more scenes, or lower measure.min_visible_fraction (without CAD measure.min_model_points)"
         )
     groups = {
@@ -79,10 +81,10 @@ def evaluate(
             summarise(label, part, config.metrics, config.groups) for label, part in stacks.items()
         )
     return Scores(
-        method=method or predictions.stem.split("_")[0],
+        method=method or given.method,
         dataset=_identity(reader, split) | _without_reach(table),
         settings=to_mapping(config),
-        counts=_counts(estimates, images, table) | {"refused": prediction_file.count_refused(predictions)},
+        counts=_counts(estimates, images, table) | {"refused": given.refused},
         overall=summarise("all", table, config.metrics, config.groups),
         groups=groups,
         docking_failures=docking_failures(table),
@@ -90,7 +92,7 @@ def evaluate(
         trust=trust_of(table, config.groups),
         seconds_per_image=_seconds_per_image(estimates),
         table=table,
-        estimates=tuple(estimates),
+        estimates=estimates,
         bop=_bop(estimates, images, reader, config, vsd) if bop or vsd else None,
     )
 
@@ -155,18 +157,25 @@ def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> Non
         )
 
 
-def _check_places(
-    estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], objects: set[int], file: Path, where: str
-) -> None:
+def _require_places(images: Sequence[ImageRecord], split: str, data: Path) -> None:
+    """Refuse images that estimates, which name scene and image only, cannot tell apart."""
+    twice = [place for place, count in Counter((item.scene_id, item.image_id) for item in images).items() if count > 1]
+    if twice:
+        raise EvaluationError(
+            f"{data}: scene {twice[0][0]} image {twice[0][1]} is in several splits of {split!r}; score one split"
+        )
+
+
+def _check_places(given: Given, images: Sequence[ImageRecord], objects: set[int], where: str) -> None:
     known = {(image.scene_id, image.image_id) for image in images}
-    for line, estimate in enumerate(estimates, start=2):
+    for number, estimate in enumerate(given.estimates):
         if (estimate.scene_id, estimate.image_id) not in known:
             raise EvaluationError(
-                f"{file}: line {line}: scene {estimate.scene_id} image {estimate.image_id} is not in {where}; "
+                f"{given.place(number)}: scene {estimate.scene_id} image {estimate.image_id} is not in {where}; "
                 "check --split and --data"
             )
         if estimate.obj_id not in objects:
-            raise EvaluationError(f"{file}: line {line}: object {estimate.obj_id} is not in {where}; check --data")
+            raise EvaluationError(f"{given.place(number)}: object {estimate.obj_id} is not in {where}; check --data")
 
 
 def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
@@ -193,12 +202,12 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
                 )
 
 
-def _check_in_front(estimates: Sequence[PoseEstimate], objects: Mapping[int, ObjectInfo], file: Path) -> None:
+def _check_in_front(given: Given, objects: Mapping[int, ObjectInfo]) -> None:
     """Refuse estimates of which nothing lies in front of the camera."""
-    for line, estimate in enumerate(estimates, start=2):
+    for number, estimate in enumerate(given.estimates):
         if _behind(estimate.T_camera_object, objects[estimate.obj_id]):
             raise EvaluationError(
-                f"{file}: line {line}: the object is behind the camera, "
+                f"{given.place(number)}: the object is behind the camera, "
                 f"z = {1000.0 * estimate.T_camera_object[2, 3]:.6g} mm; poses have z forward, in the frame of OpenCV"
             )
 

@@ -15,13 +15,13 @@ _ALIKE = 3.0
 """Factor within which distances of estimates and truth agree; no estimator is wrong by hundreds in the median."""
 
 
-def check_unit(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], file: Path) -> None:
+def check_unit(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], file: str | Path) -> None:
     """Refuse predictions whose distances from the camera are in another unit than millimetres.
 
     Args:
         estimates: Predictions, each of one of ``images``.
         images: Images with their targets.
-        file: Where the predictions come from.
+        file: Where the predictions come from, for messages.
 
     Raises:
         EvaluationError: The median distance is that of the ground truth of the same images in another unit.

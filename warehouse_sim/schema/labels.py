@@ -72,7 +72,14 @@ class Agreement:
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
-    """One estimated pose; its first six fields are a row of the BOP pose CSV."""
+    """One estimated pose; its first six fields are a row of the BOP pose CSV.
+
+    Example:
+        >>> pose = np.eye(4)
+        >>> pose[:3, 3] = 0.1, 0.0, 2.5
+        >>> ws.PoseEstimate(scene_id=0, image_id=1, obj_id=1, score=0.9, T_camera_object=pose).time
+        -1.0
+    """
 
     scene_id: int
     image_id: int

@@ -1,13 +1,14 @@
 """What the labels of a dataset count: classes, distances, visible fractions, sizes of boxes, light."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from warehouse_sim.dataset.bars import bin_names, text_bars
 from warehouse_sim.dataset.inspect.oddities import Oddities
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.scene_record import read_scene_record
@@ -83,16 +84,16 @@ def distance_of(target: TargetRecord) -> float | None:
     return float(np.linalg.norm(target.T_camera_object[:3, 3])) if target.has_pose else None
 
 
-def class_of(target: TargetRecord, reader: DatasetReader) -> str:
+def class_of(target: TargetRecord, objects: Mapping[int, ObjectInfo]) -> str:
     """Return the class of a label; its number where the dataset does not list its object."""
     try:
-        return target.info(reader.objects).class_name
+        return target.info(objects).class_name
     except KeyError:
         return f"object {target.obj_id}"
 
 
 def _count(found: Survey, target: TargetRecord, image: ImageRecord, reader: DatasetReader, oddities: Oddities) -> None:
-    found.classes[class_of(target, reader)] += 1
+    found.classes[class_of(target, reader.objects)] += 1
     distance = distance_of(target)
     if distance is not None:
         found.values["distance"].append(distance)

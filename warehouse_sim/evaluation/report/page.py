@@ -16,7 +16,7 @@ _MANY = 3
 """From more evaluations than this on, each shows one case a group, to keep the page small."""
 
 
-def write_report(folders: Sequence[Path], out: Path) -> Path:
+def write_report(folders: Sequence[str | Path], out: str | Path) -> Path:
     """Write one HTML page about dataset, run and evaluation folders; it needs no other file and no network.
 
     Args:
@@ -32,7 +32,8 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     """
     if not folders:
         raise EvaluationError("there is nothing to report: name at least one dataset, run or evaluation folder")
-    sources = read_sources(folders)
+    out = Path(out)
+    sources = read_sources([Path(folder) for folder in folders])
     labels = _labels(sources.evaluations)
     named = list(zip(sources.evaluations, labels, strict=True))
     case_count = 3 if len(named) <= _MANY else 1

@@ -1,0 +1,38 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from warehouse_sim.api.dataset import Dataset
+from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.schema import PoseEstimate
+
+FORMATS = ("bop", "kitti", "coco", "yolo")
+
+
+@pytest.fixture(scope="session")
+def smoke(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return three scenes of two observations, one scene a split, in several formats; nobody changes it."""
+    root = tmp_path_factory.mktemp("api") / "out"
+    generate(load_recipe("smoke"), root, GenerateConfig(scenes=3, seed=0, workers=1, formats=FORMATS))
+    return root
+
+
+@pytest.fixture
+def data(smoke: Path) -> Dataset:
+    return Dataset(smoke)
+
+
+@pytest.fixture
+def oracle(data: Dataset) -> Callable[[RgbdImage], list[PoseEstimate]]:
+    """Return an estimator that knows the ground truth."""
+    known = {(obs.scene_id, obs.image_id): obs for obs in data}
+
+    def estimate(image: RgbdImage) -> list[PoseEstimate]:
+        place = image.scene_id, image.image_id
+        return [PoseEstimate(*place, item.obj_id, 1.0, item.T_camera_object) for item in known[place].objects]
+
+    return estimate

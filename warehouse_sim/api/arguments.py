@@ -1,0 +1,159 @@
+"""Check the arguments of a public name: what does not fit its annotations is an error that says what does."""
+
+import inspect
+import sys
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import wraps
+from numbers import Integral, Real
+from os import PathLike
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from warehouse_sim.errors import InputError, shown
+from warehouse_sim.ranges import range_of
+
+P = ParamSpec("P")
+T = TypeVar("T")
+_WORDS = {str: "text", int: "a whole number", float: "a number", bool: "True or False", Path: "a path", None: "None"}
+_VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+
+
+def checked(function: Callable[P, T]) -> Callable[P, T]:
+    """Make a function refuse arguments that it does not take, or that are of another type than it says.
+
+    It stands directly above ``def``, below ``@classmethod`` and ``@property``. Numbers keep to the ``Range`` of their
+    annotation. What a type checker alone knows (protocols, type variables, strings that cannot be resolved) passes.
+    """
+    signature = inspect.signature(function)
+    hints: dict[str, Any] = {}
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        name = function.__qualname__.removesuffix(".__init__")
+        if not hints:
+            hints.update(_hints(function))
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError as problem:
+            raise InputError(f"{name}: {problem}; {_usage(signature, kwargs)}") from None
+        for key, value in bound.arguments.items():
+            _check(name, signature.parameters[key], value, hints.get(key, Any))
+        return function(*args, **kwargs)
+
+    return call
+
+
+def fits(value: Any, hint: Any) -> bool:
+    """Return whether a value is of a type, containers item by item; whole numbers are numbers, True is none."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Any:
+        return True
+    if origin is typing.Annotated:
+        return fits(value, args[0])
+    if origin in (typing.Union, types.UnionType):
+        return any(fits(value, option) for option in args)
+    if origin is typing.Literal:
+        return any(type(value) is type(option) and value == option for option in args)
+    if hint is float or hint is int:
+        kind = Real if hint is float else Integral
+        return isinstance(value, kind) and not isinstance(value, (bool, np.bool_))
+    if hint is Path:
+        return isinstance(value, PathLike)
+    if hint is None or hint is type(None):
+        return value is None
+    if hint is bool:
+        return isinstance(value, (bool, np.bool_))
+    if origin is not None:
+        return _fits_container(value, origin, args)
+    if not isinstance(hint, type) or (getattr(hint, "_is_protocol", False) and not _at_run_time(hint)):
+        return True
+    return isinstance(value, hint)
+
+
+def _fits_container(value: Any, origin: Any, args: tuple[Any, ...]) -> bool:
+    if origin is tuple and args[-1:] != (...,):
+        listed = isinstance(value, (tuple, list, np.ndarray)) and len(value) == len(args)
+        return listed and all(fits(item, hint) for item, hint in zip(value, args, strict=True))
+    if origin in (tuple, list, Sequence):
+        listed = isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes))
+        return listed and all(fits(item, args[0]) for item in value)
+    if origin in (dict, Mapping):
+        known = isinstance(value, Mapping)
+        return known and all(fits(key, args[0]) and fits(item, args[1]) for key, item in value.items())
+    if origin is Callable:
+        return callable(value)
+    return not isinstance(origin, type) or isinstance(value, origin)
+
+
+def _check(name: str, parameter: inspect.Parameter, value: Any, hint: Any) -> None:
+    if parameter.kind is inspect.Parameter.VAR_KEYWORD:
+        items = {key: item for key, item in value.items()}
+    elif parameter.kind is inspect.Parameter.VAR_POSITIONAL:
+        items = {f"{parameter.name}[{index}]": item for index, item in enumerate(value)}
+    else:
+        items = {parameter.name: value}
+    for key, item in items.items():
+        if not fits(item, hint):
+            raise InputError(f"{name}: {key} must be {_described(hint)}, found {shown(item)}")
+        _check_range(f"{name}: {key}", item, hint)
+
+
+def _check_range(where: str, value: Any, hint: Any) -> None:
+    allowed = range_of(hint) or next((found for option in typing.get_args(hint) if (found := range_of(option))), None)
+    if allowed is not None and isinstance(value, Real) and float(value) not in allowed:
+        raise InputError(f"{where} must be {allowed.text}, found {value}")
+    if isinstance(value, Real) and not np.isfinite(float(value)):
+        raise InputError(f"{where} must be finite, found {value}")
+
+
+def _described(hint: Any) -> str:
+    """Return the type as a person says it."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        return _described(args[0])
+    if origin in (typing.Union, types.UnionType):
+        *first, last = dict.fromkeys(_described(option) for option in args)
+        return f"{', '.join(first)} or {last}" if first else last
+    if origin is typing.Literal:
+        return f"one of {', '.join(map(repr, args))}"
+    if origin is tuple and args[-1:] != (...,):
+        return f"({', '.join(map(_described, args))})"
+    if origin in (tuple, list, Sequence):
+        return f"a list of {_described(args[0])}"
+    if origin in (dict, Mapping):
+        return f"a mapping from {_described(args[0])} to {_described(args[1])}"
+    if origin is Callable:
+        return "a function"
+    plain = None if hint is type(None) else hint
+    return _WORDS.get(plain) or str(getattr(plain, "__name__", plain))
+
+
+def _usage(signature: inspect.Signature, given: Mapping[str, Any]) -> str:
+    """Return what a function takes, and the name that was probably meant."""
+    taken = [item for item in signature.parameters.values() if item.name != "self"]
+    names = [item.name for item in taken if item.kind not in _VARIADIC]
+    meant = [near[0] for key in given if key not in names and (near := get_close_matches(key, names, 1))]
+    hint = f"did you mean {meant[0]!r}? " if meant else ""
+    shown_names = [f"*{item.name}" if item.kind is item.VAR_POSITIONAL else item.name for item in taken]
+    return f"{hint}it takes {', '.join(shown_names) or 'nothing'}"
+
+
+def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of parameters; what names something that only type checkers import is left out."""
+    found: dict[str, Any] = {}
+    for name, hint in function.__annotations__.items():
+        only = types.SimpleNamespace(__annotations__={name: hint}, __module__=function.__module__)
+        try:
+            found |= typing.get_type_hints(only, vars(sys.modules[function.__module__]), include_extras=True)
+        except NameError:
+            found[name] = Any
+    return found
+
+
+def _at_run_time(protocol: Any) -> bool:
+    return bool(getattr(protocol, "_is_runtime_protocol", False))

@@ -1,0 +1,46 @@
+"""The predictions that are scored: a file, or estimates in memory."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from warehouse_sim.dataset.results import predictions as prediction_file
+from warehouse_sim.errors import EvaluationError, shown
+from warehouse_sim.schema import PoseEstimate
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Estimates, and how messages name them."""
+
+    estimates: tuple[PoseEstimate, ...]
+    """Those that are not refused."""
+    refused: int
+    """How many are."""
+    name: str
+    """The file, or what stands for it."""
+    method: str
+    """The file's name up to the first underscore (the BOP rule)."""
+    is_file: bool
+
+    @classmethod
+    def of(cls, predictions: str | Path | Sequence[PoseEstimate]) -> "Given":
+        """Read a file of predictions, or take estimates.
+
+        Raises:
+            DatasetError: The file cannot be read.
+            EvaluationError: Something in the list is no estimate.
+        """
+        if isinstance(predictions, (str, Path)):
+            path = Path(predictions)
+            found = tuple(prediction_file.read(path))
+            return cls(found, prediction_file.count_refused(path), str(path), path.stem.split("_")[0], True)
+        for number, item in enumerate(predictions):
+            if not isinstance(item, PoseEstimate):
+                raise EvaluationError(f"estimate {number} must be a PoseEstimate, found {shown(item)}")
+        kept = tuple(item for item in predictions if not item.refused)
+        return cls(kept, len(predictions) - len(kept), "the estimates", "estimates", False)
+
+    def place(self, number: int) -> str:
+        """Return how messages name one estimate by its position."""
+        return f"{self.name}: line {number + 2}" if self.is_file else f"estimate {number}"
