@@ -48,7 +48,7 @@ def test_a_wrong_setting_is_one_clear_line(data, message) -> None:
     assert str(caught.value) == message
 
 
-def test_files_that_cannot_be_read_raise_the_error_asked_for(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read_raise_the_error_requested_for(tmp_path: Path) -> None:
     with pytest.raises(RecipeError, match="cannot be read"):
         load_yaml(Rig, tmp_path / "no.yaml", RecipeError)
     bad = tmp_path / "bad.yaml"

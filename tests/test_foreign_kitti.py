@@ -28,7 +28,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_street(tmp_path_factory.mktemp("kitti") / "street", FRAMES, testing=1, seed=SEED)
 
 
-def truth_csv(path: Path, shift: float = 0.0) -> Path:
+def gt_csv(path: Path, shift: float = 0.0) -> Path:
     """Write the labelled poses of val as estimates in BOP's CSV, by hand, moved to the right by ``shift`` (m)."""
     rows = ["scene_id,im_id,obj_id,score,R,t,time"]
     for frame in VAL:
@@ -66,23 +66,23 @@ def test_cars_and_pedestrians_are_trained_on_found_and_scored(
         Estimator(run, PredictConfig(refine="icp"))
 
 
-def test_ground_truth_fed_back_scores_one(data: Path, tmp_path: Path) -> None:
-    scores = evaluate(truth_csv(tmp_path / "truth_val.csv"), data, "val")
+def test_ground_ground_truth_fed_back_scores_one(data: Path, tmp_path: Path) -> None:
+    scores = evaluate(gt_csv(tmp_path / "gt_val.csv"), data, "val")
     metrics = scores.to_plain()["overall"]["metrics"]
-    shares = {name: value for name, value in metrics.items() if "median" not in name and value is not None}
-    assert len(shares) > 12
-    assert set(shares.values()) == {1.0}
+    fractions = {name: value for name, value in metrics.items() if "median" not in name and value is not None}
+    assert len(fractions) > 12
+    assert set(fractions.values()) == {1.0}
     assert scores.overall.metrics["median_add"] < 1e-8
     assert scores.counts["ground_truths"] == 6
 
 
 def test_a_known_shift_is_measured_on_each_cloud_against_its_own_diagonal(data: Path, tmp_path: Path) -> None:
-    table = evaluate(truth_csv(tmp_path / "truth_val.csv", shift=0.15), data, "val").table
+    table = evaluate(gt_csv(tmp_path / "gt_val.csv", shift=0.15), data, "val").table
     assert np.allclose(table.add, 0.15, atol=1e-8)
     assert np.allclose(table.mssd, 0.15, atol=1e-8)
     diagonal = {"Car": np.sqrt(1.5**2 + 1.6**2 + 3.9**2), "Pedestrian": np.sqrt(1.75**2 + 0.65**2 + 0.85**2)}
     assert np.allclose(table.diameter, [diagonal[name] for name in table.class_name])
-    scores = evaluate(tmp_path / "truth_val.csv", data, "val")
+    scores = evaluate(tmp_path / "gt_val.csv", data, "val")
     by_class = {item.label: item.metrics["add_5pct"] for item in scores.groups["class"]}
     assert by_class == {"Car": 1.0, "Pedestrian": 0.0}  # 5 % are 22 cm and 10 cm
 
@@ -91,7 +91,7 @@ def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path) -> No
     folder = Path(shutil.copytree(data, tmp_path / "few"))
     write_frame(folder / "training", VAL[0], street(VAL[0], SEED), SEED, points_each=49)
     write_frame(folder / "training", VAL[1], street(VAL[1], SEED), SEED, points_each=50)
-    path = truth_csv(tmp_path / "truth_val.csv")
+    path = gt_csv(tmp_path / "gt_val.csv")
     counts = evaluate(path, folder, "val").counts
     assert (counts["ground_truths"], counts["ground_truths_left_out"]) == (3, 3)
     assert evaluate(path, folder, "val", ScoreConfig(MeasureConfig(min_model_points=20))).counts["ground_truths"] == 6
@@ -102,7 +102,7 @@ def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path) -> No
 @pytest.mark.real
 def test_recorded_labels_fed_back_score_one(real_data: Path, tmp_path: Path) -> None:
     (image,) = DatasetReader(real_data / "kitti").images("val")
-    path = tmp_path / "truth_val.csv"
+    path = tmp_path / "gt_val.csv"
     with path.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["scene_id", "im_id", "obj_id", "score", "R", "t", "time"])

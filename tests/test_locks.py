@@ -94,8 +94,8 @@ def test_the_list_says_what_installed_packages_say() -> None:
     compared = 0
     for found in distributions():
         key = plain(found.metadata["Name"]), found.version.partition("+")[0]
-        if key in listed and (stated := stated_licence(found)):
-            assert listed[key] == stated, key
+        if key in listed and (nominal := stated_licence(found)):
+            assert listed[key] == nominal, key
             compared += 1
     assert compared > 50
 

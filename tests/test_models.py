@@ -33,8 +33,8 @@ def test_the_headline_of_the_card_comes_out_of_the_weights(name: str, seen: list
     measured = headline(model_dir(name), seen)
     assert measured.count == card["count"]
     # Another processor or driver may move a pallet or two across the limit.
-    assert measured.share == pytest.approx(card["share"], abs=3 / measured.count)
-    assert f"{100 * card['share']:.1f} % of {card['count']} pallets" in (model_dir(name) / "card.md").read_text()
+    assert measured.fraction == pytest.approx(card["fraction"], abs=3 / measured.count)
+    assert f"{100 * card['fraction']:.1f} % of {card['count']} pallets" in (model_dir(name) / "card.md").read_text()
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -32,12 +32,12 @@ def start_holder(folder: Path) -> subprocess.Popen:
     return process
 
 
-def test_another_process_is_refused_and_told_who_writes(tmp_path: Path) -> None:
+def test_another_process_is_rejected_and_told_who_writes(tmp_path: Path) -> None:
     folder = tmp_path / "data"
     process = start_holder(folder)
     with pytest.raises(OutputError, match=rf"data: process {process.pid} on .* is writing there"), one_writer(folder):
         pass
-    assert (folder / LOCK).is_file()  # the refused one has not taken the other's away
+    assert (folder / LOCK).is_file()  # the rejected one has not taken the other's away
     process.communicate("\n")
     assert not folder.exists()  # nothing came of it
     with one_writer(folder):
@@ -55,7 +55,7 @@ def test_the_death_of_the_writer_frees_the_folder(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_lock_that_its_holder_removed_in_between_is_taken_anew(tmp_path: Path, monkeypatch) -> None:
+def test_a_lock_that_its_holder_removed_in_between_is_taken_again(tmp_path: Path, monkeypatch) -> None:
     hold, seen = module._hold, []
 
     def removed_at_first(number: int, path: Path) -> None:
@@ -74,10 +74,10 @@ def test_a_lock_that_its_holder_removed_in_between_is_taken_anew(tmp_path: Path,
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS])
 def test_a_file_system_without_locks_is_written_with_a_warning(tmp_path: Path, monkeypatch, caplog, number) -> None:
-    def refuse(*_: int) -> None:
+    def reject(*_: int) -> None:
         raise OSError(number, os.strerror(number))
 
-    monkeypatch.setattr(module.fcntl, "flock", refuse)
+    monkeypatch.setattr(module.fcntl, "flock", reject)
     with one_writer(tmp_path):
         pass
     assert "its file system has no locks" in caplog.text

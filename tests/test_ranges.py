@@ -8,15 +8,15 @@ import pytest
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 
 @dataclass(frozen=True)
 @ranged
 class Light:
     height: Annotated[float, Range(0.1, 10, "m")] = 2.0
-    shares: Annotated[tuple[float, ...], Range(0, 1)] = ()
-    spot: Share | None = None
+    fractions: Annotated[tuple[float, ...], Range(0, 1)] = ()
+    spot: Fraction | None = None
 
     def __post_init__(self) -> None:
         if self.spot == self.height:
@@ -40,13 +40,13 @@ def test_both_ends_belong_to_a_range(height: float) -> None:
         ({"height": math.nan}, "height must be 0.1-10 m, found nan"),
         ({"height": math.inf}, "height must be 0.1-10 m, found inf"),
         ({"height": 1e9}, "height must be 0.1-10 m, found 1000000000.0"),
-        ({"shares": (0.5, math.nan)}, "shares[1] must be 0-1, found nan"),
+        ({"fractions": (0.5, math.nan)}, "fractions[1] must be 0-1, found nan"),
         ({"spot": -0.1}, "spot must be 0-1, found -0.1"),
         ({"spot": 1.0, "height": 1.0}, "spot and height must differ"),
         ({"count": 0}, "count must be 1-1,000, found 0"),
     ],
 )
-def test_a_number_outside_is_refused_from_everywhere(values: dict, message: str) -> None:
+def test_a_number_outside_is_rejected_from_everywhere(values: dict, message: str) -> None:
     for make in (lambda: HighLight(**values), lambda: replace(HighLight(), **values)):
         with pytest.raises(ConfigError) as caught:
             make()

@@ -145,19 +145,19 @@ SINGLE = [
 
 
 @given(st.sampled_from(SINGLE), st.floats(0.0, 1.0))
-def test_a_number_within_its_range_survives_the_round_trip(setting: tuple[type, str, Range], share: float) -> None:
+def test_a_number_within_its_range_survives_the_round_trip(setting: tuple[type, str, Range], fraction: float) -> None:
     cls, name, allowed = setting
-    number = allowed.low + share * (allowed.high - allowed.low)
+    number = allowed.low + fraction * (allowed.high - allowed.low)
     hint = typing.get_type_hints(cls)[name]
     whole = hint is int or allowed.whole
     try:
         config = from_mapping(cls, {name: min(round(number), int(allowed.high)) if whole else number}, "file")
     except ConfigError as problem:  # a relation to another setting, or the want of one that has no default
-        refused = str(problem)
+        rejected = str(problem)
     else:
-        refused = ""
-    assert f"{name} must be {allowed}" not in refused
-    assume(not refused)
+        rejected = ""
+    assert f"{name} must be {allowed}" not in rejected
+    assume(not rejected)
     plain = to_mapping(config)
     # A depth model is written with its name, by which files choose it.
     again = read_depth_model(plain, "again") if isinstance(config, DepthModel) else convert(cls, plain, "again")
@@ -165,7 +165,7 @@ def test_a_number_within_its_range_survives_the_round_trip(setting: tuple[type, 
 
 
 @given(st.sampled_from(SINGLE), st.floats(1e-6, 1e6), st.booleans())
-def test_a_number_outside_of_its_range_is_refused_by_name(
+def test_a_number_outside_of_its_range_is_rejected_by_name(
     setting: tuple[type, str, Range], beyond: float, above: bool
 ) -> None:
     cls, name, allowed = setting

@@ -1,4 +1,4 @@
-"""The whole way on the smoke recipe, by the verbs that a user calls."""
+"""The whole way on the smoke recipe, by the commands that a user calls."""
 
 import json
 from contextlib import redirect_stdout
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.gl
 
 
 def say(*commands: list[str]) -> None:
-    """Run verbs; each must tell where its output is."""
+    """Run commands; each must tell where its output is."""
     for command in commands:
         with redirect_stdout(StringIO()) as said:
             assert main(command) == 0, command

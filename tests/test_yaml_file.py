@@ -1,4 +1,4 @@
-"""YAML from anyone: every refusal is one line that names file and line, and nothing hangs or grows without bound."""
+"""YAML from anyone: every rejection is one line that names file and line, and nothing hangs or grows without bound."""
 
 import time
 from pathlib import Path
@@ -33,7 +33,7 @@ LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("\0", "is not valid YAML"),
     ],
 )
-def test_what_is_no_settings_file_is_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
+def test_what_is_no_settings_file_is_rejected_in_one_line(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "own.yaml"
     path.write_text(text)
     start = time.monotonic()
@@ -45,7 +45,7 @@ def test_what_is_no_settings_file_is_refused_in_one_line(tmp_path: Path, text: s
     assert "\n" not in str(caught.value)
 
 
-def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+def test_what_cannot_be_opened_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\xff")
     for path in (tmp_path / "none.yaml", tmp_path, Path("/dev/zero"), tmp_path / ("x" * 5000), tmp_path / "bytes.yaml"):
         with pytest.raises(ConfigError):

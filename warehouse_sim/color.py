@@ -11,7 +11,7 @@ XYZ_FROM_SRGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0
 SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 """CIE XYZ to linear sRGB, with the digits of IEC 61966-2-1."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Share of each linear sRGB channel in luminance (Rec. 709)."""
+"""Fraction of each linear sRGB channel in luminance (Rec. 709)."""
 
 
 def srgb_from_linear(linear: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:

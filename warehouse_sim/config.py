@@ -41,7 +41,7 @@ def from_mapping(cls: type[T], data: Any, where: str) -> T:
         where: File and key path so far, for the messages.
 
     Raises:
-        ConfigError: Unknown key, missing key, wrong type, or a value that the dataclass refuses.
+        ConfigError: Unknown key, missing key, wrong type, or a value that the dataclass rejects.
     """
     if not isinstance(data, dict):
         raise ConfigError(f"{where}: expected a mapping of settings, found {shown(data)}")

@@ -66,7 +66,7 @@ class MissingPackageError(WarehouseSimError):
 
 
 class PlacementError(WarehouseSimError):
-    """Objects asked for do not fit where the recipe wants them."""
+    """Objects requested do not fit where the recipe wants them."""
 
 
 class SettleError(WarehouseSimError):

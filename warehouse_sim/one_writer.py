@@ -86,12 +86,12 @@ def _hold(number: int, path: Path) -> None:
         try:
             fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return
-        except OSError as refused:
-            if refused.errno in _HELD:
+        except OSError as rejected:
+            if rejected.errno in _HELD:
                 raise OutputError(
                     f"{path.parent}: {_holder(number)} is writing there; let it end, or choose another folder"
-                ) from refused
-            problem = f"its file system has no locks ({refused.strerror})"
+                ) from rejected
+            problem = f"its file system has no locks ({rejected.strerror})"
     _log.warning("%s: %s; see to it that no other process writes there", path.parent, problem)
 
 

@@ -15,7 +15,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 @contextlib.contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Name ``path`` and a remedy when the system refuses what the block writes there.
+    """Name ``path`` and a remedy when the system rejects what the block writes there.
 
     Raises:
         OutputError: It did.
@@ -104,7 +104,7 @@ def write_pieces(path: Path, pieces: Iterable[bytes]) -> None:
             file.write(piece)
 
 
-def share_file(source: Path, path: Path, data: bytes) -> None:
+def fraction_file(source: Path, path: Path, data: bytes) -> None:
     """Make ``path`` a second name of ``source``, which holds ``data``; a copy where the disk has no hard links.
 
     Raises:
@@ -128,7 +128,7 @@ def link_or_copy(source: Path, path: Path) -> None:
     Raises:
         OutputError: The file cannot be written.
     """
-    share_file(source, path, source.read_bytes())
+    fraction_file(source, path, source.read_bytes())
 
 
 def partial_file(path: Path) -> Path:

@@ -41,14 +41,14 @@ class Range:
         return f"{self} {self.unit}".rstrip()
 
 
-Share = Annotated[float, Range(0, 1)]
+Fraction = Annotated[float, Range(0, 1)]
 """A part of a whole, or a probability."""
 Seed = Annotated[int, Range(0, 2**63 - 1)]
 """Where random numbers begin."""
 
 
 def ranged(cls: type[T]) -> type[T]:
-    """Make a dataclass check its ranges before its own ``__post_init__``, and all that it refuses a ConfigError.
+    """Make a dataclass check its ranges before its own ``__post_init__``, and all that it rejects a ConfigError.
 
     It stands below ``@dataclass``.
     """
@@ -67,7 +67,7 @@ def ranged(cls: type[T]) -> type[T]:
 
 
 def check_ranges(settings: Any) -> None:
-    """Refuse numbers of a dataclass that are outside of their ranges.
+    """Reject numbers of a dataclass that are outside of their ranges.
 
     Raises:
         ValueError: Names the setting, its range and what was found.
@@ -97,9 +97,9 @@ def _declared(hint: Any) -> Range | None:
 
 
 def _check(value: Any, allowed: Range, name: str) -> None:
-    """Refuse a number, or a container with a number, outside of its range; nothing is no number.
+    """Reject a number, or a container with a number, outside of its range; nothing is no number.
 
-    What is drawn from a distribution refuses, by its ``check_within``, to draw numbers outside of it.
+    What is drawn from a distribution rejects, by its ``check_within``, to draw numbers outside of it.
     """
     if isinstance(value, (tuple, list)):
         for index, item in enumerate(value):

@@ -42,14 +42,14 @@ def main(write: bool = False) -> None:
 
 
 def compare(root: Path) -> dict[str, float | int | str]:
-    """Return the share of equal masks of a dataset in all three formats, and the overlap (IoU) of its polygons."""
+    """Return the fraction of equal masks of a dataset in all three formats, and the overlap (IoU) of its polygons."""
     equal, overlaps = [], []
     for visible, whole, visible_png, whole_png, polygon in _masks(root):
         equal += [np.array_equal(visible, visible_png), np.array_equal(whole, whole_png)]
         overlaps.append((polygon & visible_png).sum() / (polygon | visible_png).sum())
     return {
         "value": float(np.mean(equal)),
-        "unit": "share of COCO's masks that equal BOP's PNG",
+        "unit": "fraction of COCO's masks that equal BOP's PNG",
         "masks": len(equal),
         "polygon_iou_mean": float(np.mean(overlaps)),
         "polygon_iou_least": float(np.min(overlaps)),

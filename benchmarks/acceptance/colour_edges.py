@@ -65,7 +65,7 @@ def ranks(root: Path, views: int, rng: np.random.Generator) -> tuple[list[float]
 
 
 def row(name: str, found: Sequence[float]) -> dict[str, float | str]:
-    """Return a row of the result; ``value`` is the share that ``validate`` calls wrong."""
+    """Return a row of the result; ``value`` is the fraction that ``validate`` calls wrong."""
     low, median = np.quantile(found, [0.05, 0.5])
     return {
         "name": name,

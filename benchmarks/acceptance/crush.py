@@ -14,8 +14,8 @@ import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.errors import SettleError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.physics import CrushState, crush_state
 from warehouse_sim.resources import data_folder
 
@@ -54,7 +54,7 @@ class Tally:
             "contacts that break the rule": self.faults.total() - thin,
             "layers and loads on goods": self.layers,
             "on less than 85 % of a layer": thin,
-            "largest share of a strength": self.highest,
+            "largest fraction of a strength": self.highest,
             "stood at first draw": self.first_draws,
         }
 
@@ -66,12 +66,12 @@ def tally(recipe: Recipe, scenes: int, seed: int, show: bool) -> Tally:
     found = Tally()
     for index in range(scenes):
         try:
-            drawn = draw_scene(plain, seed, index)
+            sampled = sample_settled_scene(plain, seed, index)
         except SettleError as problem:
             print(problem, flush=True)
             continue
-        state = crush_state(drawn.scene, drawn.report.knocked)
-        found.add(state, drawn.scene.attempt)
+        state = crush_state(sampled.scene, sampled.report.struck)
+        found.add(state, sampled.scene.attempt)
         for fault in state.faults if show else ():
             print(f"  scene {index}: {fault.text}", flush=True)
     return found

@@ -79,7 +79,7 @@ def _row(demos: tuple[Path, ...], method: str, metric: str) -> dict:
 
 
 def _counted(scores: dict, metric: str) -> int:
-    """Return of how many ground truths a metric is a share; they are the same in every run."""
+    """Return of how many ground truths a metric is a fraction; they are the same in every run."""
     total = scores["overall"]
     if not metric.startswith("dock_"):
         return int(total["gt_count"])

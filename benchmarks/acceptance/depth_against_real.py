@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.acceptance.depth_recordings import recorded_fronts
-from benchmarks.acceptance.depth_scenes import simulated_front
+from benchmarks.acceptance.depth_recordings import recorded_faces
+from benchmarks.acceptance.depth_scenes import simulated_face
 from benchmarks.acceptance.depth_statistics import row_of, statistics_of
 from benchmarks.acceptance.depth_surfaces import surface_rows
 from benchmarks.result import RESULTS, rounded, write_result
@@ -29,7 +29,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 
-FRONT_PRESETS = ("tof_industrial", "flexx2", "azure_kinect")
+FACE_PRESETS = ("tof_industrial", "flexx2", "azure_kinect")
 """Cameras of the recordings' kind; only the first one is meant to be theirs."""
 UNITS = 3
 """Built cameras whose statistics are averaged: which unit was recorded is not known."""
@@ -37,7 +37,7 @@ MIRRORING = 1.15
 """A floor is taken for a mirror where it is read farther than it is by this factor before the front."""
 
 
-def main(folder: tyro.conf.Positional[Path], presets: tuple[str, ...] = FRONT_PRESETS, write: bool = False) -> None:
+def main(folder: tyro.conf.Positional[Path], presets: tuple[str, ...] = FACE_PRESETS, write: bool = False) -> None:
     """Compare.
 
     Args:
@@ -45,7 +45,7 @@ def main(folder: tyro.conf.Positional[Path], presets: tuple[str, ...] = FRONT_PR
         presets: Cameras that are compared with the recorded pallet fronts.
         write: Whether to store the result.
     """
-    rows = _front_rows(folder / "pallet_fronts", presets) if (folder / "pallet_fronts").is_dir() else []
+    rows = _face_rows(folder / "pallet_fronts", presets) if (folder / "pallet_fronts").is_dir() else []
     rows += surface_rows(folder)
     if not rows:
         raise DatasetError(f"{folder}: no pallet_fronts, linemod_cat or boxes in it; name the folder that holds them")
@@ -56,15 +56,15 @@ def main(folder: tyro.conf.Positional[Path], presets: tuple[str, ...] = FRONT_PR
         write_result(RESULTS / "depth_against_real.json", command, rounded(rows))
 
 
-def _front_rows(folder: Path, presets: tuple[str, ...]) -> list[dict[str, Any]]:
+def _face_rows(folder: Path, presets: tuple[str, ...]) -> list[dict[str, Any]]:
     rows = []
-    for front in recorded_fronts(folder):
+    for front in recorded_faces(folder):
         recorded = statistics_of(front)
         mirrors = recorded.get("floor before the front at 0.6-1 m, %", 100.0) > 100.0 * MIRRORING
         for preset in presets:
             model = PRESETS[preset]
             units = [replace(model, unit=unit) for unit in range(UNITS)] if isinstance(model, TimeOfFlight) else [model]
-            found = [statistics_of(simulated_front(front, unit, mirrors, seed)) for seed, unit in enumerate(units)]
+            found = [statistics_of(simulated_face(front, unit, mirrors, seed)) for seed, unit in enumerate(units)]
             for name, value in recorded.items():
                 simulated = [one[name] for one in found if name in one]
                 if simulated:

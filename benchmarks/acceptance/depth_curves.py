@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 Quantity = Literal["sigma", "fill", "bound"]
-"""Standard deviation of depth (m); share of pixels read; upper bound of sigma (m)."""
+"""Standard deviation of depth (m); fraction of pixels read; upper bound of sigma (m)."""
 
 
 @dataclass(frozen=True)
@@ -63,15 +63,15 @@ def tolgyessy_2021(z: float, angle: float) -> float:
     return float(np.interp(z, (0.8, 1.5, 3.0), (0.0006132, 0.0008873, 0.0017824)))
 
 
-def recorded_fronts(z: float, angle: float) -> float:
+def recorded_faces(z: float, angle: float) -> float:
     """Return the sigma (m) of recorded pallet fronts: that over time, and a pattern of 0.7 % of z that stays."""
     over_time = float(np.interp(z, (0.5, 1.0, 1.5, 2.0), (0.0052, 0.011, 0.0178, 0.0246)))
     return float(np.hypot(over_time, 0.007 * z))
 
 
-def share_of_range(share: float) -> Callable[[float, float], float]:
-    """Return a share of z."""
-    return lambda z, angle: share * z
+def fraction_of_range(fraction: float) -> Callable[[float, float], float]:
+    """Return a fraction of z."""
+    return lambda z, angle: fraction * z
 
 
 def constant(value: float) -> Callable[[float, float], float]:
@@ -86,7 +86,7 @@ STEREO_CURVES = (
     ),
     Curve(
         "d435", "sigma", "Rustler et al. 2025, arXiv 2501.07421: 0.75 % at 2 m, second-hand",
-        share_of_range(0.0075), (2.0,),
+        fraction_of_range(0.0075), (2.0,),
     ),
     Curve(
         "d455", "sigma", "Grunnet-Jepsen et al., Tuning depth cameras for best performance: z^2 0.08 px / (f b)",
@@ -94,11 +94,11 @@ STEREO_CURVES = (
     ),
     Curve(
         "d435", "bound", "Intel, D400 data sheet 337029-009, table 4-9: at most 2 % at 2 m",
-        share_of_range(0.02), (0.5, 1.0, 2.0),
+        fraction_of_range(0.02), (0.5, 1.0, 2.0),
     ),
     Curve(
         "d455", "bound", "Intel, D400 data sheet 337029-009, table 4-9: at most 2 % at 4 m",
-        share_of_range(0.02), (1.0, 2.0, 4.0),
+        fraction_of_range(0.02), (1.0, 2.0, 4.0),
     ),
     Curve(
         "d435", "fill", "Intel, D400 data sheet 337029-009, table 4-9: at least 99 % up to 2 m",
@@ -135,7 +135,7 @@ TIME_OF_FLIGHT_CURVES = (
         (0.8, 1.5, 3.0, 3.8),
     ),
     Curve(
-        "tof_industrial", "sigma", "recorded pallet fronts, medians over surfaces of 0.3 or so", recorded_fronts,
+        "tof_industrial", "sigma", "recorded pallet fronts, medians over surfaces of 0.3 or so", recorded_faces,
         (0.5, 1.0, 1.5, 2.0), material="kraft", own=True,
     ),
 )  # fmt: skip

@@ -19,7 +19,7 @@ from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 ANGLES_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0)
-SHARES_OF_RANGE = (0.1, 0.2, 0.4, 0.6, 0.8)
+FRACTIONS_OF_RANGE = (0.1, 0.2, 0.4, 0.6, 0.8)
 """Distances of the table, between the ends of a preset's range."""
 
 
@@ -56,14 +56,14 @@ def _compared(curve: Curve) -> dict[str, Any]:
         "name": f"{curve.preset} {curve.quantity}: {curve.source}",
         "value": max(abs(point["residual"]) for point in points),
         "kind": "the model's own formula" if curve.own else "published",
-        "unit": "share of pixels" if curve.quantity == "fill" else "share of the published figure",
+        "unit": "fraction of pixels" if curve.quantity == "fill" else "fraction of the published figure",
         "material": curve.material,
         "points": points,
     }
 
 
 def _residual(curve: Curve, read: float | None, published: float) -> float:
-    """Return read less published, as a share where it is a length; of a bound only what exceeds it."""
+    """Return read less published, as a fraction where it is a length; of a bound only what exceeds it."""
     if read is None:
         return 1.0
     if curve.quantity == "fill":
@@ -75,7 +75,7 @@ def _residual(curve: Curve, read: float | None, published: float) -> float:
 def _table(name: str) -> dict[str, Any]:
     """Return what a preset reads of all materials; ``value`` is the mean fill."""
     model = PRESETS[name]
-    distances = [model.min_range + share * (model.max_range - model.min_range) for share in SHARES_OF_RANGE]
+    distances = [model.min_range + fraction * (model.max_range - model.min_range) for fraction in FRACTIONS_OF_RANGE]
     cells = []
     for material in MATERIALS:
         for z in distances:
@@ -85,7 +85,7 @@ def _table(name: str) -> dict[str, Any]:
     return {
         "name": f"{name}: four materials, 0-75 deg",
         "value": float(np.mean([cell[-1] for cell in cells])),
-        "unit": "mean share of pixels read; no source but the curves above",
+        "unit": "mean fraction of pixels read; no source but the curves above",
         "columns": ["material", "z_m", "angle_deg", "sigma_m", "fill"],
         "cells": cells,
     }

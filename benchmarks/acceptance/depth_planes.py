@@ -55,7 +55,7 @@ def of_material(name: str, camera: PinholeCamera = CAMERA) -> Capture:
 
 
 def sigma_and_fill(model: DepthModel, z: float, angle_deg: float, material: str) -> tuple[float | None, float]:
-    """Return the standard deviation of what is read (m; None where under a fifth is) and the share that is read.
+    """Return the standard deviation of what is read (m; None where under a fifth is) and the fraction that is read.
 
     Args:
         model: The camera.

@@ -25,7 +25,7 @@ _BEHIND = 1.0
 """From the pallet's front to a stack of cartons behind it (m)."""
 
 
-def simulated_front(recorded: Front, model: DepthModel, mirror_floor: bool, seed: int) -> Front:
+def simulated_face(recorded: Front, model: DepthModel, mirror_floor: bool, seed: int) -> Front:
     """Return what a camera reads of a catalog pallet in the recorded place, as many frames as there are recorded ones.
 
     Args:

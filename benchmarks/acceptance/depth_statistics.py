@@ -48,11 +48,11 @@ class Front:
     @property
     def face(self) -> Bool[np.ndarray, "h w"]:
         """Return the pixels of the front itself, without its pockets."""
-        drawn = np.zeros(self.mask.shape, np.uint8)
-        cv2.fillPoly(drawn, [np.rint(self.outline_px).astype(np.int32)], 1)
+        sampled = np.zeros(self.mask.shape, np.uint8)
+        cv2.fillPoly(sampled, [np.rint(self.outline_px).astype(np.int32)], 1)
         for pocket in self.pockets_px:
-            cv2.fillPoly(drawn, [np.rint(pocket).astype(np.int32)], 0)
-        return (drawn > 0) & self.mask
+            cv2.fillPoly(sampled, [np.rint(pocket).astype(np.int32)], 0)
+        return (sampled > 0) & self.mask
 
 
 def statistics_of(front: Front) -> dict[str, float]:
@@ -97,17 +97,17 @@ def _over_time(front: Front) -> dict[str, float]:
 
 def _alike(front: Front) -> dict[str, float]:
     """Return how alike the noise over time of neighbours is, on the front and on what is about as far."""
-    shares: dict[int, list[float]] = {1: [], 2: [], 3: []}
+    fractions: dict[int, list[float]] = {1: [], 2: [], 3: []}
     for one, other in _pairs(front):
         good = (one > 0.8) & (one < 2.2) & (other > 0) & (np.abs(other - one) < 0.1)
         step = np.where(good, other - one, 0.0)
         count = cv2.blur(good.astype(float), (31, 31))
         step = np.where(good, step - cv2.blur(step, (31, 31)) / np.maximum(count, 1e-6), 0.0)
-        for lag, found in shares.items():
+        for lag, found in fractions.items():
             both = good[:, lag:] & good[:, :-lag]
             a, b = step[:, lag:][both], step[:, :-lag][both]
             found.append(float((a * b).mean() / np.sqrt((a * a).mean() * (b * b).mean())))
-    return {f"noise alike at {lag} px": float(np.mean(found)) for lag, found in shares.items() if found}
+    return {f"noise alike at {lag} px": float(np.mean(found)) for lag, found in fractions.items() if found}
 
 
 def _off_plane(front: Front, index: int) -> tuple[Depth, Bool[np.ndarray, "h w"]]:

@@ -1,4 +1,4 @@
-"""What sensors read of film: shares of readings on it, behind it and missing, by incidence; and what that costs.
+"""What sensors read of film: fractions of readings on it, behind it and missing, by incidence; and what that costs.
 
     python -m benchmarks.acceptance.film            # prints; half a minute
     python -m benchmarks.acceptance.film --write    # and stores results/film.json
@@ -47,8 +47,8 @@ def main(write: bool = False) -> None:
     Args:
         write: Store the result.
     """
-    rows = [_row(name, "depth camera", _depth_shares) for name in PRESETS]
-    rows += [_row(name, "LiDAR", _lidar_shares) for name in ("vlp16", "os1_128", "hdl64e")]
+    rows = [_row(name, "depth camera", _depth_fractions) for name in PRESETS]
+    rows += [_row(name, "LiDAR", _lidar_fractions) for name in ("vlp16", "os1_128", "hdl64e")]
     rows += _costs()
     for row in rows:
         print(f"{row['name']:<46} {row['value']:.3g} {row['unit']}")
@@ -89,7 +89,7 @@ def _row(name: str, kind: str, measure: Any) -> dict[str, Any]:
     }
 
 
-def _depth_shares(name: str, angle_deg: float) -> tuple[float, float, float]:
+def _depth_fractions(name: str, angle_deg: float) -> tuple[float, float, float]:
     scene, model = filmed_board(angle_deg), PRESETS[name]
     caster = RayCaster(scene)
     buffers = _buffers(caster, CAMERA, AT_ORIGIN)
@@ -100,10 +100,10 @@ def _depth_shares(name: str, angle_deg: float) -> tuple[float, float, float]:
     read = model.read(buffers, Capture(CAMERA, surfaces=surfaces, film=film), np.random.default_rng(0))
     half = round(HALF * CAMERA.fx / DISTANCE)
     window = np.s_[shape[0] // 2 - half : shape[0] // 2 + half, shape[1] // 2 - half : shape[1] // 2 + half]
-    return _shares(read[window], film.whole(depth).depth[window], depth[window])
+    return _fractions(read[window], film.whole(depth).depth[window], depth[window])
 
 
-def _lidar_shares(name: str, angle_deg: float) -> tuple[float, float, float]:
+def _lidar_fractions(name: str, angle_deg: float) -> tuple[float, float, float]:
     scene = filmed_board(angle_deg)
     caster, sight = RayCaster(scene), FilmSight(scene)
     config = replace(LIDAR_PRESETS[name], laser_bias=0.0, range_noise=0.0, range_noise_weak=0.0)
@@ -116,15 +116,20 @@ def _lidar_shares(name: str, angle_deg: float) -> tuple[float, float, float]:
         )
         direction = bare.points / np.linalg.norm(bare.points, axis=1, keepdims=True)
         inside = (np.abs(direction[:, 1:]).max(axis=1) < HALF / DISTANCE) & (direction[:, 0] > 0)
-        asked = {*zip(bare.ring[inside].tolist(), bare.time[inside].tolist(), strict=True)}
-        same = [key in asked for key in zip(found.ring.tolist(), found.time.tolist(), strict=True)]
+        requested = {*zip(bare.ring[inside].tolist(), bare.time[inside].tolist(), strict=True)}
+        same = [key in requested for key in zip(found.ring.tolist(), found.time.tolist(), strict=True)]
         off = found.points[same] @ normal - DISTANCE * normal[0]
-        counts += [(np.abs(off) < NEAR).sum(), (np.abs(off - GAP) < NEAR).sum(), len(asked) - len(off), len(asked)]
+        counts += [
+            (np.abs(off) < NEAR).sum(),
+            (np.abs(off - GAP) < NEAR).sum(),
+            len(requested) - len(off),
+            len(requested),
+        ]
     return tuple(counts[:3] / counts[3])
 
 
-def _shares(read: np.ndarray, film: np.ndarray, solid: np.ndarray) -> tuple[float, float, float]:
-    """Return the shares of readings on film, behind it, and missing."""
+def _fractions(read: np.ndarray, film: np.ndarray, solid: np.ndarray) -> tuple[float, float, float]:
+    """Return the fractions of readings on film, behind it, and missing."""
     some = read > 0
     on_film = some & (np.abs(read - film) < NEAR)
     behind = some & (np.abs(read - solid) < NEAR) & ~on_film

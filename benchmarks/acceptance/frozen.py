@@ -1,7 +1,7 @@
 """Hold the frozen recipe ``industrial-v1`` against what it drew when it was frozen.
 
     python -m benchmarks.acceptance.frozen                # compare; about a minute
-    python -m benchmarks.acceptance.frozen --write        # freeze anew: only when no number counts on the old scenes
+    python -m benchmarks.acceptance.frozen --write        # freeze again: only when no number counts on the old scenes
 
 Compared are the settled objects, the cameras, and of each observation the depth that was read, ids, masks and labels.
 Colours are left out: a renderer may be mended. Hashes are those of one machine and its packages, as all bytes are.

@@ -16,8 +16,8 @@ import tyro
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.errors import SettleError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import SceneSpec, Viewpoint
 
@@ -26,7 +26,7 @@ UNROOFED = ("industrial-v1",)
 
 
 def holes_of(recipe: str, scenes: int, seed: int) -> dict[str, object]:
-    """Return the share of pixels of one recipe that show nothing, and that show the outdoors."""
+    """Return the fraction of pixels of one recipe that show nothing, and that show the outdoors."""
     empty, outside, worst = [], [], 0.0
     with open_renderer("raster") as renderer:
         camera = load_recipe(recipe).sensors.make_camera()
@@ -34,9 +34,9 @@ def holes_of(recipe: str, scenes: int, seed: int) -> dict[str, object]:
             renderer.load(scene)
             ids = renderer.render(camera.pinhole, view.T_world_camera).instance_ids
             yard = [item.instance_id for item in scene.instances if scene.model_of(item).class_name == OUTDOORS]
-            share = float((ids == 0).mean())
-            worst = max(worst, share)
-            empty.append(share)
+            fraction = float((ids == 0).mean())
+            worst = max(worst, fraction)
+            empty.append(fraction)
             outside.append(float(np.isin(ids, yard).mean()))
     return {
         "name": recipe,
@@ -50,7 +50,7 @@ def holes_of(recipe: str, scenes: int, seed: int) -> dict[str, object]:
 def _views(recipe: str, scenes: int, seed: int) -> Iterator[tuple[SceneSpec, Viewpoint]]:
     for index in range(scenes):
         try:
-            scene = draw_scene(load_recipe(recipe), seed, index).scene
+            scene = sample_settled_scene(load_recipe(recipe), seed, index).scene
         except SettleError:
             continue
         for view in scene.viewpoints:

@@ -7,8 +7,8 @@
 One image a scene, so that no two of them share a hall. Images are what the renderer gives: noise of a camera would pass
 for texture. Each number is taken as follows:
 
-- edge density: share of edge pixels of Canny (60, 150) in grey, scaled to 216 x 162 by areas; mean over images;
-- flat blocks: share of 16 x 16 px blocks of the full image whose grey has a standard deviation below 3; mean;
+- edge density: fraction of edge pixels of Canny (60, 150) in grey, scaled to 216 x 162 by areas; mean over images;
+- flat blocks: fraction of 16 x 16 px blocks of the full image whose grey has a standard deviation below 3; mean;
 - L* p99: 99th percentile of CIE L* of an image; mean;
 - hue entropy: bits of the histogram of hues (30 bins) of all coloured pixels (S > 77, V > 38 of 255) of all images;
 - correlation: mean correlation of the 32 x 24 grey thumbnails of two images of one recipe, over all pairs.
@@ -118,8 +118,8 @@ class Numbers:
 
 def hue_entropy(counts: Float[np.ndarray, "30"]) -> float:
     """Return the entropy (bits) of a histogram; at most log2(30) = 4.91."""
-    share = counts[counts > 0] / counts.sum()
-    return float(-(share * np.log2(share)).sum())
+    fraction = counts[counts > 0] / counts.sum()
+    return float(-(fraction * np.log2(fraction)).sum())
 
 
 def _block_deviations(grey: UInt8[np.ndarray, "h w"]) -> Float[np.ndarray, " n"]:
@@ -162,9 +162,9 @@ def _extends(name: str) -> bool:
 
 def _show(rows: Sequence[dict[str, Any]]) -> None:
     for row in rows:
-        shares = f"edges {row['edge_density']:.3f}  flat {row['flat_blocks']:.1%}  L* p99 {row['lightness_p99']:.1f}"
+        fractions = f"edges {row['edge_density']:.3f}  flat {row['flat_blocks']:.1%}  L* p99 {row['lightness_p99']:.1f}"
         likeness = f"hues {row['hue_entropy']:.2f} bits  correlation {row['correlation']:.3f}"
-        print(f"{row['name']:24} {row['images']:4d} images  {shares}  {likeness}")
+        print(f"{row['name']:24} {row['images']:4d} images  {fractions}  {likeness}")
 
 
 if __name__ == "__main__":

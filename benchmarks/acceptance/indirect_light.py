@@ -42,8 +42,8 @@ BRIGHTEST = 235
 """Codes from here on are too near to white to be read back."""
 BRACKET = (64.0, 16.0, 4.0, 1.0, 0.25, 1 / 16)
 """Exposures that a view is drawn at, times the scene's."""
-LEAST_SHARE = 0.25
-"""Share of a block's pixels that must lie in shadow for its shadow to count."""
+LEAST_FRACTION = 0.25
+"""Fraction of a block's pixels that must lie in shadow for its shadow to count."""
 _LIFT = 5e-3  # metres off surfaces at which rays to lamps start
 
 
@@ -57,7 +57,7 @@ class Row:
     """Luminance of each block over the path tracer's."""
     shadow_ratios: Float[np.ndarray, " m"]
     """The same of the shadow in each block that holds enough of it."""
-    shadow_share: float
+    shadow_fraction: float
     """Of the view's pixels."""
     paths_cpu_s: float
 
@@ -178,12 +178,12 @@ def block_ratios(
         .sum(axis=(1, 3))
         for image in (got, expected, np.ones_like(got))
     ]
-    enough = (sums[2] >= LEAST_SHARE * BLOCK_PX**2) & (sums[1] > 0.0)
+    enough = (sums[2] >= LEAST_FRACTION * BLOCK_PX**2) & (sums[1] > 0.0)
     return sums[0][enough] / sums[1][enough]
 
 
 def within(ratios: Float[np.ndarray, " n"]) -> float:
-    """Return the share (%) of ratios that lie within the bound."""
+    """Return the fraction (%) of ratios that lie within the bound."""
     return 100.0 * float(((ratios < WITHIN) & (ratios > 1.0 / WITHIN)).mean()) if len(ratios) else 100.0
 
 

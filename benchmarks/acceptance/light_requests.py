@@ -18,9 +18,9 @@ import tyro
 
 from benchmarks.acceptance.floor_walks import floor_lux_by_walks
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
@@ -41,7 +41,7 @@ class Row:
 
     recipe: str
     preset: str
-    asked: float
+    requested: float
     reached: float
     scene_s: float
     """CPU time for the scene without viewpoints (s)."""
@@ -52,14 +52,14 @@ class Row:
 def requests_of(name: str, index: int, seed: int) -> list[Row]:
     """Light one scene by every preset."""
     recipe = load_recipe(name)
-    settled = draw_scene(recipe, seed, index).scene
+    settled = sample_settled_scene(recipe, seed, index).scene
     empty = replace(settled, viewpoints=())
     caster, camera = RayCaster(settled), recipe.sensors.make_camera()
     caster.cast(np.zeros((1, 3)), np.ones((1, 3)))
     rng, rows = scene_rng(seed, index, "light requests"), []
     for preset in PRESETS:
-        asked = float(np.exp(rng.uniform(np.log(LOWEST), np.log(HIGHEST))))
-        config = LightingConfig(preset=preset, lux=Distribution.constant(asked))
+        requested = float(np.exp(rng.uniform(np.log(LOWEST), np.log(HIGHEST))))
+        config = LightingConfig(preset=preset, lux=Distribution.constant(requested))
         start = time.process_time()
         light_scene(empty, config, caster, camera, scene_rng(seed, index, "lighting"))
         middle = time.process_time()
@@ -67,13 +67,13 @@ def requests_of(name: str, index: int, seed: int) -> list[Row]:
         end = time.process_time()
         reached = floor_lux_by_walks(scene, caster, WALKS, rng)
         views = (end - middle - (middle - start)) / len(settled.viewpoints)
-        rows.append(Row(name, preset, asked, reached, middle - start, views))
+        rows.append(Row(name, preset, requested, reached, middle - start, views))
     return rows
 
 
 def table(rows: list[Row]) -> dict[str, float]:
     """Return what was measured by name."""
-    errors = np.array([row.reached / row.asked - 1.0 for row in rows])
+    errors = np.array([row.reached / row.requested - 1.0 for row in rows])
     values: dict[str, float] = {
         "requests": len(rows),
         "requests reached within 15 %": int((np.abs(errors) <= 0.15).sum()),
@@ -98,14 +98,14 @@ def draw_chart(rows: list[Row], path: Path) -> None:
     left.fill_between(ends, 0.85 * ends, 1.15 * ends, color="#dfe5ec", label="within 15 %", zorder=1)
     for preset, colour in COLOURS.items():
         mine = [row for row in rows if row.preset == preset]
-        x, y = [row.asked for row in mine], [row.reached for row in mine]
+        x, y = [row.requested for row in mine], [row.reached for row in mine]
         left.scatter(x, y, s=12, color=colour, label=preset, zorder=3)
     left.set(xscale="log", yscale="log", xlabel="requested (lx)", ylabel="reached, by random walks (lx)")
     left.legend(fontsize=8, loc="upper left")
     edges = np.geomspace(LOWEST, HIGHEST, 12)
     right.hist([row.reached for row in rows], bins=edges, color="#2f6fde", rwidth=0.9, label="reached", zorder=2)
-    asked = np.histogram([row.asked for row in rows], bins=edges)[0]
-    right.stairs(asked, edges, color="#101418", linewidth=1.5, label="requested", zorder=3)
+    requested = np.histogram([row.requested for row in rows], bins=edges)[0]
+    right.stairs(requested, edges, color="#101418", linewidth=1.5, label="requested", zorder=3)
     right.set(xscale="log", xlabel="mean illuminance of the aisle's floor (lx)", ylabel=f"of {len(rows)} requests")
     right.legend(fontsize=8)
     path.parent.mkdir(parents=True, exist_ok=True)

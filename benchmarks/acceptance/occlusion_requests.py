@@ -19,9 +19,9 @@ import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.annotate import annotate
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, VisibleFractions, request_views
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.optional import require
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
@@ -53,16 +53,16 @@ class Row:
 
 def requests_of(recipe: Recipe, index: int, seed: int, renderer: Renderer) -> Iterator[Row]:
     """Yield the requests of one scene with what was drawn for them."""
-    drawn = draw_scene(recipe, seed, index)
-    settled = drawn.scene
+    sampled = sample_settled_scene(recipe, seed, index)
+    settled = sampled.scene
     caster, camera = RayCaster(settled), recipe.sensors.make_camera()
     caster.cast(np.zeros((1, 3)), np.ones((1, 3)))  # the first ray finishes its structure, which others use too
-    config, rng = OcclusionConfig(VisibleFractions.deciles()), drawn.stream("occlusion")
+    config, rng = OcclusionConfig(VisibleFractions.deciles()), sampled.stream("occlusion")
     with timed_rays() as rays:
         start = time.process_time()
-        scene, report = request_views(settled, drawn.settings, camera, config, caster, rng)
+        scene, report = request_views(settled, sampled.settings, camera, config, caster, rng)
         cpu = (time.process_time() - start) / len(report.requests)
-    renderer.load(replace(scene, lights=()))  # ids and silhouettes are the same in the dark
+    renderer.load(replace(scene, lights=()))  # ids and amodal masks are the same in the dark
     for outcome in report.requests:
         label = annotation(scene, outcome, recipe, renderer)
         fraction = label.visible_fraction if label is not None else 0.0
@@ -76,8 +76,8 @@ def annotation(
     T_world_camera, camera = scene.viewpoints[outcome.observation].T_world_camera, recipe.sensors.make_camera()
     targets = [item for item in scene.target_instances() if item.instance_id == outcome.target]
     buffers = renderer.render(camera, T_world_camera)
-    silhouettes = renderer.silhouettes(camera, T_world_camera, targets)
-    labels = annotate(scene, camera, T_world_camera, buffers, buffers.depth, silhouettes, targets)
+    amodal_masks = renderer.amodal_masks(camera, T_world_camera, targets)
+    labels = annotate(scene, camera, T_world_camera, buffers, buffers.depth, amodal_masks, targets)
     return labels[0] if labels else None
 
 
@@ -143,8 +143,8 @@ def draw_chart(rows: list[Row], path: Path) -> None:
         list(counts.values()), bins=list(edges), stacked=True, color=list(COLOURS.values()), rwidth=0.9, zorder=2
     )
     middles = [(row.outcome.low + row.outcome.high) / 2 for row in rows]
-    asked = np.histogram(middles, bins=edges)[0]
-    right.stairs(asked, edges, color="#101418", linewidth=1.5, label="requested", zorder=3)
+    requested = np.histogram(middles, bins=edges)[0]
+    right.stairs(requested, edges, color="#101418", linewidth=1.5, label="requested", zorder=3)
     right.set(xlabel="visible fraction", ylabel="observations")
     right.legend(fontsize=8, loc="lower right")
     for axes in (left, right):

@@ -1,4 +1,4 @@
-"""Do cameras stand free and see what was asked for? A thousand viewpoints of each kind, checked in settled scenes.
+"""Do cameras stand free and see what was requested? A thousand viewpoints of each kind, checked in settled scenes.
 
     python -m benchmarks.acceptance.viewpoint_requests            # prints the rows
     python -m benchmarks.acceptance.viewpoint_requests --write    # and stores results/viewpoint_requests.json
@@ -17,8 +17,8 @@ import tyro
 
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.errors import SettleError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
@@ -65,7 +65,7 @@ class Tally:
             "scenes": self.scenes,
             "scenes without such viewpoints": self.failed,
             "cameras inside an object": self.inside,
-            "viewpoints without the targets asked for": self.lacking,
+            "viewpoints without the targets requested": self.lacking,
             "vehicles struck by goods that fell after they were placed": self.struck,
             "least distance from camera to surface, m": round(min(self.surface), 3),
             "least distance from camera to collision box, m": round(min(self.boxes), 3),
@@ -85,7 +85,7 @@ def tally(recipe: Recipe, config: ViewpointsConfig, count: int, seed: int) -> Ta
     while found.views < count:
         start = time.process_time()
         try:
-            drawn = draw_scene(recipe, seed, index)
+            sampled = sample_settled_scene(recipe, seed, index)
         except SettleError:
             found.failed += 1
             continue
@@ -93,14 +93,14 @@ def tally(recipe: Recipe, config: ViewpointsConfig, count: int, seed: int) -> Ta
             index += 1
             found.seconds += time.process_time() - start
         found.scenes += 1
-        check(drawn.scene, config, drawn.report.fallen, quarter, found)
+        check(sampled.scene, config, sampled.report.fallen, quarter, found)
     return found
 
 
 def check(
     scene: SceneSpec, config: ViewpointsConfig, fallen: Sequence[int], camera: PinholeCamera, found: Tally
 ) -> None:
-    """Check all viewpoints of a settled scene, in which the objects ``fallen`` were knocked down."""
+    """Check all viewpoints of a settled scene, in which the objects ``fallen`` fell over."""
     caster, space = RayCaster(scene), FreeSpace.of_scene(scene)
     raised, loose = space.solids.extents[1][:, 2] > FLAT, np.isin(space.solids.owner, fallen)
     solid, standing = space.solids.boxes.subset(raised), space.solids.boxes.subset(raised & ~loose)
@@ -137,7 +137,7 @@ def body_gaps(view: Viewpoint, solid: BoxStack) -> Iterator[float]:
 
 
 def requests() -> dict[str, ViewpointsConfig]:
-    """Return what is asked for, by name: two targets in each single view, one in each frame of a drive."""
+    """Return what is requested, by name: two targets in each single view, one in each frame of a drive."""
     found = {kind: ViewpointsConfig(kind=kind, min_targets=2) for kind in SINGLE}
     for way, kind in DRIVES:
         elevation = 13.0 if way == "approach" else 10.0
@@ -157,10 +157,10 @@ def main(
         seed: Seed of the dataset.
         write: Store the result file.
     """
-    loaded, asked = load_recipe(recipe), requests()
+    loaded, requested = load_recipe(recipe), requests()
     rows: list[dict[str, float | str]] = []
-    for name in names or asked:
-        rows += (found := tally(loaded, asked[name], count, seed).rows(name))
+    for name in names or requested:
+        rows += (found := tally(loaded, requested[name], count, seed).rows(name))
         for row in found:
             print(f"{row['name']:75s} {row['value']}", flush=True)
     if write:

@@ -1,4 +1,4 @@
-"""Does the swept test tell the truth? The same estimates, judged by it and by a simulated truck.
+"""Does the swept-volume check tell the ground truth? The same estimates, judged by it and by a simulated truck.
 
     python -m benchmarks.docking industrial mixed_pallets dock_staging --poses 1000 --write
     python -m benchmarks.docking DATA DATA=PREDICTIONS.csv
@@ -17,7 +17,7 @@ from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.agreement import MARGINS_MM, Row, by_kind, causes, confusion, disagreements, told
 from warehouse_sim.benchmark.docking.pictures import picture
 from warehouse_sim.benchmark.docking.record import Record
-from warehouse_sim.benchmark.docking.sources import Asked, Source
+from warehouse_sim.benchmark.docking.sources import Evaluated, Source
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 
 FOLDER = Path("out") / "docking"
@@ -48,19 +48,19 @@ def main(
         write: Store the result file.
     """
     truck = TruckConfig()
-    record, rows, asked = Record(folder / "answers.jsonl", truck), [], {}
+    record, rows, evaluated = Record(folder / "answers.jsonl", truck), [], {}
     left_out: dict[str, dict[str, int]] = {}
     for name in runs:
         source = Source(name, truck, seed, split)
         for question, station in source.questions(-(-poses // len(runs))):
             row = record.answer(question, station)
             rows.append(row)
-            if len(asked) < 50_000:
-                asked[row["key"]] = (question, station)
+            if len(evaluated) < 50_000:
+                evaluated[row["key"]] = (question, station)
         left_out[source.label] = dict(sorted(source.left_out.items()))
         print(f"{source.label}: {sum(row['source'] == source.label for row in rows)} poses asked", flush=True)
     _print(rows, left_out, show)
-    _draw(disagreements(rows)[:pictures], asked, truck, folder)
+    _draw(disagreements(rows)[:pictures], evaluated, truck, folder)
     if write:
         command = f"python -m benchmarks.docking {' '.join(runs)} --poses {poses} --seed {seed} --write"
         write_result(RESULTS / "docking.json", command, rounded(by_kind(rows)), **_facts(rows, left_out, truck))
@@ -69,7 +69,7 @@ def main(
 def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> None:
     for source, reasons in left_out.items():
         print(f"{source}: sides not asked: {', '.join(f'{why} {count}' for why, count in reasons.items()) or 'none'}")
-    print("| swept test with a margin | both dock | swept only | simulation only | neither | agree |")
+    print("| swept-volume check with a margin | both dock | swept only | simulation only | neither | agree |")
     print("|---|---|---|---|---|---|")
     for margin, nominal in _TABLES:
         found = confusion(rows, margin, nominal)
@@ -86,10 +86,10 @@ def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> N
     print(f"output: {len(rows)} poses, CPU {np.mean(seconds):.2f} s a pose, at most {max(seconds):.2f} s")
 
 
-def _draw(rows: list[Row], asked: dict[str, Asked], truck: TruckConfig, folder: Path) -> None:
+def _draw(rows: list[Row], evaluated: dict[str, Evaluated], truck: TruckConfig, folder: Path) -> None:
     for number, row in enumerate(rows):
         before, _, after = told(row).partition("; ")
-        picture(folder / f"disagreement_{number:02d}.png", *asked[row["key"]], truck, [before, after])
+        picture(folder / f"disagreement_{number:02d}.png", *evaluated[row["key"]], truck, [before, after])
 
 
 def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckConfig) -> dict[str, object]:
@@ -98,7 +98,7 @@ def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckCon
         "truck": asdict(truck),
         "confusion": [rounded(confusion(rows, margin, nominal)) for margin, nominal in _TABLES],
         "differ": causes(rows),
-        "sides_not_asked": left_out,
+        "sides_not_evaluated": left_out,
         "cpu_s_a_pose": rounded(float(np.mean([row["cpu_s"] for row in rows]))),
         "disagreements": [told(row) for row in disagreements(rows)],
     }

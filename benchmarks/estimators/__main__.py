@@ -13,7 +13,7 @@ import tyro
 from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
-from benchmarks.estimators.score import EVIDENCE, SETTINGS, bound_rows, rows, score
+from benchmarks.estimators.score import SETTINGS, VERIFICATION, bound_rows, rows, score
 from warehouse_sim.estimators import trained_names
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.resources import data_folder
@@ -21,18 +21,18 @@ from warehouse_sim.resources import data_folder
 RESULT = Path(__file__).parents[1] / "results" / "estimators.json"
 
 
-def main(folder: Path = FOLDER, only: tuple[str, ...] = (), evidence: bool = True, write: bool = False) -> None:
+def main(folder: Path = FOLDER, only: tuple[str, ...] = (), verification: bool = True, write: bool = False) -> None:
     """Score the models and print the table.
 
     Args:
         folder: Where data, predictions and scores are kept.
         only: Names of models; all by default.
-        evidence: Whether pallets are scored with evidence, too, which takes half of the time.
+        verification: Whether pallets are scored with verification, too, which takes half of the time.
         write: Store the result, the table and the cards. With ``only``, rows of other models stay.
     """
     found: list[dict] = []
     seen, best = observations() if write else [], SETTINGS[-1]
-    of_pallets = (*SETTINGS, EVIDENCE) if evidence else SETTINGS
+    of_pallets = (*SETTINGS, VERIFICATION) if verification else SETTINGS
     for name in only or trained_names():
         model = data_folder("models") / name
         scored, held = {}, {}

@@ -31,8 +31,8 @@ def error(reader: DatasetReader, target: TargetRecord, found: list[PoseEstimate]
     if not steps:
         return np.inf, np.inf, np.inf
     best, item = min(steps, key=lambda pair: float(np.linalg.norm(pair[0][:3]) + np.linalg.norm(pair[0][3:])))
-    stated = np.inf if item.covariance is None else float(np.sqrt(np.trace(item.covariance[:3, :3])))
-    return float(np.linalg.norm(best[:3])), float(np.degrees(np.linalg.norm(best[3:]))), stated
+    nominal = np.inf if item.covariance is None else float(np.sqrt(np.trace(item.covariance[:3, :3])))
+    return float(np.linalg.norm(best[:3])), float(np.degrees(np.linalg.norm(best[3:]))), nominal
 
 
 def measured(reader: DatasetReader, split: str, ways: dict[str, list[PoseEstimate]]) -> list[dict]:
@@ -49,11 +49,11 @@ def measured(reader: DatasetReader, split: str, ways: dict[str, list[PoseEstimat
                 if target is not None:
                     mine = [item for item in estimates if (item.scene_id, item.image_id) == key]
                     errors.append(error(reader, target, mine))
-            mm, deg, stated = np.array(errors).T * [[1e3], [1.0], [1e3]]
+            mm, deg, nominal = np.array(errors).T * [[1e3], [1.0], [1e3]]
             row[way] = {
                 "last_mm": mm[-1], "last_deg": deg[-1], "best_mm": mm.min(), "best_deg": deg[mm.argmin()],
                 "median_mm": float(np.median(mm)), "median_deg": float(np.median(deg)), "worst_mm": mm.max(),
-                "surest_mm": mm[stated.argmin()],
+                "surest_mm": mm[nominal.argmin()],
             }  # fmt: skip
         row["value"], row["unit"] = row["tracked"]["last_mm"], "mm off in the last image, tracked"
         rows.append(rounded(row))

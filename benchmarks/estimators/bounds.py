@@ -18,7 +18,7 @@ from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.evaluation import Scores, read_scores
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.resources import data_folder
 
 EDGES = (0.0, 4.0, 6.0, 8.0, 10.0, np.inf)
@@ -26,11 +26,11 @@ EDGES = (0.0, 4.0, 6.0, 8.0, 10.0, np.inf)
 EVERYWHERE = "all"
 """Label of the row that counts every distance."""
 _LEAST_COUNTED = 10
-"""A share of fewer objects says nothing."""
+"""A fraction of fewer objects says nothing."""
 
 
 def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name) -> None:
-    """Print for each bundled model the share of objects whose error stayed below the stated bound.
+    """Print for each bundled model the fraction of objects whose error stayed below the stated bound.
 
     Args:
         folder: Where data and scores are kept.
@@ -46,7 +46,7 @@ def main(folder: Path = FOLDER, setting: str = SETTINGS[-1].name) -> None:
 
 
 def covered(model: Path, data: Path, scores: Scores, setting: Setting) -> list[dict]:
-    """Return the share of estimated objects whose surface lies closer to the truth than the bound, by distance.
+    """Return the fraction of estimated objects whose surface is closer to ground truth than the bound, by distance.
 
     Args:
         model: Folder of the model, which holds the calibration.
@@ -61,7 +61,7 @@ def covered(model: Path, data: Path, scores: Scores, setting: Setting) -> list[d
     if curve is None:
         return []
     shapes = {shape.obj_id: shape for shape in read_config(model).objects}
-    truth = {
+    gt = {
         (image.scene_id, image.image_id, target.gt_index): target.T_camera_object
         for image in DatasetReader(data).images(scores.dataset["split"])
         for target in image.targets
@@ -71,10 +71,10 @@ def covered(model: Path, data: Path, scores: Scores, setting: Setting) -> list[d
     for row, key in enumerate(zip(table.scene_id, table.image_id, table.gt_index, strict=True)):
         estimate = scores.estimates[table.prediction[row]]
         shape = shapes[estimate.obj_id]
-        error = surface_distance(estimate.T_camera_object, truth[tuple(map(int, key))], shape)
-        # Of a score that doubt has made, the curve knows nothing; then the bound stands beside the pose.
-        stated = estimate.error_bound
-        holds[row] = error <= (curve.bound_at(estimate.score) * shape.diameter if stated is None else stated)
+        error = surface_distance(estimate.T_camera_object, gt[tuple(map(int, key))], shape)
+        # Of a score that uncertainty has made, the curve knows nothing; then the bound stands beside the pose.
+        nominal = estimate.error_bound
+        holds[row] = error <= (curve.bound_at(estimate.score) * shape.diameter if nominal is None else nominal)
     ranges = {EVERYWHERE: np.ones(len(table), dtype=bool)}
     for low, high in pairwise(EDGES):
         label = f"over {low:g} m" if np.isinf(high) else f"{low:g}-{high:g} m"
@@ -95,7 +95,7 @@ def as_markdown(found: Sequence[tuple[str, list[dict]]]) -> list[str]:
 
 
 def _row(label: str, holds: np.ndarray, scene_id: np.ndarray) -> dict:
-    low, high = share_interval(holds, scene_id, 1000, np.random.default_rng(0))
+    low, high = fraction_interval(holds, scene_id, 1000, np.random.default_rng(0))
     value = round(float(holds.mean()), 5)
     return {"label": label, "value": value, "interval": [round(low, 5), round(high, 5)], "n": len(holds)}
 

@@ -21,7 +21,7 @@ _SPLITS = {
     "visible_fraction": "visible fraction",
     "illuminance": "light on the object",
 }
-_SHARES = {
+_FRACTIONS = {
     "add_10pct": "ADD < 10 % d",
     "add_shape_10pct": "... in shape",
     "add_5pct": "ADD < 5 % d",
@@ -30,7 +30,7 @@ _SHARES = {
 }
 _BOUND = (
     "`PoseEstimate.error_bound` was fitted so that nine of ten objects of the val splits stay below it, whatever their "
-    "distance ({best}). Share of objects in % that do, 95 % intervals over scenes:"
+    "distance ({best}). Fraction of objects in % that do, 95 % intervals over scenes:"
 )
 
 
@@ -56,7 +56,7 @@ def write(
         f"# {model.name}",
         "",
         f"**{head}** on {SCENES} unseen scenes of `{RECIPE}` (consensus, no ICP), "
-        "with exact masks and the camera that it was trained with; `tests/test_models.py` measures it.",
+        "with ground-truth masks and the camera that it was trained with; `tests/test_models.py` measures it.",
         "",
         *_description(model),
         "",
@@ -89,7 +89,7 @@ def write(
             "recipe": RECIPE,
             "seed": SEED,
             "scenes": SCENES,
-            "share": round(head.share, 4),
+            "fraction": round(head.fraction, 4),
             "count": head.count,
         },
     }
@@ -145,19 +145,19 @@ def _refiner(model: Path, trained: int) -> str:
 
 def _header(first: str) -> list[str]:
     return [
-        f"| {first} | n | " + " | ".join(_SHARES.values()) + " | median ADD |",
-        "|---|---|" + "---|" * (len(_SHARES) + 1),
+        f"| {first} | n | " + " | ".join(_FRACTIONS.values()) + " | median ADD |",
+        "|---|---|" + "---|" * (len(_FRACTIONS) + 1),
     ]
 
 
 def _row(label: str, summary: Summary) -> str:
-    cells = [_share(summary, name) for name in _SHARES]
+    cells = [_fraction(summary, name) for name in _FRACTIONS]
     median = summary.metrics.get("median_add")
     length = f"{100 * median:.2f} cm" if median is not None and median < 100 else "-"
     return f"| {label} | {summary.gt_count} | " + " | ".join(cells) + f" | {length} |"
 
 
-def _share(summary: Summary, name: str) -> str:
+def _fraction(summary: Summary, name: str) -> str:
     if name not in summary.intervals:
         return "-"
     low, high = summary.intervals[name]

@@ -121,9 +121,9 @@ def draw(boxes: list[Box], path: Path) -> None:
     figure = Figure(figsize=(16, 1.9 * len(boxes)), layout="constrained")
     axes = figure.subplots(len(boxes), len(METHODS) + 1, squeeze=False)
     for row, box in zip(axes, boxes, strict=True):
-        truth = np.unique(box.instance_ids, return_inverse=True)[1]
+        gt = np.unique(box.instance_ids, return_inverse=True)[1]
         for axis, (name, label) in zip(
-            row, [("true objects", truth), *((name, METHODS[name](box).label) for name in METHODS)], strict=True
+            row, [("true objects", gt), *((name, METHODS[name](box).label) for name in METHODS)], strict=True
         ):
             axis.scatter(box.seen.u[label < 0], box.seen.v[label < 0], s=2, c="0.7")
             inside = label >= 0

@@ -29,7 +29,7 @@ class Data:
     views: int | None = None
     """Observations of each scene, by default the recipe's. Of many cartons in each image, other scenes say more."""
     split: SplitConfig | None = None
-    """Shares of the splits, by default the recipe's."""
+    """Fractions of the splits, by default the recipe's."""
     camera: str = ""
     """Preset of the camera, by default the recipe's."""
     rig: str = ""

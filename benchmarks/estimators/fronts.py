@@ -1,9 +1,9 @@
-"""Whether estimators dock at recorded pallet fronts that are in no catalog, as they are and with gravity given.
+"""Whether estimators dock at recorded pallet faces that are in no catalog, as they are and with gravity given.
 
-    python -m benchmarks.estimators.fronts FOLDER front-fit --write
+    python -m benchmarks.estimators.faces FOLDER front-fit --write
 
 FOLDER holds sites with labels.json, depth and masks, as the real samples beside this project have them; nothing of it
-is copied. An estimator that answers with a front is taken at its word; one that answers with the pose of a catalog
+is copied. An estimator that answers with a face is taken at its word; one that answers with the pose of a catalog
 pallet, which --catalog and --model name, sends the fork to that pallet's pockets.
 """
 
@@ -16,7 +16,7 @@ import tyro
 from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.recorded.entries import GRAVITY, MASKS, TRIVIAL, entries
-from warehouse_sim.benchmark.recorded.fronts import Entry, RecordedFront, read_fronts
+from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, read_faces
 from warehouse_sim.dataset.reader import DatasetReader
 
 
@@ -28,55 +28,55 @@ def main(
     verbose: bool = False,
     write: bool = False,
 ) -> None:
-    """Score estimators on a folder of recorded fronts.
+    """Score estimators on a folder of recorded faces.
 
     Args:
         folder: Sites with labels.
-        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators; the trivial method is
+        methods: Bundled models or run folders, perhaps with +verify, or registered estimators; the baseline is
             added.
         catalog: Dataset folder whose objects estimators are shown; none by default.
-        model: Which of them the fronts are said to be of; unknown by default.
+        model: Which of them the faces are said to be of; unknown by default.
         verbose: Print each frame.
         write: Store the result.
     """
-    fronts, rows = read_fronts(folder), []
+    faces, rows = read_faces(folder), []
     objects = dict(DatasetReader(catalog).objects) if catalog else {}
     for method in (TRIVIAL, *methods):
         estimator = None if method == TRIVIAL else open_way(method, objects)
         for masks in MASKS:
             for gravity in GRAVITY:
-                found = entries(estimator, objects, fronts, masks, gravity, None if estimator is None else model)
+                found = entries(estimator, objects, faces, masks, gravity, None if estimator is None else model)
                 docked = sum(item is not None and item.docked for item in found)
                 name = f"{method}, masks: {masks}, gravity: {gravity}"
-                print(f"{name:70} {docked:3} of {len(fronts)}", flush=True)
-                rows.append(_row(name, method, masks, gravity, fronts, found))
+                print(f"{name:70} {docked:3} of {len(faces)}", flush=True)
+                rows.append(_row(name, method, masks, gravity, faces, found))
                 if verbose:
-                    _print(fronts, found)
+                    _print(faces, found)
     if write:
-        command = f"python -m benchmarks.estimators.fronts FOLDER {' '.join(methods)} --write"
-        how = "recorded fronts of pallets with labels by hand, which are no part of this project"
-        write_result(RESULTS / "fronts.json", command, rows, data=how)
+        command = f"python -m benchmarks.estimators.faces FOLDER {' '.join(methods)} --write"
+        how = "recorded faces of pallets with labels by hand, which are no part of this project"
+        write_result(RESULTS / "faces.json", command, rows, data=how)
 
 
 def _row(
-    name: str, method: str, masks: str, gravity: str, fronts: Sequence[RecordedFront], found: Sequence[Entry | None]
+    name: str, method: str, masks: str, gravity: str, faces: Sequence[RecordedFace], found: Sequence[Entry | None]
 ) -> dict:
     frames = {
-        front.name: None if item is None else rounded({key: float(value) for key, value in asdict(item).items()})
-        for front, item in zip(fronts, found, strict=True)
+        face.name: None if item is None else rounded({key: float(value) for key, value in asdict(item).items()})
+        for face, item in zip(faces, found, strict=True)
     }
     docked = sum(item is not None and item.docked for item in found)
     common = {"method": method, "masks": masks, "gravity": gravity}
-    return {"name": name, **common, "value": int(docked), "n": len(fronts), "frames": frames}
+    return {"name": name, **common, "value": int(docked), "n": len(faces), "frames": frames}
 
 
-def _print(fronts: Sequence[RecordedFront], found: Sequence[Entry | None]) -> None:
-    for front, item in zip(fronts, found, strict=True):
+def _print(faces: Sequence[RecordedFace], found: Sequence[Entry | None]) -> None:
+    for face, item in zip(faces, found, strict=True):
         if item is None:
-            print(f"  {front.name:24} no answer")
+            print(f"  {face.name:24} no answer")
             continue
         print(
-            f"  {front.name:24} {'docks' if item.docked else 'FAILS'} room {1e3 * item.room_side:5.0f} "
+            f"  {face.name:24} {'docks' if item.docked else 'FAILS'} room {1e3 * item.room_side:5.0f} "
             f"{1e3 * item.room_up:4.0f} mm  depth {1e3 * item.depth:4.0f} lateral {1e3 * item.lateral:4.0f} "
             f"vertical {1e3 * item.vertical:4.0f} mm  yaw {item.yaw_deg:5.2f} pitch {item.pitch_deg:5.2f} "
             f"roll {item.roll_deg:5.2f} deg"

@@ -25,15 +25,15 @@ _LEAST_VISIBLE = 0.1
 
 @dataclass(frozen=True)
 class Headline:
-    """Share of the labelled pallets that are at least 10 % visible and whose ADD is below a tenth of the diameter."""
+    """Fraction of labelled pallets that are at least 10 % visible and whose ADD is below a tenth of the diameter."""
 
-    share: float
+    fraction: float
     """0-1; pallets without an estimate count as failures."""
     count: int
     """Pallets."""
 
     def __str__(self) -> str:
-        return f"ADD < {LIMIT:.0%} of the diameter for {100 * self.share:.1f} % of {self.count} pallets"
+        return f"ADD < {LIMIT:.0%} of the diameter for {100 * self.fraction:.1f} % of {self.count} pallets"
 
 
 def observations() -> list[Observation]:

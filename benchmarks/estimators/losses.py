@@ -138,9 +138,9 @@ def measured(name: str, scores: Sequence[Scores]) -> list[dict[str, Any]]:
 def value_of(scores: Scores, measure: str) -> float:
     """Return one measure of one training, 0-1.
 
-    ``auroc``: how well confidence ranks poses within 5 % of the diameter before others. ``sure``: share of estimates
-    that are sure of themselves, whatever they are. ``bound``: share of errors below the bound that val was to make hold
-    for nine of ten.
+    ``auroc``: how well confidence ranks poses within 5 % of the diameter before others. ``sure``: fraction of estimates
+    that are sure of themselves, whatever they are. ``bound``: fraction of errors below the bound that val was to make
+    hold for nine of ten.
     """
     if measure in METRICS:
         return float(scores.overall.metrics[measure])
@@ -160,8 +160,8 @@ def as_markdown(rows: Sequence[dict[str, Any]], answers: Sequence[dict[str, Any]
         lines.append(f"| {TITLES[name]} | " + " | ".join(_cell(by_measure.get(key)) for key in MEASURES) + " |")
     lines.append("")
     for metric in METRICS:
-        asked = [row for row in answers if row["metric"] == metric]
-        for row, stands in zip(asked, standing(asked), strict=True):
+        evaluated = [row for row in answers if row["metric"] == metric]
+        for row, stands in zip(evaluated, standing(evaluated), strict=True):
             low, high = row["difference_interval"]
             told = "" if stands else ", not told from chance"
             difference = f"{100 * row['difference']:+.1f} points [{100 * low:+.1f}, {100 * high:+.1f}]{told}"

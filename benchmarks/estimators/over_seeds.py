@@ -47,7 +47,7 @@ def seed_p(values: Sequence[float]) -> float:
 
 
 def standing(answers: Sequence[dict]) -> list[bool]:
-    """Tell which differences of one metric stand out from chance, whatever number of questions was asked.
+    """Tell which differences of one metric stand out from chance, whatever number of questions was evaluated.
 
     Holm's correction over the questions at 5 %, and the interval over test scenes on one side of zero.
     """

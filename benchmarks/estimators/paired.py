@@ -25,7 +25,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
@@ -43,7 +43,7 @@ QUESTIONS = (
     ("both in place of raster images alone, scored on path traced", "both", "raster", "pathtrace"),
     ("both in place of path traced images alone, scored on raster", "both", "pathtrace", "raster"),
 )
-"""What is asked: does training on the second help, against training on the third, when scored on the fourth."""
+"""What is evaluated: does training on the second help, against training on the third, when scored on the fourth."""
 SMALL = Path(__file__).with_name("paired_small.yaml")
 """A recipe of few small images, for where hours of paths are too many."""
 MARK = "python -m benchmarks.estimators.paired"
@@ -124,7 +124,7 @@ def main(
         for other, root in data.items():
             scores = score(run, root, "test", SELECTIONS[-1:], run / other)[SELECTIONS[-1].name]
             found.setdefault((name, other), []).append(scores)
-    rows, answers = shares(found), differences(found)
+    rows, answers = fractions(found), differences(found)
     for row in (*rows, *answers):
         print(row, flush=True)
     if write:
@@ -137,7 +137,7 @@ def main(
         replace_table(DOCUMENT, MARK, as_markdown(answers))
 
 
-def shares(found: Found) -> list[dict]:
+def fractions(found: Found) -> list[dict]:
     """Return for each training, test set and metric the mean over seeds, with a 95 % interval over test scenes."""
     rows = []
     for ((name, other), scores), metric in product(found.items(), METRICS):
@@ -148,7 +148,7 @@ def shares(found: Found) -> list[dict]:
         row = {
             "name": f"trained on {name}, scored on {other}: {metric}",
             "value": float(each.mean()),
-            "interval": share_interval(each.mean(axis=0), scenes, 2000, np.random.default_rng(0)),
+            "interval": fraction_interval(each.mean(axis=0), scenes, 2000, np.random.default_rng(0)),
             "seeds": [float(value) for value in each.mean(axis=1)],
             "n": each.shape[1],
         }

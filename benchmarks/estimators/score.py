@@ -15,15 +15,24 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
 
-SHARES = ("add_2pct", "add_5pct", "add_10pct", "add_shape_10pct", "pose_5cm_5deg", "dock_0mm", "dock_10mm", "dock_20mm")
+FRACTIONS = (
+    "add_2pct",
+    "add_5pct",
+    "add_10pct",
+    "add_shape_10pct",
+    "pose_5cm_5deg",
+    "dock_0mm",
+    "dock_10mm",
+    "dock_20mm",
+)
 DOCKING_RANGE = (2.0, 7.0)
-"""Distances (m) between which docking is asked for: nearer a forklift is already entering, farther it still drives."""
+"""Distances (m) between which docking is requested: nearer a forklift is already entering, farther it still drives."""
 
 _IMAGES_AT_ONCE = 8
 
@@ -48,7 +57,7 @@ SETTINGS = (
     Setting("consensus + ICP", PredictConfig(selection="consensus", refine="icp")),
 )
 """What the tables of all models show."""
-EVIDENCE = Setting("consensus + evidence", PredictConfig(selection="consensus", refine="evidence"))
+VERIFICATION = Setting("consensus + verification", PredictConfig(selection="consensus", refine="verify"))
 """Shown beside them for pallets: several hypotheses of each, decided by the depth image."""
 
 
@@ -109,7 +118,7 @@ def class_summary(scores: Scores, class_name: str) -> Summary:
 
 
 def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dict[str, Any]]:
-    """Return the shares of a class as rows of a result file, with 95 % intervals over scenes."""
+    """Return the fractions of a class as rows of a result file, with 95 % intervals over scenes."""
     common = {
         "method": method,
         "setting": setting,
@@ -121,7 +130,7 @@ def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dic
     counted = pass_values(scores.table.select(scores.table.class_name == class_name), MetricConfig())
     found = {
         metric: (summary.metrics[metric], *summary.intervals[metric], int((~np.isnan(counted[metric])).sum()))
-        for metric in SHARES
+        for metric in FRACTIONS
         if metric in summary.intervals
     }
     if summary.dockable_count and docking_in_range(scores)[-1]:
@@ -156,11 +165,11 @@ def bound_rows(covered: Sequence[dict[str, Any]], scores: Scores, method: str, s
 
 
 def docking_in_range(scores: Scores, low: float = DOCKING_RANGE[0], high: float = DOCKING_RANGE[1]) -> tuple:
-    """Return share that docks, 95 % interval and number of the pallets asked for between two distances (m)."""
+    """Return fraction that docks, 95 % interval and number of the pallets requested between two distances (m)."""
     table = scores.table
     near = table.select(table.dockable & (table.distance >= low) & (table.distance < high))
     docked = near.docks().astype(float)
     if not len(near):
         return float("nan"), float("nan"), float("nan"), 0
-    interval = share_interval(docked, near.scene_id, 1000, np.random.default_rng(0))
+    interval = fraction_interval(docked, near.scene_id, 1000, np.random.default_rng(0))
     return float(docked.mean()), *interval, len(near)

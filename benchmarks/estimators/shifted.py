@@ -3,7 +3,7 @@
     python -m benchmarks.estimators.shifted rectangle-fit icp-multistart densefusion-depth --write
 
 Sets are made under out/estimators/data/shifted_* where they are missing; benchmarks/estimators/shifts.py says what each
-is. Docking is that of ``evaluate``, with the true masks.
+is. Docking is that of ``evaluate``, with the ground-truth masks.
 """
 
 from collections.abc import Sequence
@@ -36,13 +36,13 @@ def estimates_of(
     """Return what an estimator says of a set's images.
 
     Where detections have no name, the objects of the set are the candidates: an estimator that was shown them decides
-    itself, as does one that goes by evidence, which is told which they may be; of another trained one each candidate
-    is asked for, and the highest score counts.
+    itself, as does one that goes by verification, which is told which they may be; of another trained one each
+    candidate is requested, and the highest score counts.
     """
     if not shift.candidates or estimator.objects is None:
         return predict(estimator, images, shift.disturb)
     known = {shape.obj_id for shape in estimator.objects}
-    if getattr(estimator, "config", PredictConfig()).refine == "evidence":
+    if getattr(estimator, "config", PredictConfig()).refine == "verify":
         may_be = tuple(sorted(known & set(reader.objects)))
         return predict(estimator, [_as_one_of(image, may_be) for image in images], lambda image, rng: image)
     best: dict[_Key, PoseEstimate] = {}
@@ -55,7 +55,7 @@ def estimates_of(
 
 
 def rows_of(method: str, shift: Shift, data: Path, place: Path) -> list[dict[str, Any]]:
-    """Return the docked shares of an estimator on a set, as rows of a result file."""
+    """Return the docked fractions of an estimator on a set, as rows of a result file."""
     reader = DatasetReader(data)
     estimator = open_way(method, reader.objects)
     images = list(read_images(estimator, reader, reader.images("test")))
@@ -84,12 +84,12 @@ def main(
     """Score estimators on every set; what was scored before is read, so that a run that was interrupted goes on.
 
     Args:
-        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators that need no training.
+        methods: Bundled models or run folders, perhaps with +verify, or registered estimators that need no training.
         folder: Where data, predictions and scores are kept.
         scenes: Number of scenes of a set; sets that are there stay as they are.
         views: Observations of each scene.
         only: Names of sets; all by default.
-        again: Score anew, as after a training.
+        again: Score again, as after a training.
         write: Store the result.
     """
     found, held = [], {}

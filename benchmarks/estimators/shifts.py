@@ -47,7 +47,7 @@ class Shift:
     settings: dict[str, Any] = field(default_factory=dict)
     """What replaces settings of the recipe, as a file that extends it would."""
     within: tuple[float, float] = (2.0, 7.0)
-    """Distances (m) between which docking is asked for; what is beyond is counted apart."""
+    """Distances (m) between which docking is requested; what is beyond is counted apart."""
     least_visible: float = 0.0
     """Least visible fraction of what is counted, 0-1."""
     disturb: Disturb = exact
@@ -113,7 +113,7 @@ def made(shift: Shift, scenes: int, views: int, folder: Path, seed: int = SEED, 
         views: Observations of each scene.
         folder: Where data are kept.
         seed: Of the scenes.
-        split: Shares of the splits; all test by default.
+        split: Fractions of the splits; all test by default.
     """
     root = folder / "data" / shift.folder_name
     if not (root / "manifest.json").is_file():

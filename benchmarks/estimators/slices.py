@@ -8,7 +8,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 
@@ -17,7 +17,7 @@ MARGINS = (0.0, 0.01, 0.02)
 TOUCHING = 0.02
 """Pallets nearer to another than this (m) stand in a stack, or against each other."""
 LEAST_READ = 0.25
-"""Where less of a silhouette has a reading, depth has failed, and no estimator is to blame."""
+"""Where less of an amodal mask has a reading, depth has failed, and no estimator is to blame."""
 _DRAWS = 1000
 _Key = tuple[int, int, int]
 
@@ -25,29 +25,29 @@ _Key = tuple[int, int, int]
 def docking_rows(
     table: ErrorTable, reader: DatasetReader, within: tuple[float, float], least_visible: float
 ) -> list[dict[str, Any]]:
-    """Return the docked shares of every slice that is not empty, with 95 % intervals over scenes.
+    """Return the docked fractions of every slice that is not empty, with 95 % intervals over scenes.
 
     Args:
         table: What an estimator did with each ground truth of the test split.
         reader: The dataset.
-        within: Distances (m) between which docking is asked for.
+        within: Distances (m) between which docking is requested.
         least_visible: Least visible fraction of what is counted, 0-1.
 
     Returns:
-        ``slice``, ``margin_mm``, ``value``, ``interval``, ``n`` and ``missed``, the share without an estimate.
+        ``slice``, ``margin_mm``, ``value``, ``interval``, ``n`` and ``missed``, the fraction without an estimate.
     """
     table = table.select(table.dockable & (table.visible_fraction >= least_visible))
     found = []
     for name, rows in _slices(table, reader.images("test"), reader, within):
         part = table.select(rows)
         for margin in MARGINS if len(part) else ():
-            found.append({"slice": name, "margin_mm": round(1000 * margin), **_share(part, margin)})
+            found.append({"slice": name, "margin_mm": round(1000 * margin), **_fraction(part, margin)})
     return found
 
 
-def _share(table: ErrorTable, margin: float) -> dict[str, Any]:
+def _fraction(table: ErrorTable, margin: float) -> dict[str, Any]:
     docked = table.docks(margin).astype(float)
-    low, high = share_interval(docked, table.scene_id, _DRAWS, np.random.default_rng(0))
+    low, high = fraction_interval(docked, table.scene_id, _DRAWS, np.random.default_rng(0))
     missed = float((~table.found).mean())
     return {
         "value": round(float(docked.mean()), 5),
@@ -87,7 +87,7 @@ def touching(images: Sequence[ImageRecord], reader: DatasetReader) -> set[_Key]:
 
 
 def unread_targets(images: Sequence[ImageRecord]) -> set[_Key]:
-    """Return the targets of whose silhouette less than ``LEAST_READ`` has a depth reading."""
+    """Return the targets of whose amodal mask less than ``LEAST_READ`` has a depth reading."""
     return {
         (image.scene_id, image.image_id, item.gt_index)
         for image in images

@@ -85,7 +85,7 @@ def main(
     """Score estimators under every disturbance.
 
     Args:
-        methods: Bundled models or run folders, perhaps with +evidence, or registered estimators that need no training.
+        methods: Bundled models or run folders, perhaps with +verify, or registered estimators that need no training.
         folder: Where data, predictions and scores are kept.
         recipe: Whose scenes.
         scenes: Number of scenes.

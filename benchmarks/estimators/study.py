@@ -66,7 +66,7 @@ QUESTIONS = (
         for selection in ("weighted", "weighted-50", "consensus")
     ),
 )
-"""What is asked; the first with its selection against the second with its own."""
+"""What is evaluated; the first with its selection against the second with its own."""
 METRICS = ("add_5pct", "dock_0mm")
 CONFIG = TrainConfig(
     max_minutes=None,

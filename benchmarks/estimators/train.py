@@ -56,9 +56,9 @@ SECOND = Stage(
 """Cartons as often as pallets, and rare SKUs more often than they are."""
 ORDER = ("densefusion-depth", "densefusion-pointcloud")
 """Trained first: those that cost least show whether the data are right."""
-ONLY_TRAINED_ON = "drawn_pallet_*"
+ONLY_TRAINED_ON = "sampled_pallet_*"
 """Left out of the bundled models: nobody else has these pallets, and each would cost 20 kB."""
-_FIRST_SHARE = 0.85
+_FIRST_FRACTION = 0.85
 """Of the time of a method, for the first stage."""
 
 
@@ -67,12 +67,12 @@ def in_order(methods: Sequence[str]) -> list[str]:
     return sorted(methods, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
 
 
-def limited(stage: Stage, minutes: float | None, share: float, steps: int | None = None) -> TrainConfig:
-    """Return how a stage is trained in a share of the time that a method has."""
+def limited(stage: Stage, minutes: float | None, fraction: float, steps: int | None = None) -> TrainConfig:
+    """Return how a stage is trained in a fraction of the time that a method has."""
     return replace(
         stage.config,
         max_steps=steps or stage.config.max_steps,
-        max_minutes=None if minutes is None else share * minutes,
+        max_minutes=None if minutes is None else fraction * minutes,
     )
 
 
@@ -104,9 +104,9 @@ def main(
         return
     place = "" if preset == "plain" else f"{preset}/"
     for method in in_order(methods or trained_names()):
-        config = with_preset(limited(FIRST, minutes, _FIRST_SHARE, steps), preset)
+        config = with_preset(limited(FIRST, minutes, _FIRST_FRACTION, steps), preset)
         first = _trained(method, config, FIRST.data, folder, f"{place}first", cache)
-        config = with_preset(limited(SECOND, minutes, 1.0 - _FIRST_SHARE), preset)
+        config = with_preset(limited(SECOND, minutes, 1.0 - _FIRST_FRACTION), preset)
         run = _trained(method, config, SECOND.data, folder, f"{place}second", cache, init=first)
         calibrate(run, [made(item, folder) for item in FIRST.data])
         if bundled:

@@ -31,7 +31,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.train import train
 from warehouse_sim.evaluation import Scores
-from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval, scene_bootstrap
 from warehouse_sim.resources import model_dir
 
 COMMAND = "python -m benchmarks.estimators.transfer --write"
@@ -188,13 +188,13 @@ def passes(scores: Scores, metric: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rows_of(start: str, images: int, items: Sequence[dict[str, Scores]]) -> list[dict[str, Any]]:
-    """Return the shares that pass, as rows of a result file: mean over the seeds, interval over test scenes."""
+    """Return the fractions that pass, as rows of a result file: mean over the seeds, interval over test scenes."""
     found = []
     for setting in items[0]:
         for metric in METRICS:
             values, scenes = zip(*(passes(item[setting], metric) for item in items), strict=True)
             mean = np.mean(values, axis=0)
-            low, high = share_interval(mean, scenes[0], _DRAWS, np.random.default_rng(0))
+            low, high = fraction_interval(mean, scenes[0], _DRAWS, np.random.default_rng(0))
             found.append(
                 {
                     "name": f"{start}, {images} images, {setting}: {metric}",
@@ -240,12 +240,12 @@ def gains(found: Found, images: int) -> list[dict[str, Any]]:
 
 
 def as_markdown(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the shares in a table, and the gains below it."""
+    """Return the fractions in a table, and the gains below it."""
     titles = [f"{title}, {setting.name}" for setting in SETTINGS for title in METRICS.values()]
     lines = ["| start | images | " + " | ".join(titles) + " |", "|---|---|" + "---|" * len(titles)]
-    shares = [row for row in rows if "start" in row]
-    for key in dict.fromkeys((row["start"], row["images"]) for row in shares):
-        cells = [_share(row) for row in shares if (row["start"], row["images"]) == key]
+    fractions = [row for row in rows if "start" in row]
+    for key in dict.fromkeys((row["start"], row["images"]) for row in fractions):
+        cells = [_fraction(row) for row in fractions if (row["start"], row["images"]) == key]
         lines.append(f"| {key[0]} | {key[1] or '-'} | " + " | ".join(cells) + " |")
     lines += ["", "| gain | " + " | ".join(f"{title}: over seeds, over scenes" for title in titles) + " |"]
     lines.append("|---|" + "---|" * len(titles))
@@ -256,7 +256,7 @@ def as_markdown(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _share(row: dict[str, Any]) -> str:
+def _fraction(row: dict[str, Any]) -> str:
     low, high = row["interval"]
     return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
 

@@ -10,8 +10,8 @@ from warehouse_sim.estimators.pose.densefusion.trainable import TrainableMethod
 NAME = "two-branches"
 
 
-def _network(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return replace(ESTIMATORS.get("densefusion-middle-1").network(size, faithful), fusion=None)
+def _network(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return replace(ESTIMATORS.get("densefusion-middle-1").network(size, paper), fusion=None)
 
 
 TWO_BRANCHES = TrainableMethod(NAME, "colour and depth after a branch each", "RGB crop + depth crop + cloud", _network)

@@ -9,6 +9,6 @@ from warehouse_sim.estimators import PoseEstimator
 __all__ = ["Way", "open_way", "way_of"]
 
 
-def open_way(method: str, objects: Mapping[int, ObjectInfo], doubt: bool = True) -> PoseEstimator:
+def open_way(method: str, objects: Mapping[int, ObjectInfo], uncertainty: bool = True) -> PoseEstimator:
     """Return the estimator, shown the objects of a dataset where it learns them that way."""
-    return way_of(method).open(objects, doubt)
+    return way_of(method).open(objects, uncertainty)

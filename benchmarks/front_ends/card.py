@@ -18,9 +18,9 @@ from warehouse_sim.learning.run_folder import read_kind
 
 _METRICS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
 
-_ASKED = (
+_EVALUATED = (
     "Scenes that nothing was trained on (`benchmarks/front_ends/data.py`), average precision in % with 95 % intervals "
-    "over scenes; what is missed counts, and what is hardly seen is not asked for. PQ: panoptic quality of masks with "
+    "over scenes; what is missed counts, and what is hardly seen is not requested. PQ: panoptic quality of masks with "
     "a score of a half or more."
 )
 
@@ -40,7 +40,7 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
         "",
         "## Scores",
         "",
-        _ASKED,
+        _EVALUATED,
         "",
         "| asked | n | " + " | ".join(_METRICS.values()) + " | PQ |",
         "|---|---|" + "---|" * (len(_METRICS) + 1),
@@ -94,12 +94,12 @@ def _description(model: Path) -> list[str]:
 
 
 def _row(row: dict[str, Any]) -> str:
-    cells = [_share(row.get(metric)) for metric in _METRICS]
+    cells = [_fraction(row.get(metric)) for metric in _METRICS]
     quality = row.get("panoptic_quality")
     return f"| {row['name']} | {row['n']} | {' | '.join(cells)} | {f'{100 * quality:.1f}' if quality else '-'} |"
 
 
-def _share(found: dict[str, Any] | None) -> str:
+def _fraction(found: dict[str, Any] | None) -> str:
     if found is None:
         return "-"
     low, high = found["interval"]

@@ -1,8 +1,8 @@
-"""Score chains from pixels to poses, beside estimators with true masks and true boxes.
+"""Score chains from pixels to poses, beside estimators with ground-truth masks and ground-truth boxes.
 
 python -m benchmarks.front_ends.end_to_end [--write]
 
-Docking is asked of all pallets 2 to 7 m away that a truck can take, found or not. A false alarm is an estimate that
+Docking is evaluated of all pallets 2 to 7 m away that a truck can take, found or not. A false alarm is an estimate that
 lies on no pallet: no true one, however little is seen of it, is within half a metre.
 """
 
@@ -23,13 +23,13 @@ from warehouse_sim.dataset.results import predictions
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, evaluate
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.schema import PoseEstimate
 
 _NEAR = 0.5
 """An estimate farther than this (m) from every true pallet is a false alarm."""
 _OBJECTS = ("epal1",)
-"""That stand in the halls; new, grey and worn ones are of its shape."""
+"""That stand in the halls; new, grey and damaged ones are of its shape."""
 
 
 @dataclass(frozen=True)
@@ -44,31 +44,31 @@ class Case:
 
 _PLAIN = PredictConfig(objects=_OBJECTS)
 _ICP = replace(_PLAIN, selection="consensus", refine="icp")
-_EVIDENCE = replace(_PLAIN, selection="consensus", refine="evidence")
-_TRUTH = "truth"
+_VERIFICATION = replace(_PLAIN, selection="consensus", refine="verify")
+_GT = "gt"
 CASES = (
-    Case("true masks", "densefusion-depth", TEST_INDUSTRIAL, replace(_ICP, detections=_TRUTH)),
+    Case("ground-truth masks", "densefusion-depth", TEST_INDUSTRIAL, replace(_ICP, detections=_GT)),
     Case("segment-densefusion-depth", "segment-densefusion-depth", TEST_INDUSTRIAL, _ICP),
-    Case("true masks+evidence", "densefusion-depth", TEST_INDUSTRIAL, replace(_EVIDENCE, detections=_TRUTH)),
-    Case("segment-densefusion-depth+evidence", "segment-densefusion-depth", TEST_INDUSTRIAL, _EVIDENCE),
+    Case("ground-truth masks+verify", "densefusion-depth", TEST_INDUSTRIAL, replace(_VERIFICATION, detections=_GT)),
+    Case("segment-densefusion-depth+verify", "segment-densefusion-depth", TEST_INDUSTRIAL, _VERIFICATION),
     # Without a network for the pose: what the finding alone is worth.
-    Case("rectangle-fit, true masks", "rectangle-fit", TEST_INDUSTRIAL, replace(_PLAIN, detections=_TRUTH)),
+    Case("rectangle-fit, ground-truth masks", "rectangle-fit", TEST_INDUSTRIAL, replace(_PLAIN, detections=_GT)),
     Case("segment-rectangle-fit", "segment-rectangle-fit", TEST_INDUSTRIAL, _PLAIN),
     Case("detect-depth", "detect-depth", TEST_INDUSTRIAL, _ICP),
     Case("detect-densefusion", "detect-densefusion", TEST_INDUSTRIAL, _ICP),
     Case("detect-keypoints", "detect-keypoints", TEST_INDUSTRIAL, _PLAIN),
     *(
-        Case(name, "detect-pointcloud", TEST_DISTANCE, replace(_EVIDENCE, detections=detections))
+        Case(name, "detect-pointcloud", TEST_DISTANCE, replace(_VERIFICATION, detections=detections))
         for name, detections in (
-            ("detect-pointcloud, true masks", _TRUTH),
-            ("detect-pointcloud, true boxes", "truth-boxes"),
+            ("detect-pointcloud, ground-truth masks", _GT),
+            ("detect-pointcloud, ground-truth boxes", "gt-boxes"),
             ("detect-pointcloud", "auto"),
         )
     ),
-    Case("lidar-direct, true masks", "lidar-direct", TEST_DISTANCE, replace(_EVIDENCE, detections=_TRUTH)),
-    Case("lidar-direct", "lidar-direct", TEST_DISTANCE, _EVIDENCE),
+    Case("lidar-direct, ground-truth masks", "lidar-direct", TEST_DISTANCE, replace(_VERIFICATION, detections=_GT)),
+    Case("lidar-direct", "lidar-direct", TEST_DISTANCE, _VERIFICATION),
 )
-"""Chains with the bundled weights, each beside the same with the truth in place of what it finds."""
+"""Chains with the bundled weights, each beside the same with the ground truth in place of what it finds."""
 
 
 def main(
@@ -99,7 +99,7 @@ def main(
 
 
 def row(case: Case, root: Path, poses: list[PoseEstimate], scores: Scores) -> dict[str, Any]:
-    """Return the shares with ADD under a tenth of the diameter, of all and of those found, docking and false alarms."""
+    """Return the fractions with ADD under a tenth of the diameter, of all and of those found, docking, false alarms."""
     table = scores.table.select(scores.table.class_name == "pallet")
     docked, low, high, count = docking_in_range(scores)
     right = (table.add < 0.1 * table.diameter).astype(float)
@@ -108,14 +108,14 @@ def row(case: Case, root: Path, poses: list[PoseEstimate], scores: Scores) -> di
     reader = DatasetReader(root)
     images = reader.images("test")
     false = false_alarms(poses, reader)
-    of_all = _share(right, table.scene_id, rng)
+    of_all = _fraction(right, table.scene_id, rng)
     return {
         "name": case.name,
         "value": of_all["value"],
         "interval": of_all["interval"],
         "data": root.name,
         "docked_2_7m": {"value": docked, "interval": [low, high], "n": count},
-        "add_10pct_of_found": _share(right[found], table.scene_id[found], rng),
+        "add_10pct_of_found": _fraction(right[found], table.scene_id[found], rng),
         "false_alarms": {"count": false, "an_image": false / len(images), "of": len(poses)},
         "seconds_an_image": scores.seconds_per_image,
     }
@@ -134,14 +134,14 @@ def false_alarms(poses: list[PoseEstimate], reader: DatasetReader) -> int:
     count = 0
     for item in poses:
         apart = np.linalg.norm(places[item.scene_id, item.image_id] - item.T_camera_object[:3, 3], axis=1)
-        count += not (apart < _NEAR).any() and not item.refused
+        count += not (apart < _NEAR).any() and not item.rejected
     return count
 
 
-def _share(values: np.ndarray, scene_id: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
+def _fraction(values: np.ndarray, scene_id: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
     if not len(values):
         return {"value": None, "n": 0}
-    low, high = share_interval(values, scene_id, 1000, rng)
+    low, high = fraction_interval(values, scene_id, 1000, rng)
     return {"value": float(values.mean()), "interval": [low, high], "n": len(values)}
 
 

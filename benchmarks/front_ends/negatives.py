@@ -40,7 +40,7 @@ KINDS = ("pallet", "ghost pocket", "three cartons", "shelf", "blocked pocket")
 """The first is what is to be accepted."""
 RECALL = 0.95
 WITHOUT_STAGES = ("rectangle-fit", "icp-multistart", "front-fit")
-"""Trivial and classical methods; they neither choose among predictions nor refuse."""
+"""Trivial and classical methods; they neither choose among predictions nor reject."""
 _KIND = "epal1"
 _POCKET, _DECK, _FRONT = 0.2275, 0.144, 0.8
 """Width of a pocket, height and width of the front of an EPAL 1 (m), UIC 435-2."""
@@ -100,7 +100,7 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
     """Return the best score of an estimate that is right, and of one that must not be accepted.
 
     Right is a pallet that can be taken, found within 5 cm and 5 degrees. Every other estimate within 1.2 m of what was
-    put there must not be accepted; of what else stands in the hall nothing is asked.
+    put there must not be accepted; of what else stands in the hall nothing is evaluated.
     """
     image = RgbdImage.from_observation(trial.observation)
     ids = trial.observation.buffers.instance_ids
@@ -116,7 +116,7 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
     centre = np.median(_points(image, np.isin(ids, trial.ids)), axis=0)
     right = wrong = 0.0
     for item in estimator.estimate(replace(image, detections=detections)):
-        if item.refused or np.linalg.norm(item.T_camera_object[:3, 3] - centre) > 1.2:
+        if item.rejected or np.linalg.norm(item.T_camera_object[:3, 3] - centre) > 1.2:
             continue
         if trial.T_camera_pallet is not None and _alike(item.T_camera_object, trial.T_camera_pallet):
             if trial.kind == "blocked pocket":
@@ -135,7 +135,7 @@ def main(
     write: bool = False,
     pictures: Path | None = None,
 ) -> None:
-    """Measure all estimators on the same things, those that can also with `--refuse-blocked`, and print.
+    """Measure all estimators on the same things, those that can also with `--reject-blocked`, and print.
 
     Args:
         estimators: Chains that find pallets themselves, and estimators, which are told where the thing is.
@@ -161,13 +161,13 @@ def main(
 
 
 def opened(name: str, refine: Refinement) -> dict[str, PoseEstimator]:
-    """Return an estimator as it is and, where it can refuse what is blocked, doing so; by what tables call them."""
+    """Return an estimator as it is and, where it can reject what is blocked, doing so; by what tables call them."""
     if name.removeprefix("segment-") in WITHOUT_STAGES:
         return {name: _shown(load_estimator(name, PredictConfig(objects=(_KIND,))))}
     config = PredictConfig(selection="consensus", refine=refine, objects=(_KIND,))
     return {
         name: load_estimator(name, config),
-        f"{name} --refuse-blocked": load_estimator(name, replace(config, refuse_blocked=True)),
+        f"{name} --reject-blocked": load_estimator(name, replace(config, reject_blocked=True)),
     }
 
 
@@ -188,8 +188,8 @@ def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> lis
     rows = [{"kind": "pallet", "least_score": least, "n": len(right), "value": recall}]
     for kind in KINDS[1:]:
         wrong = np.array([bad for _, bad in scores[kind]])
-        share = float((wrong >= max(least, 1e-9)).mean())
-        rows.append({"kind": kind, "n": len(wrong), "value": share})
+        fraction = float((wrong >= max(least, 1e-9)).mean())
+        rows.append({"kind": kind, "n": len(wrong), "value": fraction})
     named = ({"name": f"{estimator}: {row['kind']}", "estimator": estimator} | row for row in rows)
     return [row | {"interval": list(wilson(row["value"], row["n"]))} for row in named]
 
@@ -298,11 +298,11 @@ def _has_pallet(kind: str) -> bool:
     return kind in ("pallet", "ghost pocket", "blocked pocket")
 
 
-def _alike(T: Transform, truth: Transform) -> bool:
+def _alike(T: Transform, gt: Transform) -> bool:
     """Return whether two poses of an EPAL 1 are 5 cm and 5 degrees apart at most; a half turn maps it onto itself."""
-    turn = truth[:3, :3].T @ T[:3, :3]
+    turn = gt[:3, :3].T @ T[:3, :3]
     angle = np.arccos(np.clip(abs(turn[0, 0]), -1.0, 1.0))
-    return bool(np.linalg.norm(T[:3, 3] - truth[:3, 3]) < 0.05 and np.rad2deg(angle) < 5.0 and turn[2, 2] > 0.9)
+    return bool(np.linalg.norm(T[:3, 3] - gt[:3, 3]) < 0.05 and np.rad2deg(angle) < 5.0 and turn[2, 2] > 0.9)
 
 
 def _points(image: RgbdImage, mask: np.ndarray) -> np.ndarray:

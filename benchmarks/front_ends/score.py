@@ -24,13 +24,13 @@ from warehouse_sim.dataset.results.detection_file import read_results, write_res
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.estimators.detect import detect
 from warehouse_sim.evaluation.detection.intervals import precision_intervals
-from warehouse_sim.evaluation.detection.scores import Asked, score_detections, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections, seen_by_class, wanted_in
 
 PALLETS = ("pallet",)
 RANGES = ((0.0, 7.0), (7.0, 15.0), (15.0, 25.0), (25.0, 35.0))
 """Distances (m) of the dissertation's tables."""
 _DRAWS = 500
-TRUTH = "truth-boxes"
+GT = "gt-boxes"
 """A stage: the boxes of the labels."""
 
 
@@ -43,12 +43,12 @@ class Question:
     stages: tuple[str, ...]
     """Front ends, each working on what the one before found."""
     data: Data
-    asked: Asked
+    evaluated: Evaluated
     classes: tuple[str, ...] = PALLETS
 
 
-SEEN = Asked(0.1, 8.0)
-WELL_SEEN = Asked(0.25, 8.0)
+SEEN = Evaluated(0.1, 8.0)
+WELL_SEEN = Evaluated(0.25, 8.0)
 _DETECTORS = ("detector-depth", "detector-rgb", "detector-rgbd", "detector-lidar")
 QUESTIONS = (
     *(Question(f"{name}, industrial", (name,), TEST_INDUSTRIAL, SEEN) for name in _DETECTORS),
@@ -68,15 +68,15 @@ QUESTIONS = (
         for data in SCORED_ON[1:]
     ),
     *(
-        Question(f"detector-lidar, distance_study, {low:g}-{high:g} m", ("detector-lidar",), TEST_DISTANCE, asked)
+        Question(f"detector-lidar, distance_study, {low:g}-{high:g} m", ("detector-lidar",), TEST_DISTANCE, evaluated)
         for low, high in RANGES
-        for asked in [Asked(0.1, 8.0, (low, high))]
+        for evaluated in [Evaluated(0.1, 8.0, (low, high))]
     ),
     *(
         Question(f"{detector}+{name}, industrial", (detector, name), TEST_INDUSTRIAL, WELL_SEEN)
         for detector, name in (
             *(("detector-depth", "segmenter-depth"), ("detector-rgb", "segmenter-rgb")),
-            *(("detector-rgb", "keypoints-rgb"), (TRUTH, "segmenter-depth")),
+            *(("detector-rgb", "keypoints-rgb"), (GT, "segmenter-depth")),
         )
     ),
 )
@@ -104,11 +104,11 @@ def main(
         root = made(question.data, folder, workers)
         rows += answer(question, [str(stage) for stage in stages], root, folder / "found")
         print(rows[-1] if rows else f"{question.name}: nothing to be found")
-    for asked in SWEEP_QUESTIONS:
-        if only and not any(text in asked.name for text in only):
+    for evaluated in SWEEP_QUESTIONS:
+        if only and not any(text in evaluated.name for text in only):
             continue
-        if place := _place(asked.detector, runs or folder / "runs"):
-            rows += answer_in_sweeps(asked, place, made(asked.data, folder, workers), _DRAWS)
+        if place := _place(evaluated.detector, runs or folder / "runs"):
+            rows += answer_in_sweeps(evaluated, place, made(evaluated.data, folder, workers), _DRAWS)
             print(rows[-1])
     file = RESULTS / "front_ends.json"
     seeds = {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON}
@@ -121,14 +121,14 @@ def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) ->
     file = kept / root.name / ("+".join(question.stages) + ".json")
     images, seconds = reader.images("test"), list[float]()
     if not _is_newer(file, stages):
-        given = [str(true_boxes(reader, kept / root.name / "truth.json")) if x == TRUTH else x for x in stages]
+        given = [str(true_boxes(reader, kept / root.name / "gt.json")) if x == GT else x for x in stages]
         found, seconds = detect("+".join(given), root, "test")
         file.parent.mkdir(parents=True, exist_ok=True)
         write_results(file, found, reader)
     found = read_results(file, reader, "test")
-    scores = {item.class_name: item for item in score_detections(found, reader, images, question.asked)}
+    scores = {item.class_name: item for item in score_detections(found, reader, images, question.evaluated)}
     rows = []
-    for name, parts in seen_by_class(found, reader, images, question.asked).items():
+    for name, parts in seen_by_class(found, reader, images, question.evaluated).items():
         if name not in question.classes or not wanted_in(parts):
             continue
         row: dict[str, Any] = {
@@ -179,7 +179,7 @@ def _place(name: str, runs: Path) -> Path | str | None:
 
     if (runs / name / "weights.safetensors").is_file():
         return runs / name
-    return name if name in model_names() or name == TRUTH else None
+    return name if name in model_names() or name == GT else None
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from warehouse_sim.geometry.pose import invert
 from warehouse_sim.resources import model_dir
 
 LEAST_POINTS = 30
-"""Pallets with fewer are not asked for; what is found on them is neither right nor wrong."""
+"""Pallets with fewer are not requested; what is found on them is neither right nor wrong."""
 _EVERY = DetectConfig(least_score=0.01, threads=1)
 """Average precision asks for all that is found, however unsure."""
 
@@ -53,7 +53,7 @@ def answer_in_sweeps(question: SweepQuestion, run: Path | str, root: Path, draws
     """Return a row for pallets, scores with 95 % intervals over scenes; none where there is no pallet to be found.
 
     Args:
-        question: What is asked.
+        question: What is evaluated.
         run: Run folder, or bundled name.
         root: Dataset with sweeps; its split test is looked at.
         draws: Bootstrap resamples.

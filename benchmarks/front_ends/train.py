@@ -151,8 +151,8 @@ def generate_missing(plans: Sequence[Plan], folder: Path, pose_folder: Path | No
         for item, place in wanted.items()
         if not (place / "data" / item.folder_name / "manifest.json").is_file()
     ]
-    share = max(1, workers // max(1, min(_AT_ONCE, len(missing))))
-    _at_once([partial(made, item, place, share) for item, place in missing], min(_AT_ONCE, workers))
+    fraction = max(1, workers // max(1, min(_AT_ONCE, len(missing))))
+    _at_once([partial(made, item, place, fraction) for item, place in missing], min(_AT_ONCE, workers))
 
 
 def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, cache: Path) -> None:

@@ -23,6 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.result import machine, rounded
+from benchmarks.speed.amodal_masks import amodal_masks
 from benchmarks.speed.encoding import encoding
 from benchmarks.speed.formats import formats
 from benchmarks.speed.full_observation import full_observation
@@ -30,15 +31,14 @@ from benchmarks.speed.inference import inference
 from benchmarks.speed.latency import latency
 from benchmarks.speed.lidar import lidar
 from benchmarks.speed.memory import memory
+from benchmarks.speed.paired_variants import paired_variants
 from benchmarks.speed.rgbd_ids import compare
 from benchmarks.speed.rgbd_models import rgbd_models
 from benchmarks.speed.scaling import scaling
 from benchmarks.speed.scoring import scoring
-from benchmarks.speed.silhouettes import silhouettes
 from benchmarks.speed.streaming import streaming
 from benchmarks.speed.subject import Settings
 from benchmarks.speed.training import training
-from benchmarks.speed.twins import twins
 
 RESULT = Path(__file__).parents[1] / "results" / "speed.json"
 ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
@@ -49,10 +49,10 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "formats": formats,
     "memory": memory,
     "scaling": scaling,
-    "silhouettes": silhouettes,
+    "amodal masks": amodal_masks,
     "lidar": lidar,
     "rgbd_models": rgbd_models,
-    "twins": twins,
+    "paired_variants": paired_variants,
     "inference": inference,
     "latency": latency,
     "training": training,
@@ -144,13 +144,13 @@ def _table(rows: list[dict[str, Any]]) -> Table:
 
 
 def _print_details(console: Console, rows: list[dict[str, Any]]) -> None:
-    """Print the shares of a full observation's stages, and the sizes of the scaling row."""
+    """Print the fractions of a full observation's stages, and the sizes of the scaling row."""
     by_name = {row["name"]: row for row in rows}
     if "full_observation" in by_name:
-        table = Table("stage of an observation", "CPU-s", "share")
+        table = Table("stage of an observation", "CPU-s", "fraction")
         row = by_name["full_observation"]
         for stage, seconds in row["stages_cpu_s"].items():
-            table.add_row(stage, f"{seconds:.4f}", f"{row['shares'][stage]:.0%}")
+            table.add_row(stage, f"{seconds:.4f}", f"{row['fractions'][stage]:.0%}")
         console.print(table)
     if "scaling" in by_name:
         table = Table("instances", "triangles", "ours: CPU-s a frame", "load", "peer: CPU-s a frame", "load")

@@ -1,4 +1,4 @@
-"""RGB, 16-bit depth and ids of real observations as PNG, against OpenCV's encoder, whose default is its fastest."""
+"""RGB, 16-bit depth and instance masks of real observations as PNG, against OpenCV's encoder."""
 
 from dataclasses import replace
 from typing import Any

@@ -29,7 +29,7 @@ def full_observation(settings: Settings) -> dict[str, Any]:
         "ours_cpu_s": statistics.median(sum(scene.values()) - scene[SCENE] for scene in each),
         "target": "<= 0.3",
         "stages_cpu_s": stages,
-        "shares": {name: seconds / sum(stages.values()) for name, seconds in stages.items()},
+        "fractions": {name: seconds / sum(stages.values()) for name, seconds in stages.items()},
         "scenes": scenes,
         "scene_cpu_s_per_observation": making,
         "whole_cpu_s": statistics.median(whole),
@@ -37,7 +37,7 @@ def full_observation(settings: Settings) -> dict[str, Any]:
         "whole_over_pyrender_frame": statistics.median(whole) / frame,
         "whole_target": "<= 0.08",
         "note": "uploading a scene is shared by its observations; making it is stated beside ours_cpu_s and is part of "
-        "whole_cpu_s, which is held against a frame (RGB, depth, ids) that pyrender draws of a measured scene",
+        "whole_cpu_s, which is held against a frame (RGB, depth, instance masks) that pyrender renders of a scene",
     }
 
 

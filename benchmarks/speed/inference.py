@@ -92,12 +92,12 @@ def _icp(observation: Observation, models: list[ObjectModel]) -> Callable[[], An
     """Return the ICP of the eight objects from poses that are 3 cm and 3 degrees off, as a network leaves them."""
     rng, image = np.random.default_rng(0), eight_objects(observation)
     surfaces = {model.obj_id: build_surface(model.mesh(), 20_000, rng) for model in models}
-    truth = {label.instance_id: label for label in observation.annotations}
+    gt = {label.instance_id: label for label in observation.annotations}
     points = image.camera.unproject(image.depth)
     by_mask = {id(item.mask): points[item.mask & (image.depth > 0)] for item in image.detections}
     clouds = [rng.permutation(by_mask[id(item.mask)]) for item in image.detections]
     ids = observation.buffers.instance_ids
-    labels = [truth[int(np.median(ids[item.mask]))] for item in image.detections]
+    labels = [gt[int(np.median(ids[item.mask]))] for item in image.detections]
     off = make_transform(rotation_x(np.deg2rad(2)) @ rotation_z(np.deg2rad(2.2)), np.array([0.02, -0.02, 0.01]))
     starts = np.stack([label.T_camera_object @ off for label in labels])
     known = [surfaces[label.obj_id] for label in labels]

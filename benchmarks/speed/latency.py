@@ -1,4 +1,4 @@
-"""What eight objects cost from masks to poses with doubt: network, hypotheses, ICP and evidence, stage by stage."""
+"""Cost of eight objects from masks to poses with uncertainty, stage by stage."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,9 +12,9 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
-from warehouse_sim.estimators.pose.doubt.watch import Watcher
 from warehouse_sim.estimators.pose.fitting import joint, search
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
+from warehouse_sim.estimators.pose.uncertainty.watch import Watcher
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_dir
@@ -28,36 +28,36 @@ _STAGES: list[tuple[Any, str, str]] = [
     (search.Sought, "starts", "hypotheses"),
     (search, "fit_coarsely", "coarse ICP"),
     (search, "fit_finely", "ICP"),
-    (search, "judge_all", "evidence"),
+    (search, "judge_all", "verification"),
     (joint, "_shared_out", "shared out"),
-    (Watcher, "__call__", "doubt"),
+    (Watcher, "__call__", "uncertainty"),
 ]
 _REST = "selection and the rest"
 
 
 def latency(settings: Settings) -> dict[str, Any]:
-    """Return the row: CPU-seconds of eight objects with ``--refine evidence``, by stage, beside plain ``icp``."""
+    """Return the row: CPU-seconds of eight objects with ``--refine verify``, by stage, beside plain ``icp``."""
     subject = draw_subject(settings)
     image = eight_objects(observe(subject))
     known = {shape.obj_id for shape in _opened("icp").objects or ()}
     if strange := {item.model for item in image.detections} - known:
         raise SystemExit(f"{METHOD} does not know the objects {sorted(map(str, strange))} of {settings.recipe}")
     rounds = 2 if settings.quick else 15
-    evidence, icp = (_costs(refine, image, rounds) for refine in ("evidence", "icp"))
+    verification, icp = (_costs(refine, image, rounds) for refine in ("verify", "icp"))
     return {
-        "what": f"{OBJECTS} objects, from masks to poses with doubt: {METHOD}, hypotheses, ICP, evidence",
-        "ours_cpu_s": evidence["cpu_s"],
+        "what": f"{OBJECTS} objects, from masks to poses with uncertainty: {METHOD}, hypotheses, ICP, verification",
+        "ours_cpu_s": verification["cpu_s"],
         "target": "<= 0.250 on the wall, two cores",
-        "ours_wall_s": evidence["wall_s"],
+        "ours_wall_s": verification["wall_s"],
         "objects": OBJECTS,
-        "stages_cpu_s": evidence["stages_cpu_s"],
+        "stages_cpu_s": verification["stages_cpu_s"],
         "icp": icp,
-        "times_icp": evidence["cpu_s"] / icp["cpu_s"],
+        "times_icp": verification["cpu_s"] / icp["cpu_s"],
     }
 
 
 def _opened(refine: Any) -> PoseEstimator:
-    config = PredictConfig(selection="consensus", refine=refine, device="cpu", doubt=False)
+    config = PredictConfig(selection="consensus", refine=refine, device="cpu", uncertainty=False)
     return load_estimator(METHOD, config)
 
 

@@ -24,11 +24,11 @@ ROUNDS = 8
 
 
 @dataclass(frozen=True)
-class _Share:
+class _Fraction:
     """What one process did."""
 
     start: float
-    """On the clock that all processes share (s)."""
+    """On the clock that all processes fraction (s)."""
     end: float
     cpu_s: float
 
@@ -42,7 +42,7 @@ def sweep_to_bytes(
 ) -> int:
     """Make a sweep and all that is written of it: points with intensity, instance ids, rings and times; in bytes.
 
-    The unit and the surfaces are drawn anew for each sweep, as the sensor does it.
+    The unit and the surfaces are drawn again for each sweep, as the sensor does it.
     """
     unit = LidarUnit.draw(config, np.random.default_rng(1))
     finishes = finishes_of(scene, raycaster.materials, config.brightness, np.random.default_rng(2))
@@ -68,21 +68,21 @@ def side_by_side(
     with ProcessPoolExecutor(WORKERS, context, _begin, (barrier,)) as pool:
         jobs = [pool.submit(_sweep, scene, config, T_world_lidars, sweeps, number) for number in range(WORKERS)]
         rounds = list(zip(*(job.result() for job in jobs), strict=True))
-    found = [_together(shares, rays, beams, WORKERS * sweeps) for shares in rounds]
+    found = [_together(fractions, rays, beams, WORKERS * sweeps) for fractions in rounds]
     return max(found, key=lambda item: item["cores_held"]) | {"rounds": len(rounds)}
 
 
-def _together(shares: Sequence[_Share], rays: float, beams: int, sweeps: int) -> dict[str, Any]:
+def _together(fractions: Sequence[_Fraction], rays: float, beams: int, sweeps: int) -> dict[str, Any]:
     """Return the rates of one round."""
-    wall = max(share.end for share in shares) - min(share.start for share in shares)
-    cpu = sum(share.cpu_s for share in shares)
+    wall = max(fraction.end for fraction in fractions) - min(fraction.start for fraction in fractions)
+    cpu = sum(fraction.cpu_s for fraction in fractions)
     return {
         "sweeps": sweeps,
         "rays_per_wall_s": rays * sweeps / wall,
         "beams_per_wall_s": beams * sweeps / wall,
         "rays_per_cpu_s": rays * sweeps / cpu,
         "beams_per_cpu_s": beams * sweeps / cpu,
-        # Below 1, other work had its share of the two cores, or one process waited for the other.
+        # Below 1, other work had its fraction of the two cores, or one process waited for the other.
         "cores_held": cpu / wall / WORKERS,
     }
 
@@ -95,18 +95,18 @@ def _begin(barrier: Barrier) -> None:
 
 def _sweep(
     scene: SceneSpec, config: LidarConfig, T_world_lidars: list[Transform], sweeps: int, number: int
-) -> list[_Share]:
+) -> list[_Fraction]:
     raycaster, rng = RayCaster(scene), np.random.default_rng(number)
     for T_world_lidar in T_world_lidars[:2]:
         sweep_to_bytes(scene, raycaster, config, T_world_lidar, rng)
-    shares = []
+    fractions = []
     for _ in range(ROUNDS):
         _barrier.wait()
         cpu, start = time.process_time(), time.monotonic()
         for turn in range(sweeps):
             sweep_to_bytes(scene, raycaster, config, T_world_lidars[turn % len(T_world_lidars)], rng)
-        shares.append(_Share(start, time.monotonic(), time.process_time() - cpu))
-    return shares
+        fractions.append(_Fraction(start, time.monotonic(), time.process_time() - cpu))
+    return fractions
 
 
 _barrier: Barrier

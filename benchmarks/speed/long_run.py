@@ -22,7 +22,7 @@ from warehouse_sim.generation.recipe import load_recipe
 
 _PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 _WARM_UP = 0.1
-"""Share of the scenes after which memory must not grow."""
+"""Fraction of the scenes after which memory must not grow."""
 COLUMNS = ("seconds", "scenes", "resident_mib")
 
 
@@ -47,7 +47,7 @@ def main(
         write: Store benchmarks/results/long_run.json.
     """
     loaded, console = load_recipe(recipe), Console()
-    per_scene = loaded.scene.observations_per_scene * len(loaded.twins.names())
+    per_scene = loaded.scene.observations_per_scene * len(loaded.paired_variants.names())
     scenes = -(-observations // per_scene)
     data, table = folder / "data", folder / "watched.csv"
     folder.mkdir(parents=True, exist_ok=True)

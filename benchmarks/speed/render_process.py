@@ -45,7 +45,7 @@ class RenderProcess:
         self.load_cost: Cost = self._pool.submit(_load, scene).result()
 
     def draw(self, T_world_camera: Transform) -> Cost:
-        """Draw colour, depth and ids of one view."""
+        """Draw colour, depth and instance masks of one view."""
         return self._pool.submit(_draw, T_world_camera).result()[0]
 
     def look(self, T_world_camera: Transform) -> RenderBuffers:
@@ -80,8 +80,8 @@ def draw_in_turns(
     """
     for process in processes:
         process.draw(views[0])
-    drawn = [[process.draw(view) for process in processes] for _ in range(repeats) for view in views]
-    return [tuple(costs) for costs in zip(*drawn, strict=True)]
+    sampled = [[process.draw(view) for process in processes] for _ in range(repeats) for view in views]
+    return [tuple(costs) for costs in zip(*sampled, strict=True)]
 
 
 def _open(backend: str, camera: PinholeCamera) -> tuple[str, Capabilities]:

@@ -1,4 +1,4 @@
-"""RGB, depth and ids with shadows against another renderer: same scene, same camera, same products, frame by frame."""
+"""RGB, depth and instance masks with shadows against another renderer: same scene and camera."""
 
 from typing import Any
 
@@ -53,15 +53,15 @@ def compare(peer: str, settings: Settings) -> dict[str, Any]:
 
 
 def _agreement(subject: Subject, ours: RenderProcess, theirs: RenderProcess) -> dict[str, float]:
-    """Return the lowest shares of pixels at which ids and depths of both agree, over two views.
+    """Return the lowest fractions of pixels at which ids and depths of both agree, over two views.
 
-    Silhouettes' pixels may differ; anything beyond says that the two did not draw the same scene.
+    Amodal masks' pixels may differ; anything beyond says that the two did not draw the same scene.
     """
-    shares = [_shares(ours.look(view), theirs.look(view)) for view in subject.views[:2]]
-    ids, depth = (min(values) for values in zip(*shares, strict=True))
+    fractions = [_fractions(ours.look(view), theirs.look(view)) for view in subject.views[:2]]
+    ids, depth = (min(values) for values in zip(*fractions, strict=True))
     return {"ids_agree": ids, "depth_agrees": depth}
 
 
-def _shares(ours: RenderBuffers, theirs: RenderBuffers) -> tuple[float, float]:
+def _fractions(ours: RenderBuffers, theirs: RenderBuffers) -> tuple[float, float]:
     near = np.abs(ours.depth - theirs.depth) <= 0.005 + 0.005 * ours.depth
     return float(np.mean(ours.instance_ids == theirs.instance_ids)), float(np.mean(near))

@@ -39,7 +39,7 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         buffers = renderer.render(camera, subject.views[0], normals=True)
         there = subject.views[0] @ T_camera_right(StereoConfig())
         right = renderer.render(camera, there)
-        drawn = _cost(repeats, renderer.render, camera, there)
+        sampled = _cost(repeats, renderer.render, camera, there)
         lens = LensRenderer(renderer)
         lens.load(subject.scene)
         through_lens = _cost(repeats, lens.render, CAMERA_PRESETS["kitti_raw"].make(), subject.views[0], True)
@@ -55,7 +55,7 @@ def rgbd_models(settings: Settings) -> dict[str, Any]:
         "colour, plain": (read_color, buffers, capture, COLOR_PRESETS["plain"], rng),
     }
     costs = {name: _cost(repeats, *call) for name, call in cases.items()}
-    costs["right picture: drawn"] = drawn
+    costs["right picture: drawn"] = sampled
     costs["picture through a lens (kitti_raw): drawn and resampled"] = through_lens
     costs |= _stereo(repeats, camera, buffers, right, rng)
     whole = _cost(repeats, read_rgbd, buffers, capture, RgbdConfig(), rng)

@@ -93,9 +93,9 @@ def _eye(hall: SceneSpec) -> Float[np.ndarray, " 3"]:
 def _measure(scene: SceneSpec, views: list[Transform], settings: Settings) -> dict[str, Any]:
     camera = load_recipe(settings.recipe).sensors.make_camera()
     with RenderProcess("raster", scene, camera) as ours, RenderProcess(PEER, scene, camera) as theirs:
-        drawn = draw_in_turns([ours, theirs], views, repeats=1 if settings.quick else 3)
+        sampled = draw_in_turns([ours, theirs], views, repeats=1 if settings.quick else 3)
         loads = {"ours_load_cpu_s": ours.load_cost.cpu_s, "peer_load_cpu_s": theirs.load_cost.cpu_s}
-    by_view = [_by_view(costs) for costs in drawn]
+    by_view = [_by_view(costs) for costs in sampled]
     return {
         "instances": len(scene.instances),
         "triangles": scene_facts(scene)["triangles"],

@@ -5,8 +5,8 @@
 
 Every recipe is sampled and settled scene by scene, without rendering. A draw is rejected when loads find no place or
 when the settled scene breaks a limit; the next attempt is another scene of the same index. Meshes are counted by their
-bytes, models by name (a worn pallet is a model of its own), materials by name, over all scenes of a recipe. The dense
-scene has no fewer than 200 loaded pallets and 3,000 cartons.
+bytes, models by name (a damaged pallet is a model of its own), materials by name, over all scenes of a recipe. The
+dense scene has no fewer than 200 loaded pallets and 3,000 cartons.
 """
 
 import hashlib
@@ -19,8 +19,8 @@ import tyro
 
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.errors import PlacementError
-from warehouse_sim.generation.drawn import ATTEMPTS
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import ATTEMPTS
 from warehouse_sim.physics import SettleConfig, settle_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
@@ -33,9 +33,9 @@ from warehouse_sim.schema import SceneSpec
 RECIPES = ("industrial", "selective_rack", "block_storage", "dock_staging", "mixed_pallets", "conveyor_pickup")
 DENSE = SceneRecipe(
     layout=RackAisleConfig(bays=12, beam_levels=(1.45, 2.9, 4.35), sides="both"),
-    shelving=ShelvingConfig(empty_slot_share=0.2),
+    shelving=ShelvingConfig(empty_slot_fraction=0.2),
     staging=StagingConfig(count=Distribution.constant(0)),
-    loads=UnitLoadConfig(empty_share=0.0, height=Distribution.uniform(0.6, 1.1), max_cartons=32),
+    loads=UnitLoadConfig(empty_fraction=0.0, height=Distribution.uniform(0.6, 1.1), max_cartons=32),
 )
 
 _log = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ class Tally:
     failed: list[int] = field(default_factory=list)
     cpu_s: float = 0.0
     loose: int = 0
-    knocked: int = 0
+    struck: int = 0
     shifted: int = 0
     leaning: int = 0
     fallen: int = 0
@@ -71,7 +71,7 @@ class Tally:
             "draws rejected for want of room": round(self.unplaced / self.draws, 4),
             "draws rejected by physics": round(self.unsettled / self.draws, 4),
             "loose objects a scene": round(self.loose / self.scenes, 1),
-            "loads knocked": self.knocked,
+            "loads struck": self.struck,
             "pieces shifted": self.shifted,
             "pieces leaning": self.leaning,
             "pieces fallen": self.fallen,
@@ -110,7 +110,7 @@ def _settle(recipe: Recipe, seed: int, index: int, tally: Tally) -> SceneSpec | 
             continue
         scene, report = settle_scene(spec, recipe.settle)
         if not report.problems:
-            tally.knocked += len(report.knocked)
+            tally.struck += len(report.struck)
             tally.shifted += len(report.shifted)
             tally.leaning += len(report.leaning)
             tally.fallen += len(report.fallen)

@@ -40,12 +40,12 @@ _FUNCTIONS: list[tuple[Any, str, str]] = [
     (FilmCaster, "image", "labels"),
     (RasterRenderer, "load", "upload and indirect light"),
     (RasterRenderer, "render", DRAW),
-    (RasterRenderer, "silhouettes", "silhouettes"),
+    (RasterRenderer, "amodal_masks", "amodal masks"),
     (ImageTargets, "read", READ_BACK),
     (DatasetStore, "write_scene", WRITE),
     (image_io, "encode_png", ENCODE),
     (frame_files, "write_bytes", DISK),
-    (frame_files, "share_file", DISK),
+    (frame_files, "fraction_file", DISK),
     (json_file, "write_bytes", DISK),
     (kitti, "write_bytes", DISK),
 ]
@@ -81,7 +81,7 @@ def watch_generation(
             scenes.append(dict(clock.seconds))
         clock.seconds.clear()
 
-    with clock.watching(_FUNCTIONS), _with_normals(), _drawn_before_read():
+    with clock.watching(_FUNCTIONS), _with_normals(), _rendered_before_read():
         manifest = generate(recipe, out, config, progress)
     return [SceneStages(seconds, manifest.observations_per_scene) for seconds in scenes[1:]]
 
@@ -100,7 +100,7 @@ def _with_normals() -> Iterator[None]:
 
 
 @contextmanager
-def _drawn_before_read() -> Iterator[None]:
+def _rendered_before_read() -> Iterator[None]:
     # Drivers draw when somebody asks for the pixels: without waiting first, all drawing would count as read-back.
     read = ImageTargets.read
 

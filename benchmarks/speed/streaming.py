@@ -27,7 +27,7 @@ def streaming(settings: Settings) -> dict[str, Any]:
     """Return the row: CPU-seconds an observation, scene and drawing included, until its crops are cut."""
     recipe = load_recipe(settings.recipe)
     scenes = _QUICK_SCENES if settings.quick else _SCENES
-    per_scene = recipe.scene.observations_per_scene * len(recipe.twins.names())
+    per_scene = recipe.scene.observations_per_scene * len(recipe.paired_variants.names())
     observations = scenes * per_scene
     # What is compiled and kept at the first scene is nobody's.
     list(islice(stream(recipe, settings.seed + 1), per_scene))

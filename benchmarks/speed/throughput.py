@@ -53,8 +53,8 @@ def main(
     for count in workers:
         with tempfile.TemporaryDirectory(dir=folder) as out:
             row = measure_workers(loaded, seed, count, scenes_per_worker, Path(out) / "dataset")
-            shares = shares_under_load(loaded, seed, count, Path(out))
-        rows.append(row | {"binds": max(shares, key=lambda stage: shares[stage]), "shares": shares})
+            fractions = fractions_under_load(loaded, seed, count, Path(out))
+        rows.append(row | {"binds": max(fractions, key=lambda stage: fractions[stage]), "fractions": fractions})
     for row in rows:
         row["speed_up"] = row["value"] / rows[0]["value"]
         row["cpu_s_ratio"] = row["cpu_s"] / rows[0]["cpu_s"]
@@ -63,9 +63,9 @@ def main(
         numbers = (f"{row['value']:.2f}", f"{row['speed_up']:.2f}x", f"{row['cpu_s']:.2f}")
         table.add_row(str(row["workers"]), *numbers, f"{row['pixels_per_s'] / 1e6:.2f}", row["binds"])
     console.print(table)
-    stages = Table("share of the workers' time", *(row["name"] for row in rows))
-    for stage in rows[0]["shares"]:
-        stages.add_row(stage, *(f"{row['shares'].get(stage, 0.0):.0%}" for row in rows))
+    stages = Table("fraction of the workers' time", *(row["name"] for row in rows))
+    for stage in rows[0]["fractions"]:
+        stages.add_row(stage, *(f"{row['fractions'].get(stage, 0.0):.0%}" for row in rows))
     console.print(stages)
     if write:
         numbers = " ".join(map(str, workers))
@@ -101,8 +101,8 @@ def _cpu_s() -> float:
     return own.user + own.system + own.children_user + own.children_system
 
 
-def shares_under_load(recipe: Recipe, seed: int, workers: int, folder: Path) -> dict[str, float]:
-    """Return the share of each stage in the wall time of ``workers`` processes that work at the same time."""
+def fractions_under_load(recipe: Recipe, seed: int, workers: int, folder: Path) -> dict[str, float]:
+    """Return the fraction of each stage in the wall time of ``workers`` processes that work at the same time."""
     prepare = prepare_worker if workers > 1 else end_with_parent
     with ProcessPoolExecutor(workers, get_context("spawn"), prepare) as pool:
         jobs = [pool.submit(_stages, recipe, seed, folder / f"stages_{number}") for number in range(workers)]

@@ -20,7 +20,7 @@ from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.heads import SplitTrunk
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
@@ -40,7 +40,7 @@ def training(settings: Settings) -> dict[str, Any]:
     """Return the row: CPU-seconds a training sample of ``densefusion`` at full width, steps of both in turns."""
     torch.manual_seed(settings.seed)
     method = ESTIMATORS.get("densefusion")
-    ours, theirs = (DenseFusion(method.network("full", faithful), 1).train() for faithful in (False, True))
+    ours, theirs = (DenseFusion(method.network("full", paper), 1).train() for paper in (False, True))
     for module in theirs.modules():
         if isinstance(module, SplitTrunk):
             module.forward = partial(_tiled, module)  # type: ignore[method-assign]
@@ -54,9 +54,9 @@ def training(settings: Settings) -> dict[str, Any]:
         costs["32"].append(measure(_step, ours, our_optimiser, False)[0])
         if has_bf16():
             costs["bf16"].append(measure(_step, ours, our_optimiser, True)[0])
-        drawn = list(islice(endless, 2 if settings.quick else _ORIGINAL_STEP))
-        cost, _ = measure(_original_step, theirs, their_optimiser, drawn)
-        costs["original"].append(Cost(cost.cpu_s / len(drawn), cost.wall_s / len(drawn)))
+        sampled = list(islice(endless, 2 if settings.quick else _ORIGINAL_STEP))
+        cost, _ = measure(_original_step, theirs, their_optimiser, sampled)
+        costs["original"].append(Cost(cost.cpu_s / len(sampled), cost.wall_s / len(sampled)))
     single, half = (median(costs[name][1:]).cpu_s / _BATCH if costs[name] else None for name in ("32", "bf16"))
     assert single is not None
     original = median(costs["original"][1:]).cpu_s
@@ -81,10 +81,10 @@ def training(settings: Settings) -> dict[str, Any]:
 def _step(network: DenseFusion, optimiser: torch.optim.Optimizer, half: bool) -> None:
     side, count = network.config.side_px, network.config.points.count
     assert side is not None
-    inputs, truth = _inputs(_BATCH, count, side, side)
+    inputs, gt = _inputs(_BATCH, count, side, side)
     with torch.autocast("cpu", torch.bfloat16, enabled=half):
         proposal = network(inputs)
-        loss = network.loss(proposal, truth, _shapes(), LossConfig())
+        loss = network.loss(proposal, gt, _shapes(), LossConfig())
     optimiser.zero_grad()
     loss.backward()
     optimiser.step()
@@ -94,9 +94,9 @@ def _original_step(network: DenseFusion, optimiser: torch.optim.Optimizer, sizes
     count = network.config.points.count
     optimiser.zero_grad()
     for height, width in sizes:
-        inputs, truth = _inputs(1, count, height, width)
+        inputs, gt = _inputs(1, count, height, width)
         found = network(inputs).hypotheses
-        _original_loss(found, truth).backward()
+        _original_loss(found, gt).backward()
     optimiser.step()
 
 
@@ -107,9 +107,9 @@ def _tiled(trunk: SplitTrunk, local: Tensor, whole: Tensor, class_index: Tensor)
     return trunk.rest(torch.relu(torch.nn.functional.linear(features, weight, trunk.from_local.bias)))
 
 
-def _original_loss(found: Any, truth: Truth, weight: float = 0.015) -> Tensor:
+def _original_loss(found: Any, gt: GroundTruth, weight: float = 0.015) -> Tensor:
     model = torch.rand(1, _MODEL_POINTS, 3) - 0.5
-    target = model @ truth.rotation.mT + truth.translation[:, None]
+    target = model @ gt.rotation.mT + gt.translation[:, None]
     rotation = matrix_from_quat_wxyz(found.quat_wxyz)
     predicted = torch.einsum("bnij,bkj->bnki", rotation, model) + found.translation[:, :, None]
     distance = (predicted - target[:, None]).norm(dim=-1).mean(dim=-1)
@@ -117,13 +117,13 @@ def _original_loss(found: Any, truth: Truth, weight: float = 0.015) -> Tensor:
     return (distance * confidence - weight * confidence.log()).mean()
 
 
-def _inputs(batch: int, count: int, height: int, width: int) -> tuple[NetworkInput, Truth]:
+def _inputs(batch: int, count: int, height: int, width: int) -> tuple[NetworkInput, GroundTruth]:
     points = torch.randn(batch, count, 3) * 0.4
     pixel = torch.randint(0, height * width, (batch, count))
     classes = torch.zeros(batch, dtype=torch.long)
     rgb = torch.randint(0, 256, (batch, height, width, 3), dtype=torch.uint8)
     rotation = torch.eye(3).expand(batch, 3, 3)
-    return NetworkInput(points, pixel, classes, rgb), Truth(rotation, torch.zeros(batch, 3), classes)
+    return NetworkInput(points, pixel, classes, rgb), GroundTruth(rotation, torch.zeros(batch, 3), classes)
 
 
 def _shapes() -> ShapeTensors:

@@ -104,9 +104,9 @@ def lidar_view(scene: SceneSpec, view: View) -> Image:
 
 def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h w"]) -> Image:
     """Return errors from blue over white to red, black where nothing is read."""
-    share = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
+    fraction = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
     red, blue = np.array([200.0, 30.0, 30.0]), np.array([30.0, 60.0, 200.0])
-    mixed = 255.0 + np.maximum(share, 0) * (red - 255.0) + np.maximum(-share, 0) * (blue - 255.0)
+    mixed = 255.0 + np.maximum(fraction, 0) * (red - 255.0) + np.maximum(-fraction, 0) * (blue - 255.0)
     return np.where((read > 0)[..., None], mixed, 0.0).astype(np.uint8)
 
 

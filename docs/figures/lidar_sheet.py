@@ -109,13 +109,13 @@ def draw_range(pyplot: Any) -> Any:
         seen.plot(distances, detection_probability(power, config), color=color, label=label)
         scatter.plot(distances, 1000.0 * range_sigma(power, config), color=color, label=label)
         measured = np.arange(10.0, 170.0, 5.0 if remission > 0.1 else 3.0)
-        shares, sigmas = np.array([_measure(remission, distance, config) for distance in measured]).T
-        seen.plot(measured, shares, "o", color=color, markersize=4)
-        scatter.plot(measured[shares > 0.03], 1000.0 * sigmas[shares > 0.03], "o", color=color, markersize=4)
+        fractions, sigmas = np.array([_measure(remission, distance, config) for distance in measured]).T
+        seen.plot(measured, fractions, "o", color=color, markersize=4)
+        scatter.plot(measured[fractions > 0.03], 1000.0 * sigmas[fractions > 0.03], "o", color=color, markersize=4)
     seen.axvline(50.0, color="grey", lw=0.8, ls="--")
     seen.axvline(120.0, color="grey", lw=0.8, ls="--")
     seen.set(
-        xlabel="range (m)", ylabel="share of pulses that return", title="HDL-64E: dashed = data sheet, 10 % and 80 %"
+        xlabel="range (m)", ylabel="fraction of pulses that return", title="HDL-64E: dashed = data sheet, 10 % and 80 %"
     )
     scatter.set(xlabel="range (m)", ylabel="standard deviation (mm)", ylim=(0, 60), title="range noise")
     for axis in (seen, scatter):
@@ -125,7 +125,7 @@ def draw_range(pyplot: Any) -> Any:
 
 
 def _measure(remission: float, distance: float, config: LidarConfig) -> tuple[float, float]:
-    """Return the share of returns from a wall that is seen straight on, and their standard deviation (m)."""
+    """Return the fraction of returns from a wall that is seen straight on, and their standard deviation (m)."""
     narrow = replace(config, azimuth_range_deg=(-3.0, 3.0), divergence_mrad=(0.0, 0.0))
     models = {"wall": _slab("wall", (1.0, 400.0, 400.0), "dull")}
     dull = {"dull": Material("dull", (0.2, 0.2, 0.2), remission=remission)}

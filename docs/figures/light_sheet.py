@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import UInt8
+from warehouse_sim.generation.drawn import sample_settled_scene
 
 from warehouse_sim.dataset.overlay import draw_caption
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -32,7 +32,7 @@ COLUMNS = 2
 
 def tiles() -> list[UInt8[np.ndarray, "h w 3"]]:
     """Return one image a preset, and a last one with its numbers."""
-    settled = draw_scene(load_recipe(RECIPE), SEED, INDEX).scene
+    settled = sample_settled_scene(load_recipe(RECIPE), SEED, INDEX).scene
     settled = replace(settled, viewpoints=(VIEW,))
     caster, images, lines = RayCaster(settled), [], []
     with open_renderer("raster") as renderer:

@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import UInt8
+from warehouse_sim.generation.drawn import sample_settled_scene
 
 from benchmarks.result import rounded, write_result
 from docs.figures.color_difference import ciede2000, lab_from_srgb
 from warehouse_sim.errors import WarehouseSimError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
@@ -107,7 +107,7 @@ def main(samples: int = 128, out: Path = ROOT, cache: Path = Path("out/looks"), 
 def load(view: View) -> Subject:
     """Sample and settle the scene of ``view``, under the light of its viewpoint."""
     recipe = load_recipe(view.recipe)
-    scene = draw_scene(recipe, seed=view.seed, scene_index=view.scene_index).scene
+    scene = sample_settled_scene(recipe, seed=view.seed, scene_index=view.scene_index).scene
     viewpoint = scene.viewpoints[view.viewpoint]
     return Subject(view, scene.seen_from(viewpoint), viewpoint, recipe.sensors.make_camera())
 

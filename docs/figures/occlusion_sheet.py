@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import UInt8
+from warehouse_sim.generation.drawn import sample_settled_scene
 
 from warehouse_sim.annotate import annotate
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
 from warehouse_sim.generation.occlusion.config import Kind
@@ -35,7 +35,7 @@ CROP = 460
 
 def sheet(recipe: Recipe, index: int, seed: int, renderer: Renderer) -> UInt8[np.ndarray, "h w 3"]:
     """Return one row for each kind, one column for each fraction, the target framed."""
-    settled = draw_scene(recipe, seed, index).scene
+    settled = sample_settled_scene(recipe, seed, index).scene
     scene = replace(settled, viewpoints=(clear_view(settled, recipe, seed),))
     rows = [np.hstack(list(cells(scene, kind, recipe, renderer))) for kind in KINDS]
     return np.vstack(rows)
@@ -78,9 +78,9 @@ def cells(scene: SceneSpec, kind: Kind, recipe: Recipe, renderer: Renderer) -> I
         renderer.load(hidden.seen_from(viewpoint))
         buffers = renderer.render(camera, viewpoint.T_world_camera)
         targets = [item for item in hidden.instances if item.instance_id == outcome.target]
-        silhouettes = renderer.silhouettes(camera, viewpoint.T_world_camera, targets)
+        amodal_masks = renderer.amodal_masks(camera, viewpoint.T_world_camera, targets)
         T = viewpoint.T_world_camera
-        (label,) = annotate(hidden, camera, T, buffers, buffers.depth, silhouettes, targets)
+        (label,) = annotate(hidden, camera, T, buffers, buffers.depth, amodal_masks, targets)
         hides = max(label.hidden_by, key=lambda name: label.hidden_by[name])
         yield cell(buffers.rgb, label.box_amodal_xyxy, f"{label.visible_fraction:.2f} visible; {hides}")
 

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import Float, UInt8
+from warehouse_sim.generation.drawn import sample_settled_scene
 
 from warehouse_sim.dataset.overlay import draw_caption
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.clouds import cloud_to_depth
@@ -36,7 +36,7 @@ def main(out: Path = OUT, recipe: str = "demo", view: int = 4) -> None:
         view: Number of its viewpoint.
     """
     rig = RigConfig.from_plain({"rig": "kitti"}, "rig_sheet")
-    scene = draw_scene(load_recipe(recipe), 0, 0).scene
+    scene = sample_settled_scene(load_recipe(recipe), 0, 0).scene
     with open_renderer() as renderer:
         seen = next(observe_scene(replace(scene, viewpoints=scene.viewpoints[view : view + 1]), rig, renderer))
     assert seen.stereo is not None
@@ -57,10 +57,10 @@ def main(out: Path = OUT, recipe: str = "demo", view: int = 4) -> None:
     print(f"output: {out}")
 
 
-def colors(share: Float[np.ndarray, "h w"]) -> Image:
-    """Return shares of 0-1 from blue to red, black at 0."""
-    image = cv2.applyColorMap((255 * np.clip(share, 0, 1)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
-    image[share <= 0] = 0
+def colors(fraction: Float[np.ndarray, "h w"]) -> Image:
+    """Return fractions of 0-1 from blue to red, black at 0."""
+    image = cv2.applyColorMap((255 * np.clip(fraction, 0, 1)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
+    image[fraction <= 0] = 0
     return image
 
 

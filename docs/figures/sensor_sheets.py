@@ -46,17 +46,17 @@ def depth_sheet(view: View) -> Image:
 
 def depth_colors(depth: Float32[np.ndarray, "h w"]) -> Image:
     """Return depth in colours, black where there is none."""
-    share = np.clip((depth - NEAR) / (FAR - NEAR), 0.0, 1.0)
-    colors = cv2.applyColorMap((255 * (1.0 - share)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
+    fraction = np.clip((depth - NEAR) / (FAR - NEAR), 0.0, 1.0)
+    colors = cv2.applyColorMap((255 * (1.0 - fraction)).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1].copy()
     colors[depth == 0] = 0
     return colors
 
 
 def error_colors(read: Float32[np.ndarray, "h w"], clean: Float32[np.ndarray, "h w"]) -> Image:
     """Return errors from blue over white to red, black where nothing is read."""
-    share = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
+    fraction = np.clip((read - clean) / MOST_ERROR, -1.0, 1.0)[..., None]
     red, blue = np.array([200.0, 30.0, 30.0]), np.array([30.0, 60.0, 200.0])
-    mixed = 255.0 + np.maximum(share, 0) * (red - 255.0) + np.maximum(-share, 0) * (blue - 255.0)
+    mixed = 255.0 + np.maximum(fraction, 0) * (red - 255.0) + np.maximum(-fraction, 0) * (blue - 255.0)
     return np.where((read > 0)[..., None], mixed, 0.0).astype(np.uint8)
 
 

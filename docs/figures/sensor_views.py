@@ -20,7 +20,7 @@ CAMERA = PinholeCamera.from_focal(640, 360, 424.0)
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The clean truth of one image, and how it is taken."""
+    """The clean ground truth of one image, and how it is taken."""
 
     buffers: RenderBuffers
     capture: Capture

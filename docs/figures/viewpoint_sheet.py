@@ -14,8 +14,8 @@ from jaxtyping import UInt8
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
+from warehouse_sim.generation.drawn import sample_settled_scene
 
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -135,7 +135,7 @@ def main(recipe: str = "industrial", seed: int = 0, out: Path = PICTURE) -> None
     """
     mpl.use("Agg")
     loaded = load_recipe(recipe)
-    scene = draw_scene(loaded, seed, SCENE).scene
+    scene = sample_settled_scene(loaded, seed, SCENE).scene
     space = FreeSpace.of_scene(scene)
     figure = plt.figure(figsize=(15, 7.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(3, 6, height_ratios=(1.8, 1, 1))

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.annotate.dockable import entries_of, reachability
+from warehouse_sim.annotate.dockable import accessibility, entries_of
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.parts import solid_box
@@ -37,7 +37,7 @@ def scene(*others, pallets=(ALONE,), aisle=None) -> SceneSpec:
 
 
 def faces(*others, truck=TRUCK, **more) -> dict[str, str]:
-    return dict(reachability(scene(*others, **more), truck)[1].faces)
+    return dict(accessibility(scene(*others, **more), truck)[1].faces)
 
 
 def test_a_pallet_alone_on_the_floor_is_taken_from_all_sides() -> None:
@@ -114,7 +114,7 @@ def test_stacks_are_told() -> None:
     load = load[0], replace(load[1], group=1)
     upper = pallet(2, (0.0, 0.0, 1.5 * HEIGHT + 0.501), group=2)
     alone = pallet(3, (0.0, 8.0, HEIGHT / 2), group=3)
-    found = reachability(scene(load, pallets=(pallet(), upper, alone)), TRUCK)
+    found = accessibility(scene(load, pallets=(pallet(), upper, alone)), TRUCK)
     assert [found[number].stacked for number in (1, 2, 3)] == [True, True, False]
     assert set(found[1].faces.values()) == {UNDER_A_STACK}
     assert set(found[2].faces.values()) == set(found[3].faces.values()) == {FREE}
@@ -123,7 +123,7 @@ def test_stacks_are_told() -> None:
 def test_a_pallet_in_the_rack_above_is_no_stack() -> None:
     beam = block("rack", (1.2, 0.1, 0.1), 50, (0.0, 0.0, 1.45))
     upper = pallet(2, (0.0, 0.0, 1.5 + HEIGHT / 2), group=2)
-    found = reachability(scene(beam, pallets=(pallet(), upper)), TRUCK)
+    found = accessibility(scene(beam, pallets=(pallet(), upper)), TRUCK)
     assert not found[1].stacked
     assert not found[2].stacked
 
@@ -135,7 +135,7 @@ def test_a_leaning_pallet_is_not_entered() -> None:
 
 
 def test_goods_have_no_faces() -> None:
-    assert 50 not in reachability(scene(block("carton", (0.4, 0.3, 0.3), 50, (3.0, 3.0, 0.15))), TRUCK)
+    assert 50 not in accessibility(scene(block("carton", (0.4, 0.3, 0.3), 50, (3.0, 3.0, 0.15))), TRUCK)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -146,9 +146,9 @@ def test_driving_in_step_by_step_meets_the_same(seed: int) -> None:
     for number in range(8):
         at = (*rng.uniform(-4.0, 4.0, 2), rng.uniform(0.1, 1.5))
         others.append(block("carton", rng.uniform(0.1, 0.6, 3), 50 + number, at, rng.uniform(0, 3)))
-    drawn = scene(*others, pallets=(pallet(yaw=rng.uniform(0, 3)),))
-    found = reachability(drawn, TRUCK)[1].faces
-    for entry in entries_of(drawn):
+    sampled = scene(*others, pallets=(pallet(yaw=rng.uniform(0, 3)),))
+    found = accessibility(sampled, TRUCK)[1].faces
+    for entry in entries_of(sampled):
         still = list(TRUCK.tines(entry.height, entry.offsets, -TRUCK.drive))
         still += [box for pieces in (TRUCK.mast, TRUCK.body) for box in TRUCK.swept(pieces, entry.height, -TRUCK.drive)]
         deepest = 0.0

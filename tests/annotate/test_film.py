@@ -27,7 +27,7 @@ def with_film(*film_at: np.ndarray) -> SceneSpec:
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("film_at", "share"),
+    ("film_at", "fraction"),
     [
         ((at(2.9, 0.5, 0),), 0.5),
         ((at(3.5, 0, 0),), 0.0),
@@ -35,17 +35,17 @@ def with_film(*film_at: np.ndarray) -> SceneSpec:
         ((at(2.9, 0.5, 0), at(2.9, -0.5, 0)), 1.0),
     ],
 )
-def test_share_of_the_target_seen_through_film(film_at: tuple[np.ndarray, ...], share: float) -> None:
+def test_share_of_the_target_seen_through_film(film_at: tuple[np.ndarray, ...], fraction: float) -> None:
     scene = with_film(*film_at)
     with open_renderer() as renderer:
         renderer.load(scene)
         buffers = renderer.render(CAMERA, FACING)
-        silhouettes = renderer.silhouettes(CAMERA, FACING, scene.target_instances())
+        amodal_masks = renderer.amodal_masks(CAMERA, FACING, scene.target_instances())
     film = FilmCaster(scene).image(CAMERA, FACING, buffers, scene.target_instances())
-    (label,) = annotate(scene, CAMERA, FACING, buffers, buffers.depth, silhouettes, film=film)
+    (label,) = annotate(scene, CAMERA, FACING, buffers, buffers.depth, amodal_masks, film=film)
     assert label.visible_fraction == 1.0
     # Half of the target but for a column of pixels, as film and target are not equally far.
-    assert label.hidden_by.get(WRAP, 0.0) == pytest.approx(share, abs=0.03)
+    assert label.hidden_by.get(WRAP, 0.0) == pytest.approx(fraction, abs=0.03)
 
 
 def test_a_scene_without_film_has_no_film_image() -> None:

@@ -6,7 +6,7 @@ import pytest
 from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert, level_camera
-from warehouse_sim.render import Silhouette, open_renderer
+from warehouse_sim.render import AmodalMask, open_renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, pallet_model, rack_wall
 from warehouse_sim.schema import ObjectAnnotation, RenderBuffers, SceneSpec
 
@@ -14,7 +14,7 @@ CAMERA = PinholeCamera.from_focal(40, 30, 30.0)
 FACING = level_camera(np.zeros(3), 0.0)
 
 
-def drawn(ids: np.ndarray) -> RenderBuffers:
+def sampled(ids: np.ndarray) -> RenderBuffers:
     return RenderBuffers(np.zeros((*ids.shape, 3), np.uint8), np.where(ids > 0, 2.0, 0.0).astype(np.float32), ids)
 
 
@@ -24,16 +24,16 @@ def two_boxes() -> SceneSpec:
 
 
 def test_counts_boxes_and_poses_of_a_cut_and_covered_object() -> None:
-    """A silhouette of 10 x 8 pixels, 4 columns of it left of the image, 2 columns hidden, one pixel without depth."""
+    """An amodal mask of 10 x 8 pixels, 4 columns of it left of the image, 2 columns hidden, one pixel without depth."""
     scene = two_boxes()
     ids = np.zeros((30, 40), np.int32)
     ids[5:13, 0:6] = 1
     ids[5:13, 0:2] = 2
-    buffers = drawn(ids)
+    buffers = sampled(ids)
     reading = buffers.depth.copy()
     reading[5, 3] = 0.0
-    silhouettes = [Silhouette((-4, 5), np.ones((8, 10), bool)), Silhouette((60, 5), np.ones((4, 4), bool))]
-    labels = annotate(scene, CAMERA, FACING, buffers, reading, silhouettes)
+    amodal_masks = [AmodalMask((-4, 5), np.ones((8, 10), bool)), AmodalMask((60, 5), np.ones((4, 4), bool))]
+    labels = annotate(scene, CAMERA, FACING, buffers, reading, amodal_masks)
     assert [label.instance_id for label in labels] == [1]
     label = labels[0]
     assert (label.pixels_all, label.pixels_in_image, label.pixels_visible, label.pixels_valid) == (80, 48, 32, 31)
@@ -49,27 +49,27 @@ def test_counts_boxes_and_poses_of_a_cut_and_covered_object() -> None:
 def test_a_hidden_object_is_labelled_with_nothing_visible() -> None:
     scene = two_boxes()
     ids = np.full((30, 40), 2, np.int32)
-    silhouettes = [Silhouette((3, 4), np.ones((5, 6), bool)), Silhouette((0, 0), np.zeros((0, 0), bool))]
-    (label,) = annotate(scene, CAMERA, FACING, drawn(ids), drawn(ids).depth, silhouettes)
+    amodal_masks = [AmodalMask((3, 4), np.ones((5, 6), bool)), AmodalMask((0, 0), np.zeros((0, 0), bool))]
+    (label,) = annotate(scene, CAMERA, FACING, sampled(ids), sampled(ids).depth, amodal_masks)
     assert (label.pixels_visible, label.pixels_valid, label.box_visible_xyxy) == (0, 0, None)
     assert (label.visible_fraction, label.occlusion_level) == (0.0, 2)
 
 
-def test_a_silhouette_that_meets_the_image_only_with_holes_is_left_out() -> None:
+def test_a_amodal_mask_that_meets_the_image_only_with_holes_is_left_out() -> None:
     scene = two_boxes()
     mask = np.ones((5, 6), bool)
     mask[:, 4:] = False  # the columns that reach into the image
-    silhouettes = [Silhouette((-4, 4), mask), Silhouette((0, 0), np.zeros((0, 0), bool))]
+    amodal_masks = [AmodalMask((-4, 4), mask), AmodalMask((0, 0), np.zeros((0, 0), bool))]
     ids = np.zeros((30, 40), np.int32)
-    assert annotate(scene, CAMERA, FACING, drawn(ids), drawn(ids).depth, silhouettes) == ()
+    assert annotate(scene, CAMERA, FACING, sampled(ids), sampled(ids).depth, amodal_masks) == ()
 
 
-def test_mismatched_arguments_are_refused() -> None:
+def test_mismatched_arguments_are_rejected() -> None:
     scene, ids = two_boxes(), np.zeros((30, 40), np.int32)
-    with pytest.raises(ValueError, match="2 targets need as many silhouettes, found 1"):
-        annotate(scene, CAMERA, FACING, drawn(ids), drawn(ids).depth, [Silhouette((0, 0), np.ones((2, 2), bool))])
+    with pytest.raises(ValueError, match="2 targets need as many amodal masks, found 1"):
+        annotate(scene, CAMERA, FACING, sampled(ids), sampled(ids).depth, [AmodalMask((0, 0), np.ones((2, 2), bool))])
     with pytest.raises(ValueError, match="is not 30 rows of 40"):
-        annotate(scene, CAMERA, FACING, drawn(ids.T), drawn(ids).depth, [], [])
+        annotate(scene, CAMERA, FACING, sampled(ids.T), sampled(ids).depth, [], [])
 
 
 def labels_of(scene: SceneSpec, camera: PinholeCamera, T_world_camera: np.ndarray) -> tuple[ObjectAnnotation, ...]:
@@ -77,8 +77,8 @@ def labels_of(scene: SceneSpec, camera: PinholeCamera, T_world_camera: np.ndarra
         renderer.load(scene)
         buffers = renderer.render(camera, T_world_camera)
         targets = targets_in_view(scene, camera, T_world_camera)
-        silhouettes = renderer.silhouettes(camera, T_world_camera, targets)
-        return annotate(scene, camera, T_world_camera, buffers, buffers.depth, silhouettes, targets)
+        amodal_masks = renderer.amodal_masks(camera, T_world_camera, targets)
+        return annotate(scene, camera, T_world_camera, buffers, buffers.depth, amodal_masks, targets)
 
 
 @pytest.mark.gl
@@ -131,8 +131,8 @@ def test_the_preselection_drops_nothing_that_would_be_labelled() -> None:
             targets = scene.target_instances()
             chosen = targets_in_view(scene, camera, T)
             dropped += len(targets) - len(chosen)
-            all_labels = annotate(scene, camera, T, buffers, buffers.depth, renderer.silhouettes(camera, T, targets))
-            some = annotate(scene, camera, T, buffers, buffers.depth, renderer.silhouettes(camera, T, chosen), chosen)
+            all_labels = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, targets))
+            some = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, chosen), chosen)
             assert [a.instance_id for a in some] == [a.instance_id for a in all_labels]
             assert [a.pixels_all for a in some] == [a.pixels_all for a in all_labels]
     assert dropped >= 8

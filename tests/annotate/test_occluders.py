@@ -28,7 +28,7 @@ def test_every_class_of_the_catalog_has_a_kind() -> None:
 
 
 def test_shares_are_counted_by_kind() -> None:
-    """A silhouette of 10 x 10 pixels: 30 outside of the image, 10 visible, 4 of them through film, 10 of each kind."""
+    """An amodal mask of 10 x 10 pixels: 30 outside the image, 10 visible, 4 of them through film, 10 of each kind."""
     scene = one_of_each()
     ids = np.zeros((20, 20), np.int32)
     ids[0:10, 0:7] = np.arange(1, 8)[None, :]
@@ -37,10 +37,10 @@ def test_shares_are_counted_by_kind() -> None:
     film[3:7, 2] = True  # over pixels of the occluder
     window = window_in_image((-3, 0), (10, 10), (20, 20))
     assert window is not None
-    shares = hidden_by(kinds_by_id(scene), ids, np.ones((10, 10), bool), window, target=1, film=film)
+    fractions = hidden_by(kinds_by_id(scene), ids, np.ones((10, 10), bool), window, target=1, film=film)
     expected = dict.fromkeys(("load", "pallet", "rack", "traffic", "building", "other"), 0.1)
-    assert shares == pytest.approx(expected | {"border": 0.3, WRAP: 0.04})
-    assert sum(share for kind, share in shares.items() if kind != WRAP) + 0.1 == pytest.approx(1.0)
+    assert fractions == pytest.approx(expected | {"border": 0.3, WRAP: 0.04})
+    assert sum(fraction for kind, fraction in fractions.items() if kind != WRAP) + 0.1 == pytest.approx(1.0)
 
 
 def test_what_hides_nothing_is_absent() -> None:
@@ -61,8 +61,8 @@ def test_shares_and_visible_fraction_of_drawn_objects_sum_to_one() -> None:
         renderer.load(scene)
         buffers = renderer.render(CAMERA, FACING)
         targets = targets_in_view(scene, CAMERA, FACING)
-        silhouettes = renderer.silhouettes(CAMERA, FACING, targets)
-    labels = annotate(scene, CAMERA, FACING, buffers, buffers.depth, silhouettes, targets)
+        amodal_masks = renderer.amodal_masks(CAMERA, FACING, targets)
+    labels = annotate(scene, CAMERA, FACING, buffers, buffers.depth, amodal_masks, targets)
     assert len(labels) > 8
     for label in labels:
         assert sum(label.hidden_by.values()) + label.visible_fraction == pytest.approx(1.0, abs=1e-12)

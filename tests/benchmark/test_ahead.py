@@ -1,4 +1,4 @@
-"""What several processes make before it is asked for is what one would make, and is counted as made now."""
+"""What several processes make before it is requested is what one would make, and is counted as made now."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import TrainingConfig, load_suite
 from warehouse_sim.errors import TrainingError
 
-WHO = ("truth", "shuffled", "rectangle-fit")
+WHO = ("oracle", "shuffled", "rectangle-fit")
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ def test_one_process_or_one_task_is_not_worth_it(tmp_path: Path) -> None:
 def test_two_processes_find_the_rows_of_one(tmp_path: Path) -> None:
     suite = replace(shrunk(load_suite("industrial")), detectors=())
     alone = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=1))
-    anew = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2, anew=True))
+    overwrite = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2, overwrite=True))
     kept = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2))
-    assert alone.rows == anew.rows == kept.rows
-    assert (alone.reused, anew.reused, kept.reused) == (0, 0, len(WHO) * len(suite.asked))
+    assert alone.rows == overwrite.rows == kept.rows
+    assert (alone.reused, overwrite.reused, kept.reused) == (0, 0, len(WHO) * len(suite.evaluated))
 
 
 def test_trainings_side_by_side_are_those_of_a_suite(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from tests.dataset.formats.test_linemod import write_preprocessed
 from tests.dataset.kitti_folder import Thing, write_frame
 from tests.dataset.toy import make_dataset as make_toy
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
-from warehouse_sim.benchmark.entrants.entrant import Group, Shuffled, Truth
+from warehouse_sim.benchmark.entrants.entrant import Group, Oracle, Shuffled
 from warehouse_sim.benchmark.foreign import KITTI_CLASSES, LINEMOD_OBJECTS
 from warehouse_sim.benchmark.rows.scores import metric_columns
 from warehouse_sim.benchmark.run import RunConfig, run_suite
@@ -19,7 +19,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import EvaluationError, InputError
 from warehouse_sim.evaluation import evaluate
 
-ASKED = ("truth", "shuffled")
+EVALUATED = ("oracle", "shuffled")
 
 
 def write_near_street(root: Path) -> Path:
@@ -38,18 +38,18 @@ def write_near_street(root: Path) -> Path:
 
 
 def run(name: str, data: Path, out: Path):
-    return run_suite(load_suite(name), ASKED, config=RunConfig(out), data=data)
+    return run_suite(load_suite(name), EVALUATED, config=RunConfig(out), data=data)
 
 
 @pytest.mark.parametrize("name", ["multimodal", "selection", "lidar"])
 def test_of_kitti_near_cars_and_pedestrians_with_enough_points_count(name: str, tmp_path: Path) -> None:
     result = run(name, write_near_street(tmp_path / "kitti"), tmp_path / "out")
-    truth = [row for row in result.rows if (row.estimator, row.table) == ("truth", "scores")]
-    assert {row.group for row in truth} >= {"all", *KITTI_CLASSES}
-    assert not [row for row in truth if row.group == "Kiosk" or row.metric.startswith("dock")]
-    assert all(row.value == 1.0 for row in truth)
+    labels_given = [row for row in result.rows if (row.estimator, row.table) == ("oracle", "scores")]
+    assert {row.group for row in labels_given} >= {"all", *KITTI_CLASSES}
+    assert not [row for row in labels_given if row.group == "Kiosk" or row.metric.startswith("dock")]
+    assert all(row.value == 1.0 for row in labels_given)
     # Three frames with a near car and a pedestrian; the fourth has too few points, the far car is too far.
-    assert {row.n for row in truth if row.group == "all" and not row.metric.startswith("found")} == {6}
+    assert {row.n for row in labels_given if row.group == "all" and not row.metric.startswith("found")} == {6}
     chance = [row.value for row in result.rows if (row.estimator, row.metric) == ("shuffled", "add_10pct")]
     assert chance
     assert "nearer than 7 m" in result.notes[0]
@@ -57,7 +57,7 @@ def test_of_kitti_near_cars_and_pedestrians_with_enough_points_count(name: str, 
 
 def test_the_suite_of_distances_has_groups_by_points(tmp_path: Path) -> None:
     result = run("distance", write_near_street(tmp_path / "kitti"), tmp_path / "out")
-    rows = {row.group: row for row in result.rows if (row.estimator, row.metric) == ("truth", "add_10pct")}
+    rows = {row.group: row for row in result.rows if (row.estimator, row.metric) == ("oracle", "add_10pct")}
     assert rows["0-7 m"].n == 8
     assert rows["7-15 m"].n == 4
     assert rows["0-7 m, at least 100 points"].n == 6
@@ -68,9 +68,9 @@ def test_the_suite_of_distances_has_groups_by_points(tmp_path: Path) -> None:
 def test_of_linemod_thirteen_objects_count_in_a_protocol_of_their_own(tmp_path: Path) -> None:
     folder = write_preprocessed(tmp_path / "linemod")
     result = run("multimodal", folder, tmp_path / "out")
-    truth = [row for row in result.rows if (row.estimator, row.table) == ("truth", "scores")]
-    assert {row.metric for row in truth} >= {"add_adds_10pct", "add_10pct"}
-    assert all(row.value == 1.0 for row in truth)
+    labels_given = [row for row in result.rows if (row.estimator, row.table) == ("oracle", "scores")]
+    assert {row.metric for row in labels_given} >= {"add_adds_10pct", "add_10pct"}
+    assert all(row.value == 1.0 for row in labels_given)
     assert len(LINEMOD_OBJECTS) == 13
     assert not {3, 7} & set(LINEMOD_OBJECTS)
     assert result.data[0].recipe == ""
@@ -87,7 +87,7 @@ def test_of_linemod_thirteen_objects_count_in_a_protocol_of_their_own(tmp_path: 
         run("multimodal", folder, tmp_path / "out")
 
 
-def test_a_folder_that_a_suite_does_not_take_is_refused(tmp_path: Path) -> None:
+def test_a_folder_that_a_suite_does_not_take_is_rejected(tmp_path: Path) -> None:
     street = write_near_street(tmp_path / "kitti")
     with pytest.raises(InputError, match="the suite robustness takes no folder of others"):
         run("robustness", street, tmp_path / "out")
@@ -113,12 +113,12 @@ def test_eggbox_and_glue_are_forgiven_what_adds_forgives(tmp_path: Path) -> None
 def test_chance_takes_poses_of_other_places_and_none_twice(tmp_path: Path) -> None:
     reader = DatasetReader(make_dataset(tmp_path / "data"))
     (group,) = [Group("shuffled", (Shuffled(),))]
-    condition = load_suite("industrial").asked["industrial"]
-    found = group.members[0].estimates(reader, "test", condition, lambda share, note: None)
-    truth = Truth().estimates(reader, "test", condition, lambda share, note: None)
-    assert len(found) == len(truth)
+    condition = load_suite("industrial").evaluated["industrial"]
+    found = group.members[0].estimates(reader, "test", condition, lambda fraction, note: None)
+    labels_given = Oracle().estimates(reader, "test", condition, lambda fraction, note: None)
+    assert len(found) == len(labels_given)
     of_image = {}
-    for item in truth:
+    for item in labels_given:
         of_image.setdefault((item.scene_id, item.image_id), []).append(item.T_camera_object)
     seen = set()
     for item in found:

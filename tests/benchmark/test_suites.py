@@ -1,4 +1,4 @@
-"""Shipped suites say what there is, and are bounded by the truth above and by chance below."""
+"""Shipped suites say what there is, and are bounded by the ground truth above and by chance below."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -33,15 +33,15 @@ def test_a_suite_names_only_what_there_is(name: str, tmp_path: Path) -> None:
             recipe = recipe_of(data_name, data, tmp_path)
             assert recipe.scene.observations_per_scene == data.observations
             assert recipe.split.test == (0.0 if data.trained_on else 1.0)
-        for condition in suite.asked.values():
+        for condition in suite.evaluated.values():
             assert condition.disturb in DISTURBANCES
             from_mapping(PredictConfig, condition.predict, name)
 
 
 @pytest.mark.parametrize("name", ON_IMAGES)
-def test_a_suite_asks_the_truth_chance_and_a_trivial_method(name: str) -> None:
+def test_a_suite_asks_the_ground_truth_chance_and_a_trivial_method(name: str) -> None:
     for suite in (SUITES[name], quickened(SUITES[name])):
-        assert {"truth", "shuffled"} <= set(suite.estimators)
+        assert {"oracle", "shuffled"} <= set(suite.estimators)
         assert set(suite.estimators) & set(TRIVIAL)
 
 
@@ -57,16 +57,16 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def bounded(suite: Suite, out: Path) -> SuiteResult:
-    return run_suite(shrunk(suite), ("truth", "shuffled"), config=RunConfig(out, workers=1))
+    return run_suite(shrunk(suite), ("oracle", "shuffled"), config=RunConfig(out, workers=1))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("name", ON_IMAGES)
-def test_the_truth_is_right_in_every_number_and_chance_is_not(name: str, out: Path) -> None:
+def test_the_ground_truth_is_right_in_every_number_and_chance_is_not(name: str, out: Path) -> None:
     result = bounded(SUITES[name], out)
-    truth = [row for row in result.rows if row.estimator == "truth"]
-    assert {row.table for row in truth} >= {"scores"}
-    for row in truth:
+    gt = [row for row in result.rows if row.estimator == "oracle"]
+    assert {row.table for row in gt} >= {"scores"}
+    for row in gt:
         never = row.table in ("effects", "spread") or row.metric in ("as missed", "as nothing", "aborted")
         expected = 0.0 if never else 1.0
         assert row.value == expected, row
@@ -75,7 +75,7 @@ def test_the_truth_is_right_in_every_number_and_chance_is_not(name: str, out: Pa
     for row in shuffled:
         if row.metric != "found" and not row.metric.startswith("auc"):
             assert row.value <= 0.2, row
-    assert not [item for item in result.left_out if item.estimator in ("truth", "shuffled")]
+    assert not [item for item in result.left_out if item.estimator in ("oracle", "shuffled")]
 
 
 @pytest.mark.gl
@@ -83,23 +83,23 @@ def test_what_was_made_is_used_again_and_only_if_nothing_changed(out: Path) -> N
     suite = SUITES["industrial"]
     first = bounded(suite, out)
     again = bounded(suite, out)
-    asked = len(shrunk(suite).asked) * 2
-    assert (again.reused, again.rows) == (asked, first.rows)
+    evaluated = len(shrunk(suite).evaluated) * 2
+    assert (again.reused, again.rows) == (evaluated, first.rows)
     more = run_suite(
-        shrunk(replace(suite, metrics=("found",))), ("truth", "shuffled"), config=RunConfig(out, workers=1)
+        shrunk(replace(suite, metrics=("found",))), ("oracle", "shuffled"), config=RunConfig(out, workers=1)
     )
-    assert more.reused == asked  # a metric is taken from the scores that are there
-    name = next(iter(suite.asked))
-    other = replace(suite, conditions={name: replace(suite.asked[name], disturb="boxes only")})
-    asked_anew = run_suite(shrunk(other), ("rectangle-fit",), config=RunConfig(out, workers=1))
+    assert more.reused == evaluated  # a metric is taken from the scores that are there
+    name = next(iter(suite.evaluated))
+    other = replace(suite, conditions={name: replace(suite.evaluated[name], disturb="boxes only")})
+    evaluated_again = run_suite(shrunk(other), ("rectangle-fit",), config=RunConfig(out, workers=1))
     exact = run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, workers=1))
-    assert (asked_anew.reused, exact.reused) == (0, 0)
-    assert run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, 1, anew=True)).reused == 0
+    assert (evaluated_again.reused, exact.reused) == (0, 0)
+    assert run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, 1, overwrite=True)).reused == 0
     assert run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, 1)).reused == 1
 
 
 @pytest.mark.gl
-def test_a_result_is_read_back_as_it_was_and_a_changed_one_is_refused(out: Path) -> None:
+def test_a_result_is_read_back_as_it_was_and_a_changed_one_is_rejected(out: Path) -> None:
     result = bounded(SUITES["industrial"], out)
     path = out / "results" / "industrial.json"
     assert read_result(path) == result
@@ -119,7 +119,7 @@ def test_a_result_is_read_back_as_it_was_and_a_changed_one_is_refused(out: Path)
     assert "[" in path.with_suffix(".md").read_text()
 
 
-def test_a_suite_that_names_what_there_is_not_is_refused(tmp_path: Path) -> None:
+def test_a_suite_that_names_what_there_is_not_is_rejected(tmp_path: Path) -> None:
     cases = {
         "by: [klass]": "no grouping",
         "conditions: {a: {data: nothing}}": "there is no data 'nothing'",

@@ -8,8 +8,8 @@ EVERY = (*SCORED, *CARTONS, *TRAINED_ONLY, *MORE_CARTONS, *ROBUST)
 
 def test_datasets_that_draw_the_same_scenes_have_other_seeds():
     # A recipe that extends another draws its scenes; the first word of a name tells which.
-    drawn = [(item.recipe.split("_")[0], item.seed) for item in EVERY]
-    assert len(set(drawn)) == len(drawn)
+    sampled = [(item.recipe.split("_")[0], item.seed) for item in EVERY]
+    assert len(set(sampled)) == len(sampled)
     assert len({item.folder_name for item in EVERY}) == len(EVERY)
 
 
@@ -33,5 +33,5 @@ def test_robust_data_see_through_every_depth_preset_several_lenses_and_share_the
     assert len(cameras) == 4
     assert any(camera.distortion for camera in cameras)
     # Objects of one number must be one geometry where sets are trained on together.
-    drawn = {recipe.scene.loads.drawn_pallets for recipe in recipes if recipe.scene.loads.drawn_pallets.share}
-    assert len(drawn) == 1
+    sampled = {recipe.scene.loads.sampled_pallets for recipe in recipes if recipe.scene.loads.sampled_pallets.fraction}
+    assert len(sampled) == 1

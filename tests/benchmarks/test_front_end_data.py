@@ -15,8 +15,8 @@ POSE = (*SCORED, *CARTONS, *TRAINED_ONLY, *MORE_CARTONS, *ROBUST)
 
 def test_no_two_datasets_draw_the_same_scenes() -> None:
     every = (*POSE, *FULLY_LABELLED, *SCORED_ON)
-    drawn = [(item.recipe.split("_")[0].split("-")[0], item.seed) for item in every]
-    assert len(set(drawn)) == len(drawn)
+    sampled = [(item.recipe.split("_")[0].split("-")[0], item.seed) for item in every]
+    assert len(set(sampled)) == len(sampled)
     assert len({item.folder_name for item in every}) == len(every)
 
 
@@ -55,8 +55,8 @@ def test_questions_have_names_of_their_own_and_ask_of_unseen_scenes() -> None:
     assert len(set(names)) == len(names)
     assert {question.data for question in QUESTIONS} <= set(SCORED_ON)
     assert {case.data for case in CASES} <= set(SCORED_ON)
-    asked = {stage for question in QUESTIONS for stage in question.stages}
-    asked |= {question.detector for question in SWEEP_QUESTIONS}
+    requested = {stage for question in QUESTIONS for stage in question.stages}
+    requested |= {question.detector for question in SWEEP_QUESTIONS}
     assert {question.data for question in SWEEP_QUESTIONS} <= set(SCORED_ON)
     assert not {question.name for question in SWEEP_QUESTIONS} & {question.name for question in QUESTIONS}
-    assert asked - {"truth-boxes"} == set(PLANS)
+    assert requested - {"gt-boxes"} == set(PLANS)

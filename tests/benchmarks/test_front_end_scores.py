@@ -12,11 +12,11 @@ from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.schema import PoseEstimate
 
 
-def at(x: float, image_id: int = 0, refused: bool = False) -> PoseEstimate:
-    return PoseEstimate(0, image_id, 1, 0.9, make_transform(translation=np.array([x, 0.0, 3.0])), refused=refused)
+def at(x: float, image_id: int = 0, rejected: bool = False) -> PoseEstimate:
+    return PoseEstimate(0, image_id, 1, 0.9, make_transform(translation=np.array([x, 0.0, 3.0])), rejected=rejected)
 
 
-def test_an_estimate_on_no_pallet_is_a_false_alarm_unless_it_is_refused() -> None:
+def test_an_estimate_on_no_pallet_is_a_false_alarm_unless_it_is_rejected() -> None:
     targets = [
         SimpleNamespace(obj_id=1, T_camera_object=at(0.0).T_camera_object),
         SimpleNamespace(obj_id=2, T_camera_object=at(5.0).T_camera_object),
@@ -29,7 +29,7 @@ def test_an_estimate_on_no_pallet_is_a_false_alarm_unless_it_is_refused() -> Non
         images=lambda split: images,
         objects={1: SimpleNamespace(class_name="pallet"), 2: SimpleNamespace(class_name="person")},
     )
-    poses = [at(0.4), at(0.6), at(5.0), at(5.0, refused=True), at(0.0, image_id=1)]
+    poses = [at(0.4), at(0.6), at(5.0), at(5.0, rejected=True), at(0.0, image_id=1)]
     assert false_alarms(poses, reader) == 3
 
 
@@ -39,10 +39,10 @@ def part(scene: int, good: bool) -> Seen:
 
 
 def test_scenes_are_drawn_whole() -> None:
-    """Of four scenes of equal images one is always wrong: a share of (0..4) / 4 of those drawn, binomially."""
+    """Of four scenes of equal images one is always wrong: a fraction of (0..4) / 4 of those drawn, binomially."""
     parts = [part(scene, scene != 3) for scene in range(4) for _ in range(5)]
     value, low, high = precision_intervals(parts, 4000, np.random.default_rng(0))["box_50"]
-    # Wrong ones have lower scores: precision is 1 up to the share of right ones, and is read at 0, 0.01, ... 1.
+    # Wrong ones have lower scores: precision is 1 up to the fraction of right ones, and is read at 0, 0.01, ... 1.
     assert value == pytest.approx(76 / 101, abs=1e-9)
     draws = np.random.default_rng(1).binomial(4, 0.75, 200_000) / 4
     expected = np.percentile(np.where(draws > 0, np.floor(draws * 100) + 1, 0) / 101, [2.5, 97.5])

@@ -50,8 +50,8 @@ def made_scores(add: np.ndarray, score: np.ndarray | None = None) -> Any:
         ones,
         ones > 0,
     )
-    share = float((add < 0.05).mean())
-    return SimpleNamespace(table=table, overall=SimpleNamespace(metrics={"add_5pct": share, "dock_0mm": share}))
+    fraction = float((add < 0.05).mean())
+    return SimpleNamespace(table=table, overall=SimpleNamespace(metrics={"add_5pct": fraction, "dock_0mm": fraction}))
 
 
 @pytest.fixture(autouse=True)
@@ -112,11 +112,11 @@ def test_a_transfer_is_compared_with_the_start_and_with_fresh_weights() -> None:
     assert over_start["difference"] == 0.25
     assert over_start["difference_interval"] == pytest.approx(over_seeds.seed_interval([0.5, 0.0]))
     assert rows["50 images against fresh, consensus + ICP: add_5pct"]["difference"] == 0.75
-    shares = transfer.rows_of("trained on", 50, found["trained on", 50])
-    assert shares[0]["seeds"] == [1.0, 0.5]
-    low, high = shares[0]["interval"]
-    assert low <= shares[0]["value"] == 0.75 <= high
-    assert "| 50 images against fresh |" in transfer.as_markdown([*shares, *rows.values()])
+    fractions = transfer.rows_of("trained on", 50, found["trained on", 50])
+    assert fractions[0]["seeds"] == [1.0, 0.5]
+    low, high = fractions[0]["interval"]
+    assert low <= fractions[0]["value"] == 0.75 <= high
+    assert "| 50 images against fresh |" in transfer.as_markdown([*fractions, *rows.values()])
 
 
 def test_what_has_seen_the_other_sensor_is_no_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -126,13 +126,13 @@ def test_what_has_seen_the_other_sensor_is_no_start(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(transfer, "made_data", lambda data, folder: tmp_path)
     monkeypatch.setattr(transfer, "settings_upon", lambda *_: transfer.TrainConfig())
-    asked: list[tuple] = []
-    monkeypatch.setattr(transfer, "train", lambda *how, **more: asked.append(how))
+    requested: list[tuple] = []
+    monkeypatch.setattr(transfer, "train", lambda *how, **more: requested.append(how))
     knows(SCORED[0].folder_name, SCORED[1].folder_name)
     assert transfer.source_of("densefusion-depth", tmp_path, 5, None) == "densefusion-depth"
     knows(SCORED[0].folder_name, ROBUST[0].folder_name)
     assert transfer.source_of("densefusion-depth", tmp_path, 5, None).endswith("densefusion-depth_kitti_5")
-    assert len(asked) == 1
+    assert len(requested) == 1
 
 
 def test_training_upon_a_model_keeps_its_inputs_and_leaves_out_what_it_does_not_know(
@@ -140,7 +140,7 @@ def test_training_upon_a_model_keeps_its_inputs_and_leaves_out_what_it_does_not_
 ) -> None:
     model = data_folder("models") / "densefusion-pointcloud"
     config = read_config(model)
-    names = [config.objects[0].name, "drawn_pallet_7"]
+    names = [config.objects[0].name, "sampled_pallet_7"]
     reader = SimpleNamespace(objects={k: SimpleNamespace(name=name) for k, name in enumerate(names)})
     monkeypatch.setattr(upon, "DatasetReader", lambda folder: reader)
     found = upon.settings_upon(model, [Path("one")], phase="refiner", refiner_iterations=2)

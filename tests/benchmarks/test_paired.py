@@ -30,7 +30,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> paired.Found:
 
 
 def test_shares_are_means_over_seeds_and_leave_out_what_applies_to_nothing(found: paired.Found) -> None:
-    rows = {row["name"]: row for row in paired.shares(found)}
+    rows = {row["name"]: row for row in paired.fractions(found)}
     assert len(rows) == 6 * 2
     row = rows["trained on raster, scored on pathtrace: add_5pct"]
     assert row["value"] == pytest.approx(6 / 30, rel=1e-3)

@@ -30,7 +30,7 @@ def test_a_result_of_a_suite_is_one_of_the_suite_as_it_is(path: Path) -> None:
     assert result.suite == load_suite(result.suite.rpartition("-v")[0]).title, "made with another version of the suite"
     assert not result.quick
     assert result.command.startswith("warehouse-sim bench ")
-    assert {"truth", "shuffled"} <= {row.estimator for row in result.rows}
+    assert {"oracle", "shuffled"} <= {row.estimator for row in result.rows}
 
 
 def test_the_leaderboards_of_the_documents_are_those_of_the_results(tmp_path: Path) -> None:
@@ -87,9 +87,9 @@ def test_peers_drew_the_same_scene() -> None:
 def test_the_shares_of_an_observation_are_those_of_its_stages() -> None:
     row = speed_rows()["full_observation"]
     stages = row["stages_cpu_s"]
-    assert set(row["shares"]) == set(stages) >= {"draw", "read-back", "encode", "disk", "LiDAR", "labels"}
+    assert set(row["fractions"]) == set(stages) >= {"draw", "read-back", "encode", "disk", "LiDAR", "labels"}
     for stage, seconds in stages.items():
-        assert row["shares"][stage] == pytest.approx(seconds / sum(stages.values()), abs=2e-3)
+        assert row["fractions"][stage] == pytest.approx(seconds / sum(stages.values()), abs=2e-3)
 
 
 def test_the_scaling_row_has_its_four_sizes() -> None:

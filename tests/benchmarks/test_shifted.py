@@ -61,14 +61,14 @@ def test_nothing_is_trained_on_the_seed_of_the_sets() -> None:
 
 
 def test_fewer_images_of_the_transfer_are_among_the_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    asked: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(transfer, "made", lambda shift, *how: asked.append((shift.recipe, *how)) or tmp_path)
+    requested: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(transfer, "made", lambda shift, *how: requested.append((shift.recipe, *how)) or tmp_path)
     for images in (50, 200, 1000):
         transfer.folder_of(images, tmp_path)
     # Scenes of one recipe and seed are the same, however many there are.
-    assert len({(recipe, views, seed) for recipe, _, views, _, seed, _ in asked}) == 1
-    assert [scenes * views for _, scenes, views, *_ in asked] == [50, 200, 1000]
-    assert all((split.train, split.test) == (0.8, 0.0) for *_, split in asked)
+    assert len({(recipe, views, seed) for recipe, _, views, _, seed, _ in requested}) == 1
+    assert [scenes * views for _, scenes, views, *_ in requested] == [50, 200, 1000]
+    assert all((split.train, split.test) == (0.8, 0.0) for *_, split in requested)
 
 
 def target(gt_index: int, at: tuple[float, float, float], valid: int = 100) -> Any:
@@ -159,19 +159,19 @@ def test_of_a_trained_estimator_the_surest_of_the_sets_objects_counts() -> None:
 
 
 class Deciding(Trained):
-    """One that goes by evidence, and, as doubt makes estimators, is shown the objects of a dataset."""
+    """One that goes by verification, and, as uncertainty makes estimators, is shown the objects of a dataset."""
 
-    config = SimpleNamespace(refine="evidence")
+    config = SimpleNamespace(refine="verify")
 
     def onboard(self, objects: Any) -> None:
-        raise AssertionError("not asked for here")
+        raise AssertionError("not requested here")
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         assert all((item.model, item.may_be) == (None, (1, 2)) for item in image.detections)
         return []
 
 
-def test_of_one_that_goes_by_evidence_the_sets_objects_are_the_candidates() -> None:
+def test_of_one_that_goes_by_verification_the_sets_objects_are_the_candidates() -> None:
     camera, mask = PinholeCamera.from_focal(4, 4, 50.0), np.ones((4, 4), dtype=bool)
     image = RgbdImage(camera, np.ones((4, 4), np.float32), (Detection(mask, 1),))
     reader: Any = SimpleNamespace(objects={1: None, 2: None, 3: None})

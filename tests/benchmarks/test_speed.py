@@ -22,10 +22,10 @@ ROWS = {
     "formats",
     "memory",
     "scaling",
-    "silhouettes",
+    "amodal masks",
     "lidar",
     "rgbd_models",
-    "twins",
+    "paired_variants",
     "inference",
     "latency",
     "training",
@@ -87,10 +87,10 @@ def test_a_quick_run_measures_every_row(tmp_path: Path) -> None:
         assert rows[name]["depth_agrees"] > 0.99
     assert all(method["network_cpu_s"] > 0 for method in rows["inference"]["methods"].values())
     stages = rows["latency"]["stages_cpu_s"]
-    assert {"crops", "network", "hypotheses", "coarse ICP", "ICP", "evidence", "doubt"} <= set(stages)
+    assert {"crops", "network", "hypotheses", "coarse ICP", "ICP", "verification", "uncertainty"} <= set(stages)
     assert all(seconds >= 0 for seconds in stages.values())
     assert rows["latency"]["icp"]["cpu_s"] > 0
-    assert sum(rows["full_observation"]["shares"].values()) == pytest.approx(1.0, abs=0.01)
+    assert sum(rows["full_observation"]["fractions"].values()) == pytest.approx(1.0, abs=0.01)
     assert rows["lidar"]["two_processes"]["rays_per_wall_s"] > 0
     assert set(rows["lidar"]["presets_cpu_s"]) == set(LIDAR_PRESETS)
     assert {f"depth: {name}" for name in MODELS} <= set(rows["rgbd_models"]["models_cpu_s"])

@@ -1,4 +1,4 @@
-"""Rows that are measured anew beside those that are stored."""
+"""Rows that are measured again beside those that are stored."""
 
 import json
 from pathlib import Path

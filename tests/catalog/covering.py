@@ -1,4 +1,4 @@
-"""How well an object's collision boxes cover what is drawn of it."""
+"""How well an object's collision boxes cover what is sampled of it."""
 
 import numpy as np
 from jaxtyping import Float
@@ -17,8 +17,8 @@ def bare_distances(model: ObjectModel) -> Float[np.ndarray, " n"]:
     return np.linalg.norm(np.maximum(np.abs(local) - boxes.half[:, None], 0.0), axis=2).min(axis=0)
 
 
-def filled_share(model: ObjectModel) -> float:
-    """Return the share of the bounding box that collision boxes fill, at random points."""
+def filled_fraction(model: ObjectModel) -> float:
+    """Return the fraction of the bounding box that collision boxes fill, at random points."""
     boxes = BoxStack.of(model.collision)
     points = (np.random.default_rng(1).random((2000, 3)) - 0.5) * model.size
     local = np.einsum("nij,nmi->nmj", boxes.rotation, points[None] - boxes.centre[:, None])

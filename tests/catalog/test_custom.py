@@ -126,7 +126,7 @@ def test_what_is_wrong_is_named_by_file_and_key(tmp_path: Path, changes: dict[st
         load_custom_object(write_object(tmp_path, **changes))
 
 
-def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
+def test_a_link_out_of_the_folder_is_rejected(tmp_path: Path) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
     path = write_object(inside, file="link.obj")
@@ -136,7 +136,7 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
         load_custom_object(path)
 
 
-def test_too_many_triangles_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_triangles_are_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("warehouse_sim.catalog.mesh_size.MAX_TRIANGLES", 11)
     with pytest.raises(
         ConfigError, match=r"crate\.yaml: file: crate\.obj has 12 triangles or more; simplify it to 11 at most"

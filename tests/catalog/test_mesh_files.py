@@ -85,7 +85,7 @@ def test_usd_says_unit_and_axis_itself(tmp_path: Path, up: str, size: tuple[floa
     assert volume(parts["body"]) == pytest.approx(0.024, rel=1e-5)
 
 
-def test_a_usd_stage_that_leaves_its_folder_is_refused(tmp_path: Path) -> None:
+def test_a_usd_stage_that_leaves_its_folder_is_rejected(tmp_path: Path) -> None:
     from pxr import Usd
 
     (tmp_path / "inside").mkdir()

@@ -1,4 +1,4 @@
-"""Meshes that would take gigabytes or minutes are refused in one line, in a moment, before they are worked on."""
+"""Meshes that would take gigabytes or minutes are rejected in one line, in a moment, before they are worked on."""
 
 import json
 import resource
@@ -83,7 +83,7 @@ def write_usdc(path: Path) -> None:
 
 
 @pytest.mark.parametrize("write", [write_obj, write_ply, write_glb, write_usdc], ids=lambda write: write.__name__)
-def test_far_too_many_triangles_are_refused_in_a_moment(tmp_path: Path, write) -> None:
+def test_far_too_many_triangles_are_rejected_in_a_moment(tmp_path: Path, write) -> None:
     path = tmp_path / f"strip.{write.__name__.removeprefix('write_')}"
     write(path)
     start = time.monotonic()
@@ -94,7 +94,7 @@ def test_far_too_many_triangles_are_refused_in_a_moment(tmp_path: Path, write) -
     assert time.monotonic() - start < SOON
 
 
-def test_a_header_that_lies_is_refused_before_memory_is_asked_for(tmp_path: Path) -> None:
+def test_a_header_that_lies_is_rejected_before_memory_is_requested_for(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     path.write_bytes(b"ply\nformat ascii 1.0\nelement vertex 999999999999\nproperty float x\nend_header\n0\n")
     with pytest.raises(ConfigError, match="has 999,999,999,999 vertices or more"):
@@ -123,7 +123,7 @@ def test_a_small_glb_with_many_nodes_is_counted_as_it_is_shown(tmp_path: Path) -
     ],
     ids=["lines", "slivers"],
 )
-def test_a_mesh_without_area_is_refused_before_it_is_remeshed(tmp_path: Path, triangles: str) -> None:
+def test_a_mesh_without_area_is_rejected_before_it_is_remeshed(tmp_path: Path, triangles: str) -> None:
     path = write_object(tmp_path)
     (tmp_path / "crate.obj").write_text(triangles)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -132,7 +132,7 @@ def test_a_mesh_without_area_is_refused_before_it_is_remeshed(tmp_path: Path, tr
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
-def test_a_sheet_is_refused_since_physics_has_no_bodies_without_a_volume(tmp_path: Path) -> None:
+def test_a_sheet_is_rejected_since_physics_has_no_bodies_without_a_volume(tmp_path: Path) -> None:
     path = write_object(tmp_path)
     (tmp_path / "crate.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     with pytest.raises(ConfigError, match=r"each edge must be at least 0\.001 m"):

@@ -13,7 +13,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.render import option_settings, with_shortcuts
 
 
-@pytest.mark.parametrize("verb", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
+@pytest.mark.parametrize("command", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
 @pytest.mark.parametrize(
     ("backend", "pair", "message"),
     [
@@ -23,9 +23,9 @@ from warehouse_sim.render import option_settings, with_shortcuts
     ],
 )
 def test_a_wrong_option_is_named(
-    verb: list[str], backend: str, pair: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: list[str], backend: str, pair: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code = main([*verb, str(tmp_path / "out"), "--backend", backend, "--backend-options", pair])
+    code = main([*command, str(tmp_path / "out"), "--backend", backend, "--backend-options", pair])
     assert code == 2
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
@@ -44,12 +44,12 @@ def test_options_reach_the_renderer_of_every_process_and_the_manifest(tmp_path: 
     assert draft_manifest(recipe, right).backend_options == {"device": 0}
 
 
-@pytest.mark.parametrize("verb", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
+@pytest.mark.parametrize("command", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])
 @pytest.mark.parametrize(("flags", "named"), [(["--samples", "4"], "--samples"), (["--denoise"], "--denoise")])
-def test_flags_of_the_path_tracer_are_refused_for_what_has_no_such_option(
-    verb: list[str], flags: list[str], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_flags_of_the_path_tracer_are_rejected_for_what_has_no_such_option(
+    command: list[str], flags: list[str], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*verb, str(tmp_path / "out"), *flags]) == 2
+    assert main([*command, str(tmp_path / "out"), *flags]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert f"{named}: the render backend raster has no such option" in line
     assert list(tmp_path.iterdir()) == []

@@ -37,7 +37,7 @@ def test_what_does_not_fit_is_a_breach_too(capsys, tmp_path: Path) -> None:
 
 def test_contacts_that_break_the_crush_rule_are_named_in_text_and_json(capsys, tmp_path: Path) -> None:
     plain = yaml.safe_load((data_folder("scenes") / "smoke.yaml").read_text())
-    fragile = {"cartons": ["carton_600x400x350"], "height": 1.1, "empty_share": 0.0}
+    fragile = {"cartons": ["carton_600x400x350"], "height": 1.1, "empty_fraction": 0.0}
     for rule, code in ((True, 0), (False, 0)):
         plain["scene"]["loads"] |= fragile | {"stacking": {"crush_rule": rule}}
         path = tmp_path / "fragile.yaml"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.toy import make_dataset
-from warehouse_sim.cli.main import VERBS, main
+from warehouse_sim.cli.main import COMMANDS, main
 
 KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
@@ -34,11 +34,11 @@ def test_list_shows_what_each_estimator_reads_and_how_large_it_is(capsys) -> Non
     assert re.search(r"point cloud +\d\.\d M, \d\.\d M, \d\.\d M", line)
 
 
-@pytest.mark.parametrize("verb", sorted(VERBS))
-def test_every_verb_explains_itself(capsys, verb) -> None:
-    code, out, _ = run(capsys, verb, "--help")
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_command_explains_itself(capsys, command) -> None:
+    code, out, _ = run(capsys, command, "--help")
     assert code == 0
-    assert f"warehouse-sim {verb}" in out
+    assert f"warehouse-sim {command}" in out
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_
     assert "Traceback" not in err
 
 
-def test_what_a_format_cannot_hold_is_refused_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
+def test_what_a_format_cannot_hold_is_rejected_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     Path("blind.yaml").write_text("extends: smoke\nsensors: {lidar: null}\nsplit: {stratify: [lux]}")
     code, _, err = run(capsys, "generate", "blind.yaml", "--out", "data")
@@ -85,10 +85,10 @@ def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys,
     root = make_dataset(tmp_path / "data")
     code, out, err = run(capsys, "validate", str(root))
     assert code == 0
-    shares = [int(found) for found in re.findall(r"^validate: (\d+)%", err, re.MULTILINE)]
-    assert shares == sorted(shares)
-    assert shares[0] == 0
-    assert shares[-1] == 100
+    fractions = [int(found) for found in re.findall(r"^validate: (\d+)%", err, re.MULTILINE)]
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0
+    assert fractions[-1] == 100
     (root / "kitti/training/velodyne_ids/000000.bin").unlink()
     code, out, _ = run(capsys, "validate", str(root))
     assert code == 1

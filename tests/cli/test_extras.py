@@ -1,4 +1,4 @@
-"""Every verb on an installation that lacks an extra: one line names it, or the verb does not need it."""
+"""Every command on an installation that lacks an extra: one line names it, or the command does not need it."""
 
 import os
 import re
@@ -13,7 +13,7 @@ from tests.dataset.formats.test_external_bop import write_folder
 from tests.dataset.shards.test_merge import make_shard
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
-from warehouse_sim.cli.main import VERBS
+from warehouse_sim.cli.main import COMMANDS
 from warehouse_sim.optional import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ MODULES = {
 }
 """What to import, where that is not the package's name."""
 SCENES, NETWORKS, EXPORT, PAGES, VIEWER = {"generate"}, {"learn"}, {"learn", "export"}, {"report"}, {"view"}
-VERB = {
+COMMAND = {
     "list": ("list", set()),
     "catalog": ("catalog epal1 --out c.png", SCENES),
     "preview": ("preview smoke --out p.png", SCENES),
@@ -50,7 +50,7 @@ VERB = {
     "bench": ("bench industrial --quick --out {new}", SCENES | NETWORKS),
     "demo": ("demo --recipe smoke --out {new}", SCENES | NETWORKS | PAGES),
 }
-"""A command of each verb and the extras without which it must refuse."""
+"""A command of each command and the extras without which it must reject."""
 SITE = """
 import sys
 class Blocked:
@@ -113,12 +113,12 @@ def answers(blocked: set[str], commands: list[str], folder: Path) -> dict[str, t
     return {command: (code, text) for command, text, code in found}
 
 
-def test_every_verb_is_here() -> None:
-    assert VERB.keys() == VERBS.keys()
+def test_every_command_is_here() -> None:
+    assert COMMAND.keys() == COMMANDS.keys()
 
 
 @pytest.mark.parametrize("extra", ["generate", "learn", "detectors", "export", "report", "mcap", "view", "cluster"])
-def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
+def test_a_command_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 
 
@@ -131,9 +131,9 @@ def test_a_verb_asks_for_all_that_an_extra_brings(extra: str) -> None:
         pytest.param(set().union(*extras().values()), id="all"),
     ],
 )
-def test_a_verb_names_the_extra_that_it_lacks(places: dict[str, Path], tmp_path: Path, blocked: set[str]) -> None:
+def test_a_command_names_the_extra_that_it_lacks(places: dict[str, Path], tmp_path: Path, blocked: set[str]) -> None:
     lacking = {extra for extra, modules in extras().items() if modules & blocked}
-    commands = {command.format(**places): needed for command, needed in VERB.values()}
+    commands = {command.format(**places): needed for command, needed in COMMAND.values()}
     # What does not need the extra is run in the installation that has none: once suffices.
     wanted = [command for command, needed in commands.items() if needed & lacking or len(lacking) > 4]
     for command, (code, text) in answers(blocked, wanted, tmp_path).items():

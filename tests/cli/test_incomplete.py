@@ -1,4 +1,4 @@
-"""A dataset without its final manifest is called incomplete by every verb that reads datasets, and by nothing read."""
+"""A dataset without its final manifest is called incomplete by every command that reads datasets, and none reads it."""
 
 import re
 import shutil
@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.test_extras import VERB
+from tests.cli.test_extras import COMMAND
 from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.store import DatasetStore
 
-COMMANDS = {verb: command for verb, (command, _) in VERB.items() if "{data}" in command}
+COMMANDS = {command: line for command, (line, _) in COMMAND.items() if "{data}" in line}
 COMMANDS["convert"] = "convert {data} --to coco --out {new}"
 
 
@@ -29,10 +29,10 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {"data": root / "data", "copied": copied, "run": made_run(root / "run"), "predictions": root / "p.csv"}
 
 
-@pytest.mark.parametrize("verb", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("which", ["data", "copied", "data/bop"])
-def test_every_verb_says_that_it_is_incomplete(
-    verb: str,
+def test_every_command_says_that_it_is_incomplete(
+    command: str,
     which: str,
     places: dict[str, Path],
     tmp_path: Path,
@@ -42,24 +42,24 @@ def test_every_verb_says_that_it_is_incomplete(
     monkeypatch.chdir(tmp_path)
     data = places["data"].parent / which
     given = places | {"data": data, "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
-    code = main(COMMANDS[verb].format_map(given).split())
+    code = main(COMMANDS[command].format_map(given).split())
     out, err = capsys.readouterr()
     said = [line for line in (out + err).splitlines() if re.match("error: |FAIL", line)]
-    assert code == (1 if verb == "validate" and said[0].startswith("FAIL") else 2), (out, err)
+    assert code == (1 if command == "validate" and said[0].startswith("FAIL") else 2), (out, err)
     assert len(said) == 1
     assert "incomplete" in said[0]
     assert str(data) in said[0]
     assert "--resume" in said[0] if which != "copied" else "again" in said[0]
 
 
-@pytest.mark.parametrize("verb", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize(
     ("data", "words"),
     [("loop", "loop: is not a folder"), ("x" * 300, "File name too long")],
     ids=["a link to itself", "a name that is too long"],
 )
 def test_what_can_be_no_folder_is_one_line(
-    verb: str,
+    command: str,
     data: str,
     words: str,
     places: dict[str, Path],
@@ -70,7 +70,7 @@ def test_what_can_be_no_folder_is_one_line(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "loop").symlink_to("loop")
     given = places | {"data": Path(data), "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
-    assert main(COMMANDS[verb].format_map(given).split()) == 2
+    assert main(COMMANDS[command].format_map(given).split()) == 2
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(said) == 1
     assert data in said[0]

@@ -1,4 +1,4 @@
-"""Where a verb cannot write, it says so in one line: no traceback, nothing else touched."""
+"""Where a command cannot write, it says so in one line: no traceback, nothing else touched."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
 
-FOLDER_VERBS = {
+FOLDER_COMMANDS = {
     "generate": "generate smoke --scenes 1 --workers 1",
     "convert": "convert {theirs} --to bop",
     "inspect": "inspect {data}",
@@ -22,7 +22,7 @@ FOLDER_VERBS = {
     "evaluate": "evaluate {predictions} --data {data}",
     "demo": "demo --recipe smoke",
 }
-FILE_VERBS = {
+FILE_COMMANDS = {
     "catalog": "catalog epal1",
     "preview": "preview smoke",
     "predict": "predict {run} --data {data}",
@@ -48,23 +48,23 @@ def at(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def refusal(capsys: pytest.CaptureFixture[str], command: str) -> str:
+def rejection(capsys: pytest.CaptureFixture[str], line: str) -> str:
     """Run a command that must fail and return its one line."""
     capsys.readouterr()
-    assert main(shlex.split(command)) == 2
+    assert main(shlex.split(line)) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     return line
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("command", "place"),
-    [(verb, place) for verb in FOLDER_VERBS.values() for place in FOLDERS]
-    + [(verb, place) for verb in FILE_VERBS.values() for place in FILES],
+    ("line", "place"),
+    [(command, place) for command in FOLDER_COMMANDS.values() for place in FOLDERS]
+    + [(command, place) for command in FILE_COMMANDS.values() for place in FILES],
 )
-def test_a_place_that_cannot_be_written_is_named(capsys, made, at: Path, command: str, place: str) -> None:
+def test_a_place_that_cannot_be_written_is_named(capsys, made, at: Path, line: str, place: str) -> None:
     place = place.format(at=at)
-    line = refusal(capsys, f"{command.format(**made)} --out {place}")
+    line = rejection(capsys, f"{line.format(**made)} --out {place}")
     assert str(Path(place).parent) in line
     assert "cannot be written" in line
     assert (at / "file").read_text() == "precious"
@@ -73,16 +73,18 @@ def test_a_place_that_cannot_be_written_is_named(capsys, made, at: Path, command
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("command", [*FOLDER_VERBS.values(), *FILE_VERBS.values()], ids=[*FOLDER_VERBS, *FILE_VERBS])
+@pytest.mark.parametrize(
+    "line", [*FOLDER_COMMANDS.values(), *FILE_COMMANDS.values()], ids=[*FOLDER_COMMANDS, *FILE_COMMANDS]
+)
 @pytest.mark.parametrize(("function", "number"), [("mkdir", errno.EROFS), ("replace", errno.ENOSPC)])
-def test_what_the_system_refuses_is_told(capsys, monkeypatch, made, tmp_path, command, function, number) -> None:
+def test_what_the_system_rejects_is_told(capsys, monkeypatch, made, tmp_path, line, function, number) -> None:
     """A disk that cannot be written, and one that is full."""
 
-    def refused(*_: object, **__: object) -> None:
+    def rejected(*_: object, **__: object) -> None:
         raise OSError(number, os.strerror(number))
 
-    monkeypatch.setattr(os, function, refused)
-    line = refusal(capsys, f"{command.format(**made)} --out {tmp_path / 'new' / 'out'}")
+    monkeypatch.setattr(os, function, rejected)
+    line = rejection(capsys, f"{line.format(**made)} --out {tmp_path / 'new' / 'out'}")
     assert f"cannot be written ({os.strerror(number)})" in line
 
 
@@ -96,13 +98,14 @@ sys.exit(main(sys.argv[2:]))
 
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    ("verb", "limit"), [pytest.param("train", 20_000, marks=pytest.mark.slow), ("generate", 3000), ("generate", 20_000)]
+    ("command", "limit"),
+    [pytest.param("train", 20_000, marks=pytest.mark.slow), ("generate", 3000), ("generate", 20_000)],
 )
-def test_a_disk_that_takes_no_more_ends_the_run_in_one_line(made, tmp_path: Path, verb: str, limit: int) -> None:
+def test_a_disk_that_takes_no_more_ends_the_run_in_one_line(made, tmp_path: Path, command: str, limit: int) -> None:
     """The system's own limit on the size of files stands for a full disk, libraries' files included."""
-    more = "--max-steps 6 --batch 4 --validations 3" if verb == "train" else ""
-    command = shlex.split(f"{FOLDER_VERBS[verb].format(**made)} {more} --out {tmp_path / 'out'}")
-    run = subprocess.run([sys.executable, "-c", FULL, str(limit), *command], capture_output=True, text=True)
+    more = "--max-steps 6 --batch 4 --validations 3" if command == "train" else ""
+    line = shlex.split(f"{FOLDER_COMMANDS[command].format(**made)} {more} --out {tmp_path / 'out'}")
+    run = subprocess.run([sys.executable, "-c", FULL, str(limit), *line], capture_output=True, text=True)
     assert run.returncode == 2
     (line,) = [line for line in run.stderr.splitlines() if line.startswith("error: ")]
     assert "cannot be written (File too large); free some space" in line

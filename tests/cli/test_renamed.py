@@ -1,4 +1,4 @@
-"""Options under their old names are refused in one line that names the new ones, all of which exist."""
+"""Options under their old names are rejected in one line that names the new ones, all of which exist."""
 
 import pytest
 
@@ -15,7 +15,7 @@ from warehouse_sim.cli.renamed import RENAMED
         (["--icp.still", "0.01"], "--icp.still is now called --icp.step-tolerance"),
     ],
 )
-def test_an_old_option_is_refused_with_its_new_name(arguments, message, capsys) -> None:
+def test_an_old_option_is_rejected_with_its_new_name(arguments, message, capsys) -> None:
     assert main(["predict", "densefusion", "--data", "none", "--out", "none.csv", *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert message in line

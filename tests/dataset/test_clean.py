@@ -22,7 +22,7 @@ WITH_CLEAN = {"sensors": {"clean": True, "right": {"baseline": 0.2, "matching": 
 
 
 def as_read(observation: Observation) -> Observation:
-    """The exact observation with errors of its cameras: the truth stays in its buffers."""
+    """The exact observation with errors of its cameras: the ground truth stays in its buffers."""
     depth, rgb = observation.buffers.depth, observation.buffers.rgb
     read = np.where(depth < 20.0, depth * np.float32(1.001), np.float32(0.0))
     disparity = np.where(depth > 0, CAMERA.fx * 0.2 / np.maximum(depth, 0.1), 0.0).astype(np.float32)
@@ -85,7 +85,7 @@ def test_validation_notices_what_is_missing_or_of_another_place(made: Path, tmp_
     steps = decode_depth(root / name)
     cv2.imwrite(str(root / name), 3 * steps)
     (broken,) = [check for check in validate(root) if not check.ok]
-    assert "is not the truth behind the depth that was read" in broken.detail
+    assert "is not the ground truth behind the depth that was read" in broken.detail
     (root / name).unlink()
     assert any("000000.png" in check.detail and "clean" in check.detail for check in validate(root) if not check.ok)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_scene, observe
-from warehouse_sim.dataset.frame_files import ObservationFiles, SharedFile, image_silhouette
+from warehouse_sim.dataset.frame_files import ObservationFiles, SharedFile, image_amodal_mask
 
 
 @pytest.mark.parametrize(
@@ -19,13 +19,13 @@ from warehouse_sim.dataset.frame_files import ObservationFiles, SharedFile, imag
         ((0, -5), [[0, 0, 0, 0]] * 3),
     ],
 )
-def test_silhouette_is_cut_at_the_image(offset: tuple[int, int], expected: list[list[int]]) -> None:
+def test_amodal_mask_is_cut_at_the_image(offset: tuple[int, int], expected: list[list[int]]) -> None:
     annotation = replace(
         observe(make_scene(0))[0].annotations[0],
-        silhouette_offset=offset,
-        silhouette=np.array([[1, 1], [1, 0], [1, 1]], dtype=bool),
+        amodal_mask_offset=offset,
+        amodal_mask=np.array([[1, 1], [1, 0], [1, 1]], dtype=bool),
     )
-    assert image_silhouette(annotation, (3, 4)).astype(int).tolist() == expected
+    assert image_amodal_mask(annotation, (3, 4)).astype(int).tolist() == expected
 
 
 def test_only_visible_targets_are_labelled_in_their_order() -> None:

@@ -35,7 +35,7 @@ NOT_USED = (
     "ambient",
     "exposure",
     "occlusion",
-    "twins",
+    "paired_variants",
     "licenses",
     "info",
     "bins",
@@ -77,14 +77,14 @@ def scored(file: str, path: tuple) -> bool:
 
 
 def verdict(root: Path) -> list:
-    """Validate; what is refused is told in one line."""
+    """Validate; what is rejected is told in one line."""
     problems = [check for check in validate(root) if not check.ok]
     assert all(check.detail and "\n" not in check.detail and len(check.detail) < 1000 for check in problems)
     return problems
 
 
 @pytest.mark.parametrize("file", FILES)
-def test_every_value_is_read_or_refused(small: Path, tmp_path: Path, file: str) -> None:
+def test_every_value_is_read_or_rejected(small: Path, tmp_path: Path, file: str) -> None:
     """Each value meets one of the others, each of the others meets some value."""
     walk(small, tmp_path, file, lambda number: (HOSTILE[3 * number % len(HOSTILE)],))
 
@@ -127,8 +127,8 @@ def same(data: Any, path: tuple, value: Any) -> bool:
 def test_no_content_breaks_the_checks(small: Path, tmp_path: Path, file: str, content: bytes) -> None:
     root = Path(shutil.copytree(small, tmp_path / "copy"))
     (root / file).write_bytes(content)
-    refused = verdict(root)
-    assert refused or (file == "bop/test_targets_bop19.json" and content == b"[]")
+    rejected = verdict(root)
+    assert rejected or (file == "bop/test_targets_bop19.json" and content == b"[]")
     (root / file).unlink()
     (root / file).mkdir()
     assert verdict(root)

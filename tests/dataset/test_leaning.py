@@ -49,16 +49,16 @@ def test_it_is_dont_care_with_its_box_and_its_id_and_comes_last(root: Path) -> N
     assert [row[0] for row in rows] == ["pallet", "pallet", "DontCare"]
     assert (root / IDS).read_text() == "11\n12\n10\n"
     scene = with_a_leaning_pallet(make_scene(0))
-    truth = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
-    assert [float(word) for word in rows[2][4:8]] == list(truth.box_amodal_xyxy)
+    gt = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
+    assert [float(word) for word in rows[2][4:8]] == list(gt.box_amodal_xyxy)
     assert rows[2][1:4] + rows[2][8:] == ["-1", "-1", "-10", "-1", "-1", "-1", "-1000", "-1000", "-1000", "-10"]
 
 
 def test_bop_has_its_full_pose(root: Path) -> None:
     (target,) = [item for item in DatasetReader(root).images("train")[0].targets if item.instance_id == LEANING]
     scene = with_a_leaning_pallet(make_scene(0))
-    truth = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
-    assert np.abs(target.T_camera_object - truth.T_camera_object).max() < 1e-9
+    gt = observation_of(scene, 0, scene.viewpoints[0].T_world_camera).annotations[0]
+    assert np.abs(target.T_camera_object - gt.T_camera_object).max() < 1e-9
 
 
 def test_validate_understands_it(root: Path) -> None:

@@ -27,7 +27,7 @@ def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
         "recipe",
         "packages",
         "renderers",
-        "twins",
+        "paired_variants",
         "backend",
         "backend_options",
         "licences",
@@ -75,7 +75,7 @@ def test_folders_without_manifest(tmp_path: Path) -> None:
         ({"format_version": 2}, "format_version 2 is not readable"),
     ],
 )
-def test_wrong_manifests_are_refused(toy_root: Path, tmp_path: Path, change: dict, message: str) -> None:
+def test_wrong_manifests_are_rejected(toy_root: Path, tmp_path: Path, change: dict, message: str) -> None:
     data = json.loads((toy_root / "manifest.json").read_text()) | change
     (tmp_path / "manifest.json").write_text(json.dumps(data))
     with pytest.raises(DatasetError) as caught:

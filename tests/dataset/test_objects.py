@@ -46,8 +46,10 @@ def test_missing_mesh_says_what_to_do(tmp_path: Path) -> None:
 
 
 def test_each_geometry_needs_its_own_number(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="obj_id 1 of 'twin' must be >= 1 and its own, 'toy-pallet' has it"):
-        write_objects(tmp_path, [PALLET, replace(PALLET, name="twin")])
+    with pytest.raises(
+        DatasetError, match="obj_id 1 of 'paired variant' must be >= 1 and its own, 'toy-pallet' has it"
+    ):
+        write_objects(tmp_path, [PALLET, replace(PALLET, name="paired_variant")])
     with pytest.raises(DatasetError, match="obj_id 0 of 'toy-pallet' must be >= 1"):
         write_objects(tmp_path, [replace(PALLET, obj_id=0)])
 
@@ -85,7 +87,7 @@ def test_malformed_entries_are_named(tmp_path: Path, key: str, value: object, me
 
 
 @pytest.mark.parametrize("content", ["{}", '{"0": {}}'])
-def test_a_table_without_objects_is_refused(tmp_path: Path, content: str) -> None:
+def test_a_table_without_objects_is_rejected(tmp_path: Path, content: str) -> None:
     (tmp_path / "objects.json").write_text(content)
     with pytest.raises(DatasetError, match=r"objects\.json: must hold objects, numbered from 1"):
         read_objects(tmp_path)

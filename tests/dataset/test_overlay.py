@@ -11,12 +11,12 @@ def test_a_straight_edge_is_drawn_as_the_curve_that_the_lens_shows() -> None:
     ends = np.array([-0.55, -0.35, 1.0]), np.array([1.65, -1.05, 3.0])
     image = np.zeros((120, 200, 3), np.uint8)
     draw_segment(image, camera, *ends, (255, 255, 255))
-    share = np.linspace(0.02, 0.98, 200)[:, None]
-    on_edge = np.round(camera.project(ends[0] + share * (ends[1] - ends[0]))).astype(int)
+    fraction = np.linspace(0.02, 0.98, 200)[:, None]
+    on_edge = np.round(camera.project(ends[0] + fraction * (ends[1] - ends[0]))).astype(int)
     assert (image[on_edge[:, 1], on_edge[:, 0]].max(axis=-1) > 40).all()
-    drawn = np.argwhere(image[..., 0] > 128).astype(np.float32)
-    way_y, way_x, y, x = cv2.fitLine(drawn, cv2.DIST_L2, 0, 0.01, 0.01).ravel()
-    assert np.abs(way_y * (drawn[:, 1] - x) - way_x * (drawn[:, 0] - y)).max() > 1.5
+    sampled = np.argwhere(image[..., 0] > 128).astype(np.float32)
+    way_y, way_x, y, x = cv2.fitLine(sampled, cv2.DIST_L2, 0, 0.01, 0.01).ravel()
+    assert np.abs(way_y * (sampled[:, 1] - x) - way_x * (sampled[:, 0] - y)).max() > 1.5
 
 
 def test_depth_is_coloured_as_opencv_does_and_no_pixels_are_no_crash() -> None:

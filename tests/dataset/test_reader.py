@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, make_manifest, make_scene, observe
-from warehouse_sim.dataset.frame_files import image_silhouette
+from warehouse_sim.dataset.frame_files import image_amodal_mask
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError
 
@@ -14,8 +14,8 @@ def test_everything_written_is_read_back(toy_root: Path) -> None:
     reader = DatasetReader(toy_root)
     compared = 0
     for split, scene_indices in make_manifest().splits.items():
-        truth = [observation for index in scene_indices for observation in observe(make_scene(index))]
-        for image, observation in zip(reader.images(split), truth, strict=True):
+        gt = [observation for index in scene_indices for observation in observe(make_scene(index))]
+        for image, observation in zip(reader.images(split), gt, strict=True):
             assert (image.split, image.scene_id, image.image_id) == (
                 split,
                 observation.scene_index,
@@ -38,7 +38,7 @@ def test_everything_written_is_read_back(toy_root: Path) -> None:
                 assert target.box_amodal_xyxy == annotation.box_amodal_xyxy
                 visible = observation.buffers.instance_ids == annotation.instance_id
                 assert np.array_equal(reader.mask_visible(image, target.gt_index), visible)
-                whole = image_silhouette(annotation, visible.shape)
+                whole = image_amodal_mask(annotation, visible.shape)
                 assert np.array_equal(reader.mask(image, target.gt_index), whole)
                 compared += 1
     assert compared == 9
@@ -49,7 +49,7 @@ def test_unknown_split_lists_the_known_ones(toy_root: Path) -> None:
         DatasetReader(toy_root).images("eval")
 
 
-def test_dataset_without_bop_is_refused(toy_copy: Path) -> None:
+def test_dataset_without_bop_is_rejected(toy_copy: Path) -> None:
     data = json.loads((toy_copy / "manifest.json").read_text())
     (toy_copy / "manifest.json").write_text(json.dumps(data | {"formats": ["kitti"]}))
     with pytest.raises(DatasetError, match=r"training and scoring read; .* --formats: bop, bop_webdataset, linemod$"):

@@ -67,10 +67,10 @@ def test_the_reader_gives_back_what_was_read(made: Path) -> None:
     for split in reader.splits:
         for image in reader.images(split):
             (name, item), *others = reader.readings(image).items()
-            truth = with_ring(observe(make_scene(image.scene_id))[image.image_id]).readings["ring"]
+            gt = with_ring(observe(make_scene(image.scene_id))[image.image_id]).readings["ring"]
             assert (name, others) == ("ring", [])
             assert np.array_equal(item.T_camera_sensor, T_CAMERA_RING)
-            for channel, array in truth.reading.channels.items():
+            for channel, array in gt.reading.channels.items():
                 assert item.reading.channels[channel].dtype == array.dtype
                 assert np.array_equal(item.reading.channels[channel], array)
 
@@ -139,7 +139,7 @@ def test_a_sensor_of_the_manifest_cannot_lead_out_of_the_folder(made: Path, tmp_
         ({"T_camera_sensor": np.eye(4)}, "channel 'T_camera_sensor' must be a name"),
     ],
 )
-def test_what_cannot_be_stored_is_refused(tmp_path: Path, channels: dict, message: str) -> None:
+def test_what_cannot_be_stored_is_rejected(tmp_path: Path, channels: dict, message: str) -> None:
     with pytest.raises(DatasetError, match=f"sensor ring: {message}"):
         make(tmp_path / "data", lambda item: item.with_reading("ring", RingReading(channels)))
 
@@ -169,7 +169,7 @@ def test_a_further_camera_is_stored_as_any_further_sensor(tmp_path: Path) -> Non
     reader = DatasetReader(make(tmp_path / "low", with_low))
     image = next(iter(reader.images("train")))
     ((name, item),) = reader.readings(image).items()
-    truth = observe(make_scene(image.scene_id))[image.image_id].rgbd
+    gt = observe(make_scene(image.scene_id))[image.image_id].rgbd
     assert name == "low"
-    assert np.array_equal(item.reading.channels["depth"], truth.depth)
-    assert np.array_equal(item.reading.channels["rgb"], truth.rgb)
+    assert np.array_equal(item.reading.channels["depth"], gt.depth)
+    assert np.array_equal(item.reading.channels["rgb"], gt.rgb)

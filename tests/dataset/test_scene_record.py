@@ -10,7 +10,7 @@ from warehouse_sim.dataset.files.light_row import light_row
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.scene_record import read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.schema import FREE, IntensityDistribution, Light, Material, Reachability
+from warehouse_sim.schema import FREE, Accessibility, IntensityDistribution, Light, Material
 
 
 def test_record_names_everything_in_the_scene(toy_root: Path) -> None:
@@ -72,13 +72,13 @@ def test_paint_is_stored_with_what_it_looks_like(tmp_path: Path) -> None:
 def test_what_a_truck_can_take_is_stored(tmp_path: Path) -> None:
     scene, path = replace(make_scene(1), viewpoints=()), DatasetLayout(tmp_path).scene_record(1)
     path.parent.mkdir()
-    reach = {10: Reachability({"-y": FREE, "+y": "blocked by rack"}, stacked=True)}
-    write_scene_record(path, scene, "train", [], {"renderer": RENDERER, "settle": {}}, reachability=reach)
+    reach = {10: Accessibility({"-y": FREE, "+y": "blocked by rack"}, stacked=True)}
+    write_scene_record(path, scene, "train", [], {"renderer": RENDERER, "settle": {}}, accessibility=reach)
     stored = {row["instance_id"]: row for row in json.loads(path.read_text())["objects"]}
     assert (stored[10]["dockable"], stored[10]["stacked"]) == ({"-y": "free", "+y": "blocked by rack"}, True)
     assert "dockable" not in stored[11]
     record = read_scene_record(tmp_path, 1)
-    assert {item.instance_id: item.reachability for item in record.objects if item.reachability} == reach
+    assert {item.instance_id: item.accessibility for item in record.objects if item.accessibility} == reach
     path.write_text(path.read_text().replace('"+y"', '"top"'))
     with pytest.raises(DatasetError, match=r"000001\.json: objects\[\d\]: dockable must name faces among -x"):
         read_scene_record(tmp_path, 1)

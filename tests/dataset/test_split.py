@@ -6,15 +6,15 @@ from warehouse_sim.errors import ConfigError, DatasetError
 
 
 @pytest.mark.parametrize("scene_count", [*range(1, 40), 250])
-@pytest.mark.parametrize("shares", [(0.7, 0.1, 0.2), (0.34, 0.33, 0.33), (0.98, 0.01, 0.01), (0.5, 0.0, 0.5)])
-def test_splits_are_contiguous_disjoint_and_complete(scene_count: int, shares: tuple[float, float, float]) -> None:
-    config = SplitConfig(*shares)
+@pytest.mark.parametrize("fractions", [(0.7, 0.1, 0.2), (0.34, 0.33, 0.33), (0.98, 0.01, 0.01), (0.5, 0.0, 0.5)])
+def test_splits_are_contiguous_disjoint_and_complete(scene_count: int, fractions: tuple[float, float, float]) -> None:
+    config = SplitConfig(*fractions)
     splits = split_scenes(scene_count, config)
     assert [index for name in ("train", "val", "test") for index in splits[name]] == list(range(scene_count))
     if scene_count >= 3:
-        assert all(splits[name] for name, share in zip(SPLITS, shares, strict=True) if share > 0)
-    for name, share in zip(SPLITS, shares, strict=True):
-        assert abs(len(splits[name]) - share * scene_count) < 2.0
+        assert all(splits[name] for name, fraction in zip(SPLITS, fractions, strict=True) if fraction > 0)
+    for name, fraction in zip(SPLITS, fractions, strict=True):
+        assert abs(len(splits[name]) - fraction * scene_count) < 2.0
 
 
 @pytest.mark.parametrize(
@@ -34,10 +34,10 @@ def test_no_scene_is_an_error() -> None:
         split_scenes(0, SplitConfig())
 
 
-@pytest.mark.parametrize("shares", [(0.7, 0.1, 0.1), (0.0, 0.0, 0.0)])
-def test_shares_must_sum_to_one(shares: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize("fractions", [(0.7, 0.1, 0.1), (0.0, 0.0, 0.0)])
+def test_shares_must_sum_to_one(fractions: tuple[float, float, float]) -> None:
     with pytest.raises(ConfigError, match="sum to 1"):
-        SplitConfig(*shares)
+        SplitConfig(*fractions)
 
 
 def test_stratified_splits_are_alike_where_contiguous_ones_are_not() -> None:

@@ -106,7 +106,7 @@ def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: P
     ],
 )
 @pytest.mark.parametrize("complete", [True, False])
-def test_resuming_another_dataset_is_refused(toy_copy: Path, change: dict, key: str, complete: bool) -> None:
+def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key: str, complete: bool) -> None:
     if not complete:
         (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
     before = contents(toy_copy)

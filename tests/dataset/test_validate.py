@@ -195,7 +195,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         {"bop poses on images", "kitti and bop images"},
     ),
     (
-        "visible mask beyond its silhouette",
+        "visible mask beyond its amodal mask",
         edit_image(BOP / "mask_visib/000000_000001.png", set_pixel(255)),
         {"bop masks"},
     ),

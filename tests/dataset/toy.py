@@ -93,7 +93,7 @@ def observe(scene: SceneSpec) -> tuple[Observation, ...]:
 
 
 def observation_of(scene: SceneSpec, index: int, T_world_camera: np.ndarray) -> Observation:
-    """Ray-cast one observation: image, silhouettes over three images each way, and a LiDAR sweep."""
+    """Ray-cast one observation: image, amodal masks over three images each way, and a LiDAR sweep."""
     T_camera_world = invert(T_world_camera)
     depth, ids = cast(scene, T_world_camera, CAMERA.rays())
     rgb = ((ids[..., None] * [37, 91, 53] + np.arange(CAMERA.width)[None, :, None]) % 256).astype(np.uint8)
@@ -135,8 +135,8 @@ def annotate(scene, instance, T_camera_object, depth, ids) -> ObjectAnnotation |
         size=scene.model_of(instance).size,
         box_amodal_xyxy=(float(left - w), float(top - h), float(right - w), float(bottom - h)),
         box_visible_xyxy=mask_box_xyxy(visible),
-        silhouette_offset=(left - w, top - h),
-        silhouette=alone[top : bottom + 1, left : right + 1],
+        amodal_mask_offset=(left - w, top - h),
+        amodal_mask=alone[top : bottom + 1, left : right + 1],
         pixels_all=int(alone.sum()),
         pixels_in_image=int(inside.sum()),
         pixels_visible=int(visible.sum()),

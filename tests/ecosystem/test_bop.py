@@ -26,9 +26,9 @@ def test_bop_toolkit_loads_scenes_shards_and_models(both: Path, run_tool: RunToo
     found = json.loads(run_tool("read_bop.py", toolkit, both))
     assert sorted(found["images"]) == [f"00000{scene}_000000" for scene in range(3)]
     for scene in range(3):
-        row, truth = found["images"][f"00000{scene}_000000"], observe(make_scene(scene))[0]
-        assert row["depth"] == pytest.approx(float(truth.rgbd.depth.astype(float).sum()) * 1000.0, rel=1e-4)
-        for index, annotation in enumerate(truth.annotations):
+        row, gt = found["images"][f"00000{scene}_000000"], observe(make_scene(scene))[0]
+        assert row["depth"] == pytest.approx(float(gt.rgbd.depth.astype(float).sum()) * 1000.0, rel=1e-4)
+        for index, annotation in enumerate(gt.annotations):
             assert row["visible"][index] == annotation.pixels_visible
             assert row["infos"][index]["px_count_all"] == annotation.pixels_all
             assert np.array_equal(row["R"][index], annotation.T_camera_object[:3, :3])
@@ -42,7 +42,7 @@ def test_bop_toolkit_loads_scenes_shards_and_models(both: Path, run_tool: RunToo
 def test_the_webdataset_package_streams_our_shards(both: Path, run_tool: RunTool) -> None:
     found = json.loads(run_tool("read_shards.py", both / "bop_webdataset" / "test" / "shard-000000.tar"))
     assert list(found) == ["000002_000000", "000002_000001"]
-    for image, truth in enumerate(observe(make_scene(2))):
+    for image, gt in enumerate(observe(make_scene(2))):
         row = found[f"000002_{image:06d}"]
         assert row["kinds"] == [
             "camera.json",
@@ -53,6 +53,6 @@ def test_the_webdataset_package_streams_our_shards(both: Path, run_tool: RunTool
             "mask_visib.json",
             "rgb.png",
         ]
-        assert row["rgb"] == [*truth.rgbd.rgb.shape, int(truth.rgbd.rgb.astype(int).sum())]
-        seen = [item for item in truth.annotations if item.pixels_visible > 0]
+        assert row["rgb"] == [*gt.rgbd.rgb.shape, int(gt.rgbd.rgb.astype(int).sum())]
+        seen = [item for item in gt.annotations if item.pixels_visible > 0]
         assert np.allclose(np.ravel(row["t"]), np.ravel([item.T_camera_object[:3, 3] * 1000 for item in seen]))

@@ -70,7 +70,7 @@ def case_of(reader: DatasetReader, estimates: list[PoseEstimate]) -> dict:
                 "im_id": image.image_id,
                 "K": image.camera.K.tolist(),
                 "width": image.camera.width,
-                "truths": [
+                "gts": [
                     {"obj_id": t.obj_id, "visib_fract": t.visible_fraction, **pose(t.T_camera_object)}
                     for t in image.targets
                 ],
@@ -95,7 +95,7 @@ def test_errors_and_scores_are_those_of_bop_toolkit(
     for row in theirs["errors"]:
         image = images[tuple(row["image"])]
         mine = [e for e in estimates if (e.scene_id, e.image_id) == (image.scene_id, image.image_id)]
-        T, target = mine[row["estimate"]].T_camera_object[None], image.targets[row["truth"]]
+        T, target = mine[row["estimate"]].T_camera_object[None], image.targets[row["gt"]]
         info, true = reader.objects[target.obj_id], target.T_camera_object[None]
         points = info.model_points()
         alike, alone = (estimates_in_object(T, true, group) for group in (info.symmetry, SymmetryGroup.trivial()))
@@ -146,7 +146,7 @@ def test_recall_by_vsd_is_that_of_bop_toolkit_on_the_same_depth_images(
         maps[f"seen_{place}"] = 1000.0 * reader.depth(image)
         for number, target in enumerate(image.targets):
             mesh = reader.objects[target.obj_id].mesh()
-            maps[f"truth_{place}_{number}"] = 1000.0 * depth_of(mesh, target.T_camera_object, image.camera)
+            maps[f"gt_{place}_{number}"] = 1000.0 * depth_of(mesh, target.T_camera_object, image.camera)
         mine = [e for e in estimates if (e.scene_id, e.image_id) == (image.scene_id, image.image_id)]
         for number, item in enumerate(mine):
             mesh = reader.objects[item.obj_id].mesh()

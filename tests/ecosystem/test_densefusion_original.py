@@ -93,9 +93,9 @@ def refiner(state: dict[str, torch.Tensor]) -> dict[str, torch.Tensor]:
     return found
 
 
-def test_the_faithful_network_says_what_the_original_says(checkout: Path, tmp_path: Path, run_tool: RunTool) -> None:
+def test_the_paper_network_says_what_the_original_says(checkout: Path, tmp_path: Path, run_tool: RunTool) -> None:
     torch.manual_seed(0)
-    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", faithful=True), OBJECTS).eval()
+    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", paper=True), OBJECTS).eval()
     for value in network.refiner.outputs.parameters():
         torch.nn.init.normal_(value, std=0.1)  # ours begins with zeros
     state = network.state_dict()

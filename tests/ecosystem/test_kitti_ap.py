@@ -31,7 +31,7 @@ def program() -> Path:
     return Path(path).absolute()
 
 
-def drawn(rng: np.random.Generator) -> KittiLabel:
+def sampled(rng: np.random.Generator) -> KittiLabel:
     name = str(
         rng.choice(
             ["Car", "Van", "Pedestrian", "Person_sitting", "Cyclist", "Tram"], p=[0.35, 0.1, 0.3, 0.1, 0.1, 0.05]
@@ -66,24 +66,24 @@ def write(path: Path, rows: list[str]) -> None:
 def test_all_curves_are_those_of_the_development_kit(tmp_path: Path, program: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     for frame in range(FRAMES):
-        truth = [drawn(rng) for _ in range(rng.integers(3, 14))]
-        found = [shaken(item, rng) for item in truth if rng.random() < 0.85]
-        found += [shaken(item, rng) for item in truth if rng.random() < 0.2] + [drawn(rng) for _ in range(3)]
+        gt = [sampled(rng) for _ in range(rng.integers(3, 14))]
+        found = [shaken(item, rng) for item in gt if rng.random() < 0.85]
+        found += [shaken(item, rng) for item in gt if rng.random() < 0.2] + [sampled(rng) for _ in range(3)]
         left = rng.uniform(0, 700)
         region = KittiLabel("DontCare", -1, -1, -10, (left, 40, left + 300, 300), (-1, -1, -1), (-1000,) * 3, -10)
-        write(tmp_path / "labels" / f"{frame:06d}.txt", [line(item) for item in [*truth, region]])
+        write(tmp_path / "labels" / f"{frame:06d}.txt", [line(item) for item in [*gt, region]])
         rows = [line(item, round(float(rng.random()), 2)) for item in found]
         write(tmp_path / "results" / "data" / f"{frame:06d}.txt", rows)
     command = [str(program), str(tmp_path / "labels"), f"{tmp_path}/results/data/"]
     subprocess.run(command, capture_output=True, timeout=200, check=False)
     names = [f"{frame:06d}.txt" for frame in range(FRAMES)]
-    truth, found = [], []
+    gt, found = [], []
     for name in names:
-        truth.append(KittiObjects.of(read_labels((tmp_path / "labels" / name).read_text(), name)))
+        gt.append(KittiObjects.of(read_labels((tmp_path / "labels" / name).read_text(), name)))
         text = (tmp_path / "results" / "data" / name).read_text()
         scores = [float(row.split()[15]) for row in text.splitlines()]
         found.append(KittiObjects.of(read_labels(text, name), scores))
-    ours = kitti_scores(truth, found, {"Car": 0.7, "Pedestrian": 0.5, "Cyclist": 0.5})
+    ours = kitti_scores(gt, found, {"Car": 0.7, "Pedestrian": 0.5, "Cyclist": 0.5})
     assert len(ours) == 27
     ending = {"image": "detection", "ground": "detection_ground", "space": "detection_3d"}
     for row in ours:

@@ -45,14 +45,14 @@ class Guesses:
     candidates: Candidates
 
 
-class NearTruth:
+class NearGroundTruth:
     """Stands for a fit that is nearly right: the true pose next to the points, moved, and a wrong one beside it."""
 
-    def __init__(self, truths: Sequence[np.ndarray]) -> None:
-        self.truths = truths
+    def __init__(self, gts: Sequence[np.ndarray]) -> None:
+        self.gts = gts
 
     def __call__(self, seen: Sequence[Points]) -> Guesses:
-        T = np.stack([self.truths[item.position] @ OFF for item in seen])
+        T = np.stack([self.gts[item.position] @ OFF for item in seen])
         quat = np.stack([quat_wxyz_from_matrix(pose[:3, :3]) for pose in T])
         both = np.stack([T[:, :3, 3], T[:, :3, 3] + 1.0], axis=1)
         return Guesses(Candidates(np.stack([quat, quat], axis=1), both, np.tile([0.4, 0.8], (len(T), 1))))
@@ -66,7 +66,7 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
     observation = observe(make_scene(0))[0]
     image = RgbdImage.from_observation(observation)
     pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
-    truths = [pose_of[item.number] for item in image.detections]
+    gts = [pose_of[item.number] for item in image.detections]
     half = len(image.detections) // 2
 
     def first_half(image: RgbdImage) -> Sequence[Detection]:
@@ -76,8 +76,8 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
         return Verdict(confidence / 2, 0.01, 0.02) if seen.position != half else None
 
     icp = IcpRefiner({1: PALLET.mesh()}, IcpConfig(), seed=0)
-    plain = Chain(Stages(cloud_of, NearTruth(truths), least_confident))
-    whole = Chain(Stages(cloud_of, NearTruth(truths), least_confident, (first_half,), (icp,), near_only))
+    plain = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident))
+    whole = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident, (first_half,), (icp,), near_only))
     expected = {image.detections[item.position].number for item in cloud_of(image)}
     before, after = plain.estimate(image), whole.estimate_all([image])
     assert {item.detection for item in before} == expected
@@ -93,11 +93,11 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
     assert {item.score for item in before} == {0.8}
 
 
-def test_what_compares_objects_is_asked_where_a_detection_may_be_several() -> None:
+def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -> None:
     observation = observe(make_scene(0))[0]
     image = RgbdImage.from_observation(observation)
     pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
-    truths = [pose_of[item.number] for item in image.detections]
+    gts = [pose_of[item.number] for item in image.detections]
 
     def as_two(image: RgbdImage) -> list[Points]:
         return [item._replace(obj_id=number) for item in cloud_of(image) for number in (1, 2)]
@@ -108,9 +108,9 @@ def test_what_compares_objects_is_asked_where_a_detection_may_be_several() -> No
     def nobody(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
         raise AssertionError("asked of detections that are one object each")
 
-    trusted = Chain(Stages(as_two, NearTruth(truths), least_confident)).estimate(image)
-    preferred = Chain(Stages(as_two, NearTruth(truths), least_confident, prefer=the_second)).estimate(image)
-    alone = Chain(Stages(cloud_of, NearTruth(truths), least_confident, prefer=nobody)).estimate(image)
+    trusted = Chain(Stages(as_two, NearGroundTruth(gts), least_confident)).estimate(image)
+    preferred = Chain(Stages(as_two, NearGroundTruth(gts), least_confident, prefer=the_second)).estimate(image)
+    alone = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident, prefer=nobody)).estimate(image)
     assert len(trusted) == len(preferred) == len(alone) > 0
     assert {item.obj_id for item in trusted} == {item.obj_id for item in alone} == {1}
     assert {item.obj_id for item in preferred} == {2}

@@ -22,13 +22,13 @@ from warehouse_sim.estimators.settings import PredictConfig
 
 
 class TrueBoxes:
-    """A detector that knows the truth, and counts how often it is asked."""
+    """A detector that knows the ground truth, and counts how often it is asked."""
 
     def __init__(self, reader: DatasetReader) -> None:
-        self._reader, self.asked = reader, 0
+        self._reader, self.requested = reader, 0
 
     def detect(self, image: RgbdImage) -> list[Detection]:
-        self.asked += 1
+        self.requested += 1
         records = [record for split in self._reader.splits for record in self._reader.images(split)]
         (record,) = [item for item in records if (item.scene_id, item.image_id) == (image.scene_id, image.image_id)]
         return [
@@ -50,13 +50,13 @@ def test_images_without_detections_get_those_of_the_front_end(toy_root: Path) ->
         bare = RgbdImage.from_arrays(reader.depth(record), record.camera.K, rgb=reader.rgb(record))
         bare = replace(bare, scene_id=record.scene_id, image_id=record.image_id)
         boxes = tuple(detector.detect(bare))
-        poses, asked = estimator.estimate(bare), detector.asked
+        poses, requested = estimator.estimate(bare), detector.requested
         inner = alone.estimate(replace(bare, detections=boxes))
         assert len(poses) == len(inner)
         for a, b in zip(poses, inner, strict=True):
             np.testing.assert_allclose(a.T_camera_object, b.T_camera_object)
         estimator.estimate(replace(bare, detections=boxes[:1]))
-        assert detector.asked == asked + (not boxes)
+        assert detector.requested == requested + (not boxes)
         found += len(poses)
     assert found > 0
 
@@ -69,11 +69,11 @@ def test_prediction_leaves_finding_to_the_chain_unless_it_is_told(
     monkeypatch.setattr(module, "CHAIN", Composed("detector-depth", "rectangle-fit"), raising=False)
     monkeypatch.setitem(ESTIMATORS._targets, "toy-chain", f"{module.__name__}:CHAIN")
     own = predict("toy-chain", toy_root, "train", PredictConfig())
-    assert detector.asked == len(DatasetReader(toy_root).images("train"))
+    assert detector.requested == len(DatasetReader(toy_root).images("train"))
     assert own
     assert {pose.score for pose in own} != {1.0}
-    told = predict("toy-chain", toy_root, "train", PredictConfig(detections="truth"))
-    assert detector.asked == len(DatasetReader(toy_root).images("train"))
+    told = predict("toy-chain", toy_root, "train", PredictConfig(detections="gt"))
+    assert detector.requested == len(DatasetReader(toy_root).images("train"))
     plain = predict("rectangle-fit", toy_root, "train", PredictConfig())
     assert [pose.detection for pose in told] == [pose.detection for pose in plain]
 
@@ -150,7 +150,7 @@ def test_a_segmenter_needs_boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: Outliner().segment)
     with pytest.raises(InputError, match="name a detector before it"):
         Finder("segmenter-depth")
-    Finder("truth-boxes+segmenter-depth")
+    Finder("gt-boxes+segmenter-depth")
 
 
 def test_a_file_of_detections_takes_the_place_of_a_detector(

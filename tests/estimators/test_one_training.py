@@ -1,4 +1,4 @@
-"""Two trainings in one run folder: the second is refused, and what the first makes is what it makes alone."""
+"""Two trainings in one run folder: the second is rejected, and what the first makes is what it makes alone."""
 
 import re
 import signal
@@ -24,7 +24,7 @@ SETTINGS = {NAME: TrainConfig(), "detector-depth": DetectorConfig(), "segmenter-
 SHORT = ("--max-steps", "12", "--validations", "3")
 
 
-def refused(process: subprocess.Popen) -> str:
+def rejected(process: subprocess.Popen) -> str:
     """Return the one line of a process that would not begin."""
     said = process.communicate(timeout=300)[1]
     assert process.returncode == 2, said
@@ -38,7 +38,7 @@ def files(run: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
-def test_a_second_training_is_refused_and_the_first_ends_as_if_alone(toy_root: Path, tmp_path: Path) -> None:
+def test_a_second_training_is_rejected_and_the_first_ends_as_if_alone(toy_root: Path, tmp_path: Path) -> None:
     alone, run = tmp_path / "alone", tmp_path / "run"
     finish(start(NAME, toy_root, alone, *SHORT))
     first = start(NAME, toy_root, run, *SHORT)
@@ -48,7 +48,7 @@ def test_a_second_training_is_refused_and_the_first_ends_as_if_alone(toy_root: P
     try:
         before = files(run)
         for more in ((), ("--resume",)):
-            line = refused(start(NAME, toy_root, run, *SHORT, *more))
+            line = rejected(start(NAME, toy_root, run, *SHORT, *more))
             assert re.fullmatch(rf"error: .*run: process {first.pid} on \S+ is writing there; .*", line), line
         assert files(run) == before
     finally:
@@ -62,7 +62,7 @@ def test_a_second_training_is_refused_and_the_first_ends_as_if_alone(toy_root: P
     assert lines[0] == lines[1]
 
 
-def test_of_two_that_begin_at_once_one_trains_and_one_is_refused(toy_root: Path, tmp_path: Path) -> None:
+def test_of_two_that_begin_at_once_one_trains_and_one_is_rejected(toy_root: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     both = [start(NAME, toy_root, run, *SHORT, "--resume") for _ in range(2)]
     said = [process.communicate(timeout=600)[1] for process in both]

@@ -30,12 +30,16 @@ def wanted(root: Path, split: str) -> list[tuple[int, int]]:
 @pytest.mark.parametrize("name", trained_names())
 @pytest.mark.parametrize("refine", ["none", "icp"])
 def test_one_estimate_a_visible_target(toy_root: Path, tmp_path: Path, name: str, refine: str) -> None:
-    shares = []
+    fractions = []
     estimates = predict(
-        made_run(tmp_path / "run", name), toy_root, "train", PredictConfig(refine=refine), lambda s, _: shares.append(s)
+        made_run(tmp_path / "run", name),
+        toy_root,
+        "train",
+        PredictConfig(refine=refine),
+        lambda s, _: fractions.append(s),
     )
     assert [(item.scene_id, item.image_id) for item in estimates] == wanted(toy_root, "train")
-    assert shares[-1] == 1.0
+    assert fractions[-1] == 1.0
     for item in estimates:
         assert (item.obj_id, item.name, item.class_name) == (1, "toy-pallet", "pallet")
         assert item.predicted_error is None
@@ -47,7 +51,7 @@ def test_one_estimate_a_visible_target(toy_root: Path, tmp_path: Path, name: str
     assert all(item.time == times[item.scene_id, item.image_id] for item in estimates)
 
 
-def test_icp_brings_nearly_right_proposals_onto_the_truth(
+def test_icp_brings_nearly_right_proposals_onto_the_ground_truth(
     toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The whole chain with a network that is 4 cm and 2 degrees off."""
@@ -68,7 +72,7 @@ def test_icp_brings_nearly_right_proposals_onto_the_truth(
 
     monkeypatch.setattr(module.Runner, "propose", propose)
     monkeypatch.setattr(module.Runner, "refine", lambda self, T, crops, proposals: T)
-    truth = {
+    gt = {
         (image.scene_id, image.image_id, tuple(target.T_camera_object[:3, 3].round(1))): target.T_camera_object
         for image in reader.images("train")
         for target in image.targets
@@ -76,7 +80,7 @@ def test_icp_brings_nearly_right_proposals_onto_the_truth(
     shift, turn = {}, {}
     for refine in ("none", "icp"):
         estimates = predict(made_run(tmp_path / refine), toy_root, "train", PredictConfig(refine=refine))
-        poses = [(item.T_camera_object, _nearest(item, truth)) for item in estimates]
+        poses = [(item.T_camera_object, _nearest(item, gt)) for item in estimates]
         shift[refine] = np.array([np.linalg.norm(a[:3, 3] - b[:3, 3]) for a, b in poses])
         turn[refine] = np.array([rotation_angle(a[:3, :3], b[:3, :3]) for a, b in poses])
     np.testing.assert_allclose(shift["none"], np.linalg.norm(off[:3, 3]), atol=1e-6)
@@ -85,8 +89,8 @@ def test_icp_brings_nearly_right_proposals_onto_the_truth(
     assert shift["icp"].max() < 0.06
 
 
-def _nearest(item, truth: dict) -> np.ndarray:
-    same_image = [T for key, T in truth.items() if key[:2] == (item.scene_id, item.image_id)]
+def _nearest(item, gt: dict) -> np.ndarray:
+    same_image = [T for key, T in gt.items() if key[:2] == (item.scene_id, item.image_id)]
     return min(same_image, key=lambda T: np.linalg.norm(T[:3, 3] - item.T_camera_object[:3, 3]))
 
 
@@ -111,10 +115,10 @@ def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path
     ("name", "said"),
     [
         ("rectangle-fit", "rectangle-fit weighs readings in its own way"),
-        ("densefusion-depth", "add --refine icp or evidence"),
+        ("densefusion-depth", "add --refine icp or verify"),
     ],
 )
-def test_what_time_of_flight_would_change_nothing_of_is_refused(name: str, said: str) -> None:
+def test_what_time_of_flight_would_change_nothing_of_is_rejected(name: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         load_estimator(name, PredictConfig(time_of_flight=True))
     assert load_estimator("densefusion-depth", PredictConfig(time_of_flight=True, refine="icp")).objects

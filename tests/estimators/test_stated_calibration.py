@@ -22,16 +22,16 @@ from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.schema import Observation, PoseEstimate, StatedCalibration
+from warehouse_sim.schema import NominalCalibration, Observation, PoseEstimate
 
 FACTOR = 1.25
 T_LIDAR = make_transform(rotation_z(0.01), np.array([0.1, 0.2, 0.3]))
 
 
-def stated_of(observation: Observation) -> StatedCalibration:
+def nominal_of(observation: Observation) -> NominalCalibration:
     focal = 100.0 + observation.scene_index + 0.1 * observation.observation_index
     camera = replace(CAMERA, fx=focal, cx=70.25, distortion=Distortion(k1=-0.01))
-    return StatedCalibration(camera, FACTOR, {"lidar": T_LIDAR}, {"lidar": 0.004})
+    return NominalCalibration(camera, FACTOR, {"lidar": T_LIDAR}, {"lidar": 0.004})
 
 
 def make(root: Path, change: Callable[[Observation], Observation]) -> Path:
@@ -47,8 +47,8 @@ def make(root: Path, change: Callable[[Observation], Observation]) -> Path:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    root = tmp_path_factory.mktemp("stated") / "data"
-    return make(root, lambda item: replace(item, stated=stated_of(item)))
+    root = tmp_path_factory.mktemp("nominal") / "data"
+    return make(root, lambda item: replace(item, nominal=nominal_of(item)))
 
 
 class Spy:
@@ -69,17 +69,17 @@ def spy(monkeypatch: pytest.MonkeyPatch) -> type[Spy]:
     return Spy
 
 
-def test_the_estimator_is_told_what_is_asked_for(made: Path, spy: type[Spy]) -> None:
+def test_the_estimator_is_told_what_is_requested_for(made: Path, spy: type[Spy]) -> None:
     count = len(predict("spy", made, "train", PredictConfig()))
     true = spy.shown
     spy.shown = []
-    assert len(predict("spy", made, "train", PredictConfig(calibration="stated"))) == count > 0
+    assert len(predict("spy", made, "train", PredictConfig(calibration="nominal"))) == count > 0
     assert len(spy.shown) == len(true) > 0
     for a, b in zip(true, spy.shown, strict=True):
         observation = observe(make_scene(a.scene_id))[a.image_id]
         assert (a.scene_id, a.image_id) == (b.scene_id, b.image_id)
         assert a.camera == CAMERA
-        assert b.camera == stated_of(observation).camera
+        assert b.camera == nominal_of(observation).camera
         np.testing.assert_array_equal(b.depth, a.depth * np.float32(FACTOR))
         assert b.depth.dtype == np.float32
         np.testing.assert_array_equal(a.rgb, b.rgb)
@@ -87,21 +87,21 @@ def test_the_estimator_is_told_what_is_asked_for(made: Path, spy: type[Spy]) -> 
             np.testing.assert_array_equal(mine.mask, theirs.mask)
 
 
-def test_the_verb_says_which(made: Path, spy: type[Spy], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("true", "stated"):
+def test_the_command_says_which(made: Path, spy: type[Spy], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("true", "nominal"):
         main(["predict", "spy", "--data", str(made), "--out", str(tmp_path / "spy.csv"), "--calibration", name])
         assert f"calibration: {name}" in capsys.readouterr().out.splitlines()
         assert (spy.shown[-1].camera == CAMERA) == (name == "true")
 
 
-def test_labels_and_clean_images_stay_those_of_the_truth(made: Path) -> None:
-    true, stated = DatasetReader(made), DatasetReader(made, "stated")
-    for a, b in zip(true.images("train"), stated.images("train"), strict=True):
+def test_labels_and_clean_images_stay_those_of_the_ground_truth(made: Path) -> None:
+    true, nominal = DatasetReader(made), DatasetReader(made, "nominal")
+    for a, b in zip(true.images("train"), nominal.images("train"), strict=True):
         for mine, theirs in zip(a.targets, b.targets, strict=True):
             assert np.array_equal(mine.T_camera_object, theirs.T_camera_object)
             assert (mine.box_visible_xyxy, mine.pixels_all) == (theirs.box_visible_xyxy, theirs.pixels_all)
-            assert np.array_equal(true.mask_visible(a, mine.gt_index), stated.mask_visible(b, theirs.gt_index))
-        np.testing.assert_array_equal(true.rgb(a), stated.rgb(b))
+            assert np.array_equal(true.mask_visible(a, mine.gt_index), nominal.mask_visible(b, theirs.gt_index))
+        np.testing.assert_array_equal(true.rgb(a), nominal.rgb(b))
 
 
 def test_the_record_holds_what_was_stated_and_the_rest_is_the_same(made: Path, tmp_path: Path) -> None:
@@ -115,17 +115,17 @@ def test_the_record_holds_what_was_stated_and_the_rest_is_the_same(made: Path, t
     for index in range(make_manifest().scenes):
         record = read_scene_record(made, index)
         for item, observation in zip(record.observations, observe(make_scene(index)), strict=True):
-            truth = stated_of(observation)
-            assert item.stated is not None
-            assert item.stated.camera == truth.camera
-            assert item.stated.depth_factor == FACTOR
-            assert item.stated.time_offset == {"lidar": 0.004}
-            np.testing.assert_array_equal(item.stated.T_camera_sensor["lidar"], T_LIDAR)
+            gt = nominal_of(observation)
+            assert item.nominal is not None
+            assert item.nominal.camera == gt.camera
+            assert item.nominal.depth_factor == FACTOR
+            assert item.nominal.time_offset == {"lidar": 0.004}
+            np.testing.assert_array_equal(item.nominal.T_camera_sensor["lidar"], T_LIDAR)
 
 
-def test_where_nothing_is_stated_it_is_refused(toy_root: Path) -> None:
-    with pytest.raises(DatasetError, match=r"holds no stated calibration; generate it with sensors\.calibration"):
-        DatasetReader(toy_root, "stated").images("train")
+def test_where_nothing_is_stated_it_is_rejected(toy_root: Path) -> None:
+    with pytest.raises(DatasetError, match=r"holds no nominal calibration; generate it with sensors\.calibration"):
+        DatasetReader(toy_root, "nominal").images("train")
 
 
 @pytest.mark.parametrize(
@@ -138,10 +138,10 @@ def test_where_nothing_is_stated_it_is_refused(toy_root: Path) -> None:
     ],
 )
 def test_what_is_malformed_is_named(tmp_path: Path, entry: str, value: object, message: str) -> None:
-    root = make(tmp_path / "data", lambda item: replace(item, stated=stated_of(item)))
+    root = make(tmp_path / "data", lambda item: replace(item, nominal=nominal_of(item)))
     path = DatasetLayout(root).scene_record(0)
     data = read_json(path)
-    data["observations"][0]["stated"][entry] = value
+    data["observations"][0]["nominal"][entry] = value
     write_json(path, data)
     with pytest.raises(DatasetError, match=message):
         read_scene_record(root, 0)

@@ -1,4 +1,4 @@
-"""A small dataset in real files: pallets drawn as flat silhouettes, stored by the dataset writers."""
+"""A small dataset in real files: pallets drawn as flat amodal masks, stored by the dataset writers."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,7 +38,7 @@ def make_dataset(root: Path, scenes: int = 4, seed: int = 0) -> Path:
     """Write ``scenes`` scenes with two images of three to four objects each; the last half is the test split."""
     half = scenes // 2
     splits = {"train": tuple(range(half)), "val": (), "test": tuple(range(half, scenes))}
-    recipe = {"name": "made", "description": "pallets as flat silhouettes"}
+    recipe = {"name": "made", "description": "pallets as flat amodal masks"}
     manifest = Manifest(seed, scenes, 2, splits, ("bop",), ("pallet", "carton"), recipe, {"numpy": np.__version__})
     manifest = replace(manifest, contents=recipe_contents(recipe))
     store = DatasetStore(root, manifest)
@@ -46,7 +46,7 @@ def make_dataset(root: Path, scenes: int = 4, seed: int = 0) -> Path:
     for index in range(scenes):
         rng = np.random.default_rng([seed, index])
         spec = SceneSpec(index, seed, {model.name: model for model in MODELS}, {}, _instances(), (), (), settled=True)
-        store.write_scene(spec, [_observe(index, number, rng) for number in range(2)], {}, "silhouettes")
+        store.write_scene(spec, [_observe(index, number, rng) for number in range(2)], {}, "amodal masks")
     store.finish()
     return root
 
@@ -79,13 +79,13 @@ def _observe(scene: int, number: int, rng: np.random.Generator) -> Observation:
         T = T @ np.linalg.inv(nudge(yaw=heading)) @ nudge(y=left) @ nudge(yaw=heading)
         model = MODELS[1] if instance_id == len(PLACES) else MODELS[0]
         hull = cv2.convexHull(CAMERA.project(transform_points(T, box_corners(model.size))).astype(np.float32))
-        silhouette = np.zeros((3 * CAMERA.height, 3 * CAMERA.width), np.uint8)
+        amodal_mask = np.zeros((3 * CAMERA.height, 3 * CAMERA.width), np.uint8)
         shift = np.array([CAMERA.width, CAMERA.height])
-        cv2.fillConvexPoly(silhouette, (hull[:, 0] + shift).round().astype(np.int32), 1)
-        placed.append((T[2, 3], instance_id, model, T, silhouette.astype(bool)))
+        cv2.fillConvexPoly(amodal_mask, (hull[:, 0] + shift).round().astype(np.int32), 1)
+        placed.append((T[2, 3], instance_id, model, T, amodal_mask.astype(bool)))
     window = slice(CAMERA.height, 2 * CAMERA.height), slice(CAMERA.width, 2 * CAMERA.width)
-    for z, instance_id, _, _, silhouette in sorted(placed, key=lambda item: -item[0]):
-        ids[silhouette[window]], depth[silhouette[window]] = instance_id, z
+    for z, instance_id, _, _, amodal_mask in sorted(placed, key=lambda item: -item[0]):
+        ids[amodal_mask[window]], depth[amodal_mask[window]] = instance_id, z
     rgb = np.stack([40 + 35 * ids, 90 + 10 * ids, 70 + 0 * ids], axis=-1).astype(np.uint8)
     annotations = [_annotate(item, ids, window) for item in sorted(placed, key=lambda item: item[1])]
     return Observation(
@@ -96,13 +96,13 @@ def _observe(scene: int, number: int, rng: np.random.Generator) -> Observation:
 
 
 def _annotate(item, ids, window) -> ObjectAnnotation:
-    _, instance_id, model, T, silhouette = item
+    _, instance_id, model, T, amodal_mask = item
     visible = ids == instance_id
-    left, top, right, bottom = mask_box_xyxy(silhouette)
+    left, top, right, bottom = mask_box_xyxy(amodal_mask)
     offset = (left - CAMERA.width, top - CAMERA.height)
     amodal = (offset[0], offset[1], right - CAMERA.width, bottom - CAMERA.height)
     return ObjectAnnotation(
         instance_id, model.class_name, model.obj_id, T, model.size, amodal, mask_box_xyxy(visible), offset,
-        silhouette[top : bottom + 1, left : right + 1], int(silhouette.sum()), int(silhouette[window].sum()),
+        amodal_mask[top : bottom + 1, left : right + 1], int(amodal_mask.sum()), int(amodal_mask[window].sum()),
         int(visible.sum()), int(visible.sum()), illuminance=100.0 * instance_id,
     )  # fmt: skip

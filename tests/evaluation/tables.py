@@ -13,7 +13,7 @@ def row(**changes):
         "distance": 3.0, "visible_fraction": 1.0, "diameter": 1.449, "prediction": 0, "score": 0.9,
         "add": 0.0, "add_shape": 0.0, "add_s": 0.0, "mssd": 0.0, "rotation": 0.0, "translation": 0.0,
         "within_5cm_5deg": 1.0, "surface_rms": 0.0, "error_bound": np.nan,
-        "face": "-x", "verdict": "", "stacked": 0, "room": 0.030,
+        "face": "-x", "verdict": "", "stacked": 0, "clearance": 0.030,
         "depth": 0.0, "lateral": 0.0, "vertical": 0.0, "yaw": 0.0, "pitch": 0.0,
         "slack_lateral": 0.064, "slack_vertical": 0.030, "slack_depth": 0.050, "slack_mesh": 0.030,
         "limiting_error": "lateral",
@@ -42,7 +42,7 @@ def without_pockets():
         slack_vertical=np.nan,
         slack_depth=np.nan,
         slack_mesh=np.nan,
-        room=np.nan,
+        clearance=np.nan,
         limiting_error="",
     )
 

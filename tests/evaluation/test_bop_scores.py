@@ -29,7 +29,7 @@ def scored(data: Path, estimates) -> BopScores:
     return bop_scores(estimates, reader.images("test"), ErrorModels(reader.objects, 1))
 
 
-def test_the_truth_scores_one_and_nothing_scores_nothing(data):
+def test_the_ground_truth_scores_one_and_nothing_scores_nothing(data):
     assert scored(data, estimates_of(data)) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
     assert scored(data, []) == BopScores(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -54,7 +54,7 @@ def test_wrong_ones_below_cost_nothing_and_wrong_ones_above_cost_half(data):
         assert scored(data, [*true, *wrong]).ap_mssd == pytest.approx(expected)
 
 
-def test_the_surest_takes_the_nearest_truth_that_is_free():
+def test_the_surest_takes_the_nearest_ground_truth_that_is_free():
     errors = np.array([[0.1, 0.2], [0.05, 0.3], [0.05, 0.01]])
     assert match_by_score(errors, np.array([0.9, 0.8, 0.1]), 3, 0.25) == {0: 0, 2: 1}
     assert match_by_score(errors, np.array([0.9, 0.8, 0.1]), 2, 0.25) == {0: 0}
@@ -88,16 +88,18 @@ def test_vsd_of_a_plate_is_the_share_of_pixels_that_differ():
     assert vsd(near, true, half, camera, 1.0, (0.1,)) == pytest.approx([0.0])
 
 
-def test_evaluate_stores_them_when_asked(tmp_path, data):
-    pose_csv.write(tmp_path / "truth_made.csv", estimates_of(data))
-    plain = evaluate(tmp_path / "truth_made.csv", data, "test")
-    asked = evaluate(tmp_path / "truth_made.csv", data, "test", bop=True)
+def test_evaluate_stores_them_when_requested(tmp_path, data):
+    pose_csv.write(tmp_path / "gt_made.csv", estimates_of(data))
+    plain = evaluate(tmp_path / "gt_made.csv", data, "test")
+    evaluated = evaluate(tmp_path / "gt_made.csv", data, "test", bop=True)
     assert plain.bop is None
     assert "bop" not in plain.to_plain()
-    assert asked.bop == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
-    assert any(line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in asked.summary())
-    write_scores(asked, tmp_path / "scores")
-    assert read_scores(tmp_path / "scores").bop == asked.bop
+    assert evaluated.bop == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
+    assert any(
+        line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in evaluated.summary()
+    )
+    write_scores(evaluated, tmp_path / "scores")
+    assert read_scores(tmp_path / "scores").bop == evaluated.bop
 
 
 def by_surface(data: Path, estimates) -> BopScores:
@@ -111,7 +113,7 @@ def nothing_read(image) -> np.ndarray:
     return np.zeros((image.camera.height, image.camera.width))
 
 
-def test_recall_by_vsd_is_one_for_the_truth_and_the_mean_of_three_is_ar(data):
+def test_recall_by_vsd_is_one_for_the_ground_truth_and_the_mean_of_three_is_ar(data):
     found = by_surface(data, estimates_of(data))
     assert (found.ar_vsd, found.ar) == (1.0, 1.0)
     nothing = by_surface(data, [])
@@ -155,13 +157,13 @@ def test_shuffled_poses_score_at_chance(data, tmp_path):
 
 
 def test_evaluate_adds_vsd_on_request(data, tmp_path):
-    path = tmp_path / "truth_made-test.csv"
+    path = tmp_path / "gt_made-test.csv"
     pose_csv.write(path, estimates_of(data))
-    asked = evaluate(path, data, "test", vsd=True)
-    assert asked.bop is not None
-    assert asked.bop.ar_mssd == 1.0
-    assert asked.bop.ar_vsd is not None
-    write_scores(asked, tmp_path / "scores")
-    assert read_scores(tmp_path / "scores").bop == asked.bop
-    assert "AR 100.0 % by VSD" in "\n".join(asked.summary())
-    assert evaluate(path, data, "test", bop=True).bop == replace(asked.bop, ar_vsd=None, ar=None)
+    evaluated = evaluate(path, data, "test", vsd=True)
+    assert evaluated.bop is not None
+    assert evaluated.bop.ar_mssd == 1.0
+    assert evaluated.bop.ar_vsd is not None
+    write_scores(evaluated, tmp_path / "scores")
+    assert read_scores(tmp_path / "scores").bop == evaluated.bop
+    assert "AR 100.0 % by VSD" in "\n".join(evaluated.summary())
+    assert evaluate(path, data, "test", bop=True).bop == replace(evaluated.bop, ar_vsd=None, ar=None)

@@ -26,7 +26,7 @@ def test_select_found_and_dockable():
     assert both.slack[:2].tolist() == [0.030, -np.inf]
 
 
-def test_what_stops_at_the_wrong_depth_has_no_room_and_does_not_dock():
+def test_what_stops_at_the_wrong_depth_has_no_clearance_and_does_not_dock():
     rows = table(row(), row(slack_depth=-0.001), row(slack_depth=-1e-10), row(slack_vertical=-0.001), without_pockets())
     assert rows.slack[:4].tolist() == [0.030, -np.inf, 0.030, -0.001]
     assert rows.docks().tolist() == [True, False, True, False, False]
@@ -37,7 +37,7 @@ def test_what_stops_at_the_wrong_depth_has_no_room_and_does_not_dock():
     "content",
     ["scene_id,image_id\n0,0\n", None, "scene_id\nx\n", "scene_id\n" + "9" * 30, "scene_id\n\0", "a" * 200_000],
 )
-def test_what_is_no_table_is_refused_with_its_path(tmp_path, content):
+def test_what_is_no_table_is_rejected_with_its_path(tmp_path, content):
     path = tmp_path / "errors.csv"
     if content is not None:
         path.write_text(content)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.evaluation.intervals import scene_bootstrap, share_interval, share_intervals, wilson
+from warehouse_sim.evaluation.intervals import fraction_interval, fraction_intervals, scene_bootstrap, wilson
 
 
 def test_wilson_equals_the_published_example():
@@ -22,14 +22,14 @@ def test_bootstrap_of_scenes_is_wider_when_scenes_are_alike_inside():
 
 def test_share_interval_has_width_even_where_the_bootstrap_has_none():
     scenes = np.repeat(np.arange(4), 10)
-    low, high = share_interval(np.ones(40), scenes, 200, np.random.default_rng(0))
+    low, high = fraction_interval(np.ones(40), scenes, 200, np.random.default_rng(0))
     assert (low, high) == (wilson(1.0, 40)[0], 1.0)
-    assert share_interval(np.ones(1), np.zeros(1, int), 200, np.random.default_rng(0))[0] < 0.3
+    assert fraction_interval(np.ones(1), np.zeros(1, int), 200, np.random.default_rng(0))[0] < 0.3
 
 
 def test_the_same_seed_gives_the_same_interval():
     values, scenes = np.random.default_rng(1).random(90), np.arange(90) // 9
-    first, second = (share_interval(values, scenes, 300, np.random.default_rng(7)) for _ in range(2))
+    first, second = (fraction_interval(values, scenes, 300, np.random.default_rng(7)) for _ in range(2))
     assert first == second
     assert first[0] < values.mean() < first[1]
 
@@ -39,8 +39,8 @@ def test_columns_of_one_table_have_the_intervals_that_each_has_alone():
     scenes = rng.integers(0, 9, 80)
     some = np.where(scenes < 5, rng.random(80), np.nan)
     columns = {"all": rng.random(80), "some": some, "scattered": np.where(rng.random(80) < 0.5, 1.0, np.nan)}
-    found = share_intervals(columns | {"none": np.full(80, np.nan)}, scenes, 200, 5)
+    found = fraction_intervals(columns | {"none": np.full(80, np.nan)}, scenes, 200, 5)
     assert set(found) == set(columns)
     for name, values in columns.items():
         known = ~np.isnan(values)
-        assert found[name] == share_interval(values[known], scenes[known], 200, np.random.default_rng(5))
+        assert found[name] == fraction_interval(values[known], scenes[known], 200, np.random.default_rng(5))

@@ -7,23 +7,23 @@ from warehouse_sim.evaluation.metrics import MetricConfig, accuracy_curve, media
 CONFIG = MetricConfig()
 
 
-def shares(*rows):
+def fractions(*rows):
     return {name: float(np.nanmean(values)) for name, values in pass_values(table(*rows), CONFIG).items()}
 
 
 def test_accuracy_is_the_share_below_a_part_of_the_diameter_and_misses_count():
-    got = shares(row(add=0.028, diameter=1.449), row(add=0.030), row(add=0.08), missed())
+    got = fractions(row(add=0.028, diameter=1.449), row(add=0.030), row(add=0.08), missed())
     assert (got["add_2pct"], got["add_5pct"], got["add_10pct"]) == (0.25, 0.5, 0.75)
 
 
 def test_every_share_is_one_for_perfect_rows_and_zero_for_misses():
-    assert set(shares(row(), row()).values()) == {1.0}
-    assert set(shares(missed(), missed()).values()) == {0.0}
+    assert set(fractions(row(), row()).values()) == {1.0}
+    assert set(fractions(missed(), missed()).values()) == {0.0}
 
 
-def test_docking_margins_ask_for_room_on_both_axes():
+def test_docking_margins_ask_for_clearance_on_both_axes():
     rows = [row(slack_lateral=0.064, slack_vertical=0.015), row(slack_lateral=0.005), row(slack_lateral=-0.001)]
-    got = shares(*rows)
+    got = fractions(*rows)
     assert (got["dock_0mm"], got["dock_10mm"], got["dock_20mm"]) == pytest.approx((2 / 3, 1 / 3, 0.0))
 
 
@@ -47,13 +47,13 @@ def test_docking_is_left_out_for_objects_without_pockets():
 )
 def test_gates_of_the_literature(errors, tight, loose):
     angles = {name: np.deg2rad(value) for name, value in errors.items() if name != "lateral"}
-    got = shares(row(**(errors | angles)))
+    got = fractions(row(**(errors | angles)))
     assert (got["dock_gate_20mm_2.9deg"], got["dock_gate_50mm_3deg"]) == (tight, loose)
 
 
 def test_posecnn_area_exceeds_the_mean_form_by_the_largest_error_share():
     errors = np.array([0.01, 0.03, 0.02, 0.2, np.inf])
-    mean_form = shares(*[row(add=error) for error in errors])["auc_add_10cm"]
+    mean_form = fractions(*[row(add=error) for error in errors])["auc_add_10cm"]
     assert mean_form == pytest.approx((0.9 + 0.7 + 0.8) / 5)
     assert posecnn_auc(errors) == pytest.approx(mean_form + 0.03 / (0.1 * 5))
     assert posecnn_auc(np.zeros(3)) == 1.0

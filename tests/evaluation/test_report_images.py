@@ -58,11 +58,11 @@ def test_the_drawn_box_encloses_the_object_in_the_image(data):
         np.repeat(data.mask(image, target.gt_index)[..., None] * np.uint8(255), 3, axis=2),
         image.camera, info, target.T_camera_object, None,
     )  # fmt: skip
-    drawn = np.argwhere(near(crop, TRUE_COLOR))
+    sampled = np.argwhere(near(crop, TRUE_COLOR))
     white = np.argwhere(near(crop, (255, 255, 255), 60))
-    assert (drawn.min(axis=0) <= white.min(axis=0) + 3).all()
-    assert (drawn.max(axis=0) >= white.max(axis=0) - 3).all()
-    assert (np.abs(drawn.min(axis=0) - white.min(axis=0)) < 12).all()
+    assert (sampled.min(axis=0) <= white.min(axis=0) + 3).all()
+    assert (sampled.max(axis=0) >= white.max(axis=0) - 3).all()
+    assert (np.abs(sampled.min(axis=0) - white.min(axis=0)) < 12).all()
 
 
 def test_an_estimate_behind_the_camera_still_gives_an_image(data):
@@ -72,7 +72,7 @@ def test_an_estimate_behind_the_camera_still_gives_an_image(data):
     assert close_up(data.rgb(image), image.camera, info, target.T_camera_object, behind).shape == (300, 480, 3)
 
 
-def test_frames_have_the_width_asked_for(data):
+def test_frames_have_the_width_requested_for(data):
     image = data.images("test")[0]
     assert frame_with_boxes(data, image, 640).shape == (240, 640, 3)
     assert near(frame_with_boxes(data, image, 640), TRUE_COLOR).sum() > 300

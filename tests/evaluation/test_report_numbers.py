@@ -4,7 +4,15 @@ import pytest
 
 from tests.evaluation.tables import row, table
 from warehouse_sim.evaluation.metrics import MetricConfig
-from warehouse_sim.evaluation.report.numbers import NOTHING, centimetres, counted, degrees, percent, share_cell, signed
+from warehouse_sim.evaluation.report.numbers import (
+    NOTHING,
+    centimetres,
+    counted,
+    degrees,
+    fraction_cell,
+    percent,
+    signed,
+)
 from warehouse_sim.evaluation.summary import GroupConfig, summarise
 
 
@@ -31,7 +39,7 @@ def test_counts_agree_with_their_noun():
 
 def test_a_share_cell_has_text_interval_and_bar():
     summary = summarise("all", table(row(), row(add=1.0)), MetricConfig(), GroupConfig())
-    cell = share_cell(summary, "add_5pct")
+    cell = fraction_cell(summary, "add_5pct")
     assert (cell["text"], cell["value"]) == ("50.0", 50.0)
     assert 0.0 <= cell["low"] < 50.0 < cell["high"] <= 100.0
-    assert share_cell(summary, "no_such_metric") == {"text": NOTHING, "interval": "", "value": None}
+    assert fraction_cell(summary, "no_such_metric") == {"text": NOTHING, "interval": "", "value": None}

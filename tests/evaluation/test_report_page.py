@@ -85,7 +85,7 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
         "no estimate",
         "By distance",
         "made, seed 0",
-        "pallets as flat silhouettes",
+        "pallets as flat amodal masks",
         "1234",
     ]:
         assert expected in words
@@ -119,7 +119,7 @@ def test_curves_that_were_lost_are_said_to_be(folders, tmp_path):
         write_report([run], tmp_path / "x.html")
 
 
-def test_a_folder_in_place_of_a_result_is_refused(folders, tmp_path):
+def test_a_folder_in_place_of_a_result_is_rejected(folders, tmp_path):
     run = shutil.copytree(folders / "run", tmp_path / "run")
     (run / "result.json").unlink()
     (run / "result.json").mkdir()
@@ -133,7 +133,7 @@ def test_an_evaluation_needs_its_dataset(folders, tmp_path):
         write_report([other, folders / "good" / "eval"], tmp_path / "x.html")
 
 
-def test_a_folder_with_nothing_to_report_is_refused(tmp_path):
+def test_a_folder_with_nothing_to_report_is_rejected(tmp_path):
     with pytest.raises(EvaluationError, match="holds no dataset"):
         write_report([tmp_path], tmp_path / "x.html")
     with pytest.raises(EvaluationError, match="there is nothing to report: name at least one"):
@@ -154,7 +154,7 @@ def test_scoring_loads_no_heavy_package():
 
 
 @pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity"])
-def test_a_result_that_is_no_number_is_refused(folders, tmp_path, constant):
+def test_a_result_that_is_no_number_is_rejected(folders, tmp_path, constant):
     run = shutil.copytree(folders / "run", tmp_path / "run")
     (run / "result.json").write_text(f'{{"val_median_mm": {constant}}}')
     with pytest.raises(EvaluationError, match=f"result.json: {constant} is no number"):

@@ -32,7 +32,7 @@ def moved(estimates, motion):
     return [replace(item, T_camera_object=item.T_camera_object @ motion) for item in estimates]
 
 
-def test_ground_truth_as_predictions_scores_exactly_one(data, score):
+def test_ground_ground_truth_as_predictions_scores_exactly_one(data, score):
     plain = score(estimates_of(data)).to_plain()
     every_summary = [plain["overall"], *(item for group in plain["groups"].values() for item in group)]
     checked = 0
@@ -46,7 +46,7 @@ def test_ground_truth_as_predictions_scores_exactly_one(data, score):
     assert plain["overall"]["metrics"]["median_mssd"] == 0.0
     assert plain["counts"] == {
         "scenes": 2, "images": 4, "ground_truths": 20, "ground_truths_left_out": 0, "predictions": 20, "found": 20,
-        "refused": 0,
+        "rejected": 0,
     }  # fmt: skip
     assert sum(plain["docking_failures"].values()) == 0
     assert plain["seconds_per_image"] == 0.05
@@ -61,7 +61,7 @@ def test_the_half_turn_of_a_printed_carton_is_right_in_shape_only(data, score):
     assert score(upside_down).overall.metrics["add_shape_10pct"] == 0.0
 
 
-def test_the_half_turn_of_a_pallet_is_as_good_as_the_truth(data, score):
+def test_the_half_turn_of_a_pallet_is_as_good_as_the_ground_truth(data, score):
     turned = [
         replace(item, T_camera_object=item.T_camera_object @ make_transform(rotation_z(np.pi)))
         if item.obj_id == 1
@@ -85,8 +85,8 @@ def test_missing_estimates_count_in_every_denominator(data, score):
     estimates = estimates_of(data)
     kept = estimates[::2]
     got = score(kept)
-    share = len(kept) / len(estimates)
-    assert got.overall.metrics["add_2pct"] == pytest.approx(share)
+    fraction = len(kept) / len(estimates)
+    assert got.overall.metrics["add_2pct"] == pytest.approx(fraction)
     pallets = [item for item in kept if item.obj_id == 1]
     assert got.overall.metrics["dock_0mm"] == pytest.approx(len(pallets) / 16)
     assert got.docking_failures["missed"] == 16 - len(pallets)
@@ -141,7 +141,7 @@ def test_docking_is_judged_at_the_side_towards_the_camera(data, score):
 INWARDS = {"-x": [1, 0, 0], "+x": [-1, 0, 0], "-y": [0, 1, 0], "+y": [0, -1, 0]}
 
 
-def test_ground_truth_moved_along_the_forks_docks_within_the_limits_of_depth(data, score):
+def test_ground_ground_truth_moved_along_the_forks_docks_within_the_limits_of_depth(data, score):
     estimates = estimates_of(data)
     faces = score(estimates).table.face
     # The tips reach 1.10 m, and two thirds of the pallet must be on them.
@@ -182,7 +182,7 @@ def test_an_estimate_a_diameter_away_is_no_match(data, score):
         ({"obj_id": 900}, r"line 2: object 900 is not in"),
     ],
 )
-def test_a_prediction_of_another_dataset_is_refused_by_its_line(data, score, change, message):
+def test_a_prediction_of_another_dataset_is_rejected_by_its_line(data, score, change, message):
     first, *rest = estimates_of(data)
     with pytest.raises(EvaluationError, match=message):
         score([replace(first, **change), *(item for item in rest if item.image_id != 77)])
@@ -203,7 +203,7 @@ def scaled(estimates, factor):
         (1e3, r"t looks like micrometres.*multiply t by 0\.001"),
     ],
 )
-def test_predictions_in_another_unit_are_refused_with_a_hint(data, score, factor, message):
+def test_predictions_in_another_unit_are_rejected_with_a_hint(data, score, factor, message):
     with pytest.raises(EvaluationError, match=message):
         score(scaled(estimates_of(data), factor))
 
@@ -220,18 +220,18 @@ def test_the_unit_is_judged_by_the_images_that_have_predictions(data, score):
     assert score(estimates_of(data)[:1]).counts["found"] == 1
 
 
-def test_repeated_predictions_are_refused_by_their_lines(data, score):
+def test_repeated_predictions_are_rejected_by_their_lines(data, score):
     first, *rest = estimates_of(data)
     with pytest.raises(DatasetError, match=r"csv:22: repeats line 2; remove one of the two"):
         score([first, *rest[1:], rest[0], first])
 
 
-def test_a_split_without_ground_truth_is_refused(data, tmp_path):
+def test_a_split_without_ground_ground_truth_is_rejected(data, tmp_path):
     with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
         evaluate(write_estimates([], tmp_path / "a.csv"), data, "val")
 
 
-def test_a_dataset_whose_objects_are_incomplete_is_refused(data, tmp_path):
+def test_a_dataset_whose_objects_are_incomplete_is_rejected(data, tmp_path):
     broken = tmp_path / "broken"
     shutil.copytree(data, broken)
     objects = json.loads((broken / "objects.json").read_text())
@@ -257,7 +257,7 @@ QUARTER_TURNS = [np.round(make_transform(rotation_z(k * np.pi / 2))).tolist() fo
         ({"pockets": []}, "a pallet has pockets"),
     ],
 )
-def test_an_object_that_its_mesh_contradicts_is_refused(data, tmp_path, change, message):
+def test_an_object_that_its_mesh_contradicts_is_rejected(data, tmp_path, change, message):
     broken = shutil.copytree(data, tmp_path / "broken")
     objects = json.loads((broken / "objects.json").read_text())
     objects["1"].update(change)
@@ -267,7 +267,7 @@ def test_an_object_that_its_mesh_contradicts_is_refused(data, tmp_path, change, 
     assert message in str(caught.value)
 
 
-def test_an_estimate_behind_the_camera_is_refused_by_its_line(data, score):
+def test_an_estimate_behind_the_camera_is_rejected_by_its_line(data, score):
     first, second, *rest = estimates_of(data)
     T = second.T_camera_object.copy()
     T[:3, 3] *= -1.0
@@ -276,7 +276,7 @@ def test_an_estimate_behind_the_camera_is_refused_by_its_line(data, score):
 
 
 @pytest.mark.parametrize(("factor", "place"), [(-1.0, "behind"), (0.0, "around")])
-def test_a_truth_that_no_camera_sees_is_refused_by_file_and_target(data, tmp_path, factor, place):
+def test_a_ground_truth_that_no_camera_sees_is_rejected_by_file_and_target(data, tmp_path, factor, place):
     broken = shutil.copytree(data, tmp_path / "broken")
     path = next(broken.glob("bop/test/*/scene_gt.json"))
     poses = json.loads(path.read_text())
@@ -312,7 +312,7 @@ def test_scores_do_not_depend_on_where_files_lie(data, score, tmp_path):
     assert str(data) not in json.dumps(first)
 
 
-def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
+def test_a_folder_without_a_score_of_this_format_is_rejected(tmp_path):
     for content in ('{"format": 3}', "[]"):
         (tmp_path / "scores.json").write_text(content)
         with pytest.raises(
@@ -333,7 +333,7 @@ def test_a_folder_without_a_score_of_this_format_is_refused(tmp_path):
         ("seconds_per_image", "x"),
     ],
 )
-def test_a_score_with_a_value_of_another_kind_is_refused(data, score, tmp_path, key, value):
+def test_a_score_with_a_value_of_another_kind_is_rejected(data, score, tmp_path, key, value):
     path = write_scores(score(estimates_of(data)), tmp_path / "eval")
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
     with pytest.raises(EvaluationError, match=r"scores\.json.*; run warehouse-sim evaluate again"):

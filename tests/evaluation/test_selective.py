@@ -1,4 +1,4 @@
-"""Ranking and refusing, against counts by hand and against a plain double loop."""
+"""Ranking and rejecting, against counts by hand and against a plain double loop."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_the_interval_resamples_scenes_and_not_rows():
     rng = np.random.default_rng(1)
     score, right = rng.random(40), rng.random(40) < 0.5
     alone = auroc_interval(score, right, np.arange(40), 400, np.random.default_rng(0))
-    # A thousand copies of each row in its scene are no new evidence.
+    # A thousand copies of each row in its scene are no new verification.
     many = auroc_interval(
         *(np.repeat(item, 20) for item in (score, right, np.arange(40))), 400, np.random.default_rng(0)
     )
@@ -53,7 +53,7 @@ def test_risk_coverage_by_hand():
     assert curve.score.tolist() == [0.9, 0.8, 0.7, 0.6]
 
 
-def test_ties_are_kept_or_refused_together_in_any_order():
+def test_ties_are_kept_or_rejected_together_in_any_order():
     score, right = np.array([0.5, 0.5, 0.5, 0.9]), np.array([False, True, True, True])
     for turn in range(4):
         curve = risk_coverage(np.roll(score, turn), np.roll(right, turn))
@@ -86,7 +86,7 @@ def test_misses_and_estimates_without_a_bound_are_no_part_of_its_coverage():
     rows += [row(scene_id=30), missed(scene_id=31)]
     found = table(*rows)
     everywhere, near = bound_coverage(found.select(found.found), GroupConfig())
-    assert (everywhere.label, everywhere.count, everywhere.share) == ("all", 20, 0.9)
+    assert (everywhere.label, everywhere.count, everywhere.fraction) == ("all", 20, 0.9)
     assert (near.label, near.count, near.median_bound) == ("2-4 m", 20, 0.02)
     assert everywhere.interval[0] < 0.9 < everywhere.interval[1]
 

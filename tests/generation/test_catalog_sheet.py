@@ -12,7 +12,7 @@ from warehouse_sim.render import open_renderer
 pytestmark = pytest.mark.gl
 
 
-def test_the_sheet_holds_one_cell_an_object_in_the_order_asked_for(tmp_path: Path) -> None:
+def test_the_sheet_holds_one_cell_an_object_in_the_order_requested_for(tmp_path: Path) -> None:
     names = ["epal1", "carton_600x400x300", "wall", "highbay_luminaire"]
     render_catalog_sheet(tmp_path / "new" / "sheet.png", names, columns=3)
     sheet = cv2.imread(str(tmp_path / "new" / "sheet.png"))

@@ -21,9 +21,9 @@ def lost(caster: RayCaster, origins: Float[np.ndarray, "n 3"], targets: Float[np
     return int(np.count_nonzero(~np.isfinite(caster.cast(origins, targets - origins).distance)))
 
 
-def docks(open_share: float, index: int) -> SceneSpec:
+def docks(open_fraction: float, index: int) -> SceneSpec:
     """Return a hall with three docks."""
-    layout = DockStagingConfig(doors=3, open_share=open_share, lane_depth=1, aisle_width=8.0)
+    layout = DockStagingConfig(doors=3, open_fraction=open_fraction, lane_depth=1, aisle_width=8.0)
     return sample_scene(SceneRecipe(layout=layout, hall=HallConfig(roof=True)), seed=5, scene_index=index)
 
 
@@ -33,10 +33,10 @@ def eyes(scene: SceneSpec, count: int, rng: np.random.Generator) -> Float[np.nda
     return rng.uniform((x_min, y_min, 0.2), (x_max, y_max, 3.2), (count, 3))
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_nothing_is_to_be_seen_past_a_dock_door_open_or_shut(share: float) -> None:
+@pytest.mark.parametrize("fraction", [0.0, 1.0])
+def test_nothing_is_to_be_seen_past_a_dock_door_open_or_shut(fraction: float) -> None:
     for index in range(2):
-        scene = docks(share, index)
+        scene = docks(fraction, index)
         rng = np.random.default_rng(index)
         caster = RayCaster(scene)
         walls = [item.T_world_object[:3, 3] for item in scene.instances if item.model == "wall_module_dock"]

@@ -23,8 +23,8 @@ def test_every_setting_of_the_table_moves_and_all_else_stays() -> None:
             EASY_TO_HARD["sensors.rgbd.color.noise_scale"][end]
         )
         assert moved.occlusion is not None
-        (asked,) = moved.occlusion.visible_fraction.ranges
-        assert (asked.min, asked.max) == pytest.approx(
+        (requested,) = moved.occlusion.visible_fraction.ranges
+        assert (requested.min, requested.max) == pytest.approx(
             [EASY_TO_HARD[f"occlusion.visible_fraction.{name}"][end] for name in ("min", "max")]
         )
         assert moved.scene.layout == recipe.scene.layout

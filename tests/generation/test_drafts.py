@@ -19,7 +19,7 @@ SAME_HALLS = {"mixed_cartons", "mixed_more", "photoreal", "unknown_pallets", "wi
 
 @dataclass(frozen=True)
 class Draft:
-    """A scene that was drawn from a recipe, but not settled."""
+    """A scene that was sampled from a recipe, but not settled."""
 
     recipe: Recipe
     scene: SceneSpec

@@ -57,7 +57,7 @@ def test_a_scene_that_always_kills_is_named_after_all_others_are_made(tmp_path: 
     assert "\n" not in str(problem.value)
 
 
-def test_a_machine_that_kills_every_worker_is_not_asked_again_and_again(tmp_path: Path) -> None:
+def test_a_machine_that_kills_every_worker_is_not_requested_again_and_again(tmp_path: Path) -> None:
     with pytest.raises(WorkerError, match=r"(scene \d+ of seed 5 was ended by SIGKILL.*){3}"):
         made(partial(killed, tmp_path, dict.fromkeys(range(50), 9)), range(50), 2)
     assert len(list(tmp_path.iterdir())) < 10
@@ -72,7 +72,7 @@ def test_workers_never_see_an_interrupt_and_their_parent_still_does() -> None:
     assert not interrupts_held(0)
 
 
-def refuse(index: int) -> int:
+def reject(index: int) -> int:
     if index == 1:
         raise UnknownNameError("pallet", "epal9", ["epal1"])
     if index == 0:
@@ -87,32 +87,32 @@ class UnreadableError(Exception):
         super().__init__(f"{one} and {two}")
 
 
-def refuse_unreadably(index: int) -> None:
+def reject_unreadably(index: int) -> None:
     raise UnreadableError("this", "that")
 
 
 def test_an_error_of_the_work_arrives_after_the_scenes_at_work(tmp_path: Path) -> None:
     found = []
     with pytest.raises(UnknownNameError, match="unknown pallet 'epal9'; known: epal1"):
-        found.extend(index for index, _ in make_scenes(partial(nullcontext, refuse), 5, range(60), 2))
+        found.extend(index for index, _ in make_scenes(partial(nullcontext, reject), 5, range(60), 2))
     assert 0 in found
     assert len(found) < 60
 
 
 def test_an_error_that_cannot_travel_arrives_as_its_text() -> None:
     with pytest.raises(RuntimeError, match="this and that"):
-        made(refuse_unreadably, range(2), 2)
+        made(reject_unreadably, range(2), 2)
 
 
 @contextmanager
-def refuse_to_open() -> Iterator[Work]:
+def reject_to_open() -> Iterator[Work]:
     raise SettleError("no graphics here")
     yield square
 
 
 def test_what_cannot_be_opened_is_told() -> None:
     with pytest.raises(SettleError, match="no graphics here"):
-        list(make_scenes(refuse_to_open, 5, range(4), 2))
+        list(make_scenes(reject_to_open, 5, range(4), 2))
 
 
 def test_workers_end_when_their_caller_turns_away() -> None:

@@ -120,7 +120,7 @@ def test_what_is_wrong_in_the_base_is_said_of_the_base(base: Path) -> None:
         load_recipe(own)
 
 
-def test_a_longer_circle_is_refused(base: Path) -> None:
+def test_a_longer_circle_is_rejected(base: Path) -> None:
     recipe_file(base, "extends: own.yaml", "other.yaml")
     with pytest.raises(RecipeError, match=r"other.yaml: extends leads back"):
         load_recipe(recipe_file(base, "extends: other.yaml"))

@@ -133,10 +133,10 @@ def test_the_command_line_names_the_command_that_makes_a_failed_scene_alone(
     assert json.loads((root / "manifest.json").read_text())["missing"] == [1]
     skipping = capsys.readouterr().err
     assert main([*command, "--resume"]) == 2
-    refusing = capsys.readouterr().err
-    assert "error: scene 1 of seed 0: object 3 toppled" in refusing
+    rejecting = capsys.readouterr().err
+    assert "error: scene 1 of seed 0: object 3 toppled" in rejecting
     assert not (root / "manifest.json").exists()
-    (said,) = {line for text in (skipping, refusing) for line in text.splitlines() if "alone: " in line}
+    (said,) = {line for text in (skipping, rejecting) for line in text.splitlines() if "alone: " in line}
     monkeypatch.undo()
     assert main(shlex.split(said.partition("alone: ")[2])[1:]) == 0
     assert (tmp_path / "data-scene-1/scenes/000001.json").is_file()

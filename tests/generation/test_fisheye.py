@@ -49,9 +49,9 @@ def test_both_formats_give_back_the_camera(root: Path) -> None:
     camera = json.loads((root / "bop/camera.json").read_text())
     assert camera["fisheye"] == list(LENS.coefficients)
     assert "distortion" not in camera
-    stated = read_scene_record(root, 0).observations[0].stated
-    assert stated is not None
-    assert isinstance(stated.camera.distortion, Fisheye)
+    nominal = read_scene_record(root, 0).observations[0].nominal
+    assert nominal is not None
+    assert isinstance(nominal.camera.distortion, Fisheye)
 
 
 def test_the_surface_of_targets_fills_its_box_as_opencv_projects_it(root: Path) -> None:
@@ -80,7 +80,7 @@ def test_another_lens_in_the_calibration_fails(root: Path) -> None:
     path.write_text(text)
 
 
-def test_the_preset_spans_130_degrees_and_two_lenses_are_refused() -> None:
+def test_the_preset_spans_130_degrees_and_two_lenses_are_rejected() -> None:
     camera = CAMERA_PRESETS["fisheye"].make()
     left, right = camera.rays_at(np.array([-0.5, camera.width - 0.5]), np.full(2, camera.cy))
     angle = np.degrees(np.arccos(left @ right / np.linalg.norm(left) / np.linalg.norm(right)))

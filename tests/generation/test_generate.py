@@ -77,7 +77,7 @@ def test_another_seed_gives_other_scenes(recipe, dataset, tmp_path) -> None:
     assert all(before[name] != after[name] for name in before)
 
 
-def test_an_interrupted_run_is_refused_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
+def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
     root, config = tmp_path / "data", GenerateConfig(scenes=3, seed=0)
     write_scene = DatasetStore.write_scene
 

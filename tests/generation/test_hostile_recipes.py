@@ -1,4 +1,4 @@
-"""Any value in the place of any other of a recipe: the recipe is read, or refused in one line."""
+"""Any value in the place of any other of a recipe: the recipe is read, or rejected in one line."""
 
 import copy
 import math
@@ -66,7 +66,7 @@ def changed(data: dict[str, Any], path: tuple, value: Any) -> dict[str, Any]:
 
 
 def outcome(load, file: Path, plain: dict[str, Any]) -> str:
-    """Return "read", or the message of the refusal; anything else is raised."""
+    """Return "read", or the message of the rejection; anything else is raised."""
     file.write_text(yaml.dump(plain, Dumper=yaml.CSafeDumper))
     try:
         load(file)
@@ -89,7 +89,7 @@ def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: st
     file, plain = tmp_path / "own.yaml", whole_recipe(name)
     assert outcome(lambda path: load_recipe(str(path)), file, plain) == "read"
     everywhere = list(places(plain))
-    # Each recipe takes its own share of all pairs of place and value.
+    # Each recipe takes its own fraction of all pairs of place and value.
     pairs = [(path, HOSTILE[number % len(HOSTILE)]) for number, path in enumerate(everywhere, start=len(name))]
     for path, value in pairs[::every]:
         said = outcome(lambda path: load_recipe(str(path)), file, changed(plain, path, value))
@@ -116,7 +116,7 @@ def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: st
         ("sensors.lidar.max_range", math.nan),
         ("sensors.lidar.azimuth_step_deg", 0.01),
         ("sensors.right.baseline", 1e9),
-        ("settle.knocks.pieces", 1.5),
+        ("settle.impulses.pieces", 1.5),
         ("scenes", 10**9),
         ("scene.layout.kind", ["rack_aisle"]),
         ("sensors.lidars", {1: {}}),
@@ -124,7 +124,7 @@ def test_nothing_in_a_recipe_ends_in_more_than_one_line(tmp_path: Path, name: st
         ("scene.layout.bays", {"mean": 3, "std": 1}),
     ],
 )
-def test_what_passed_once_is_refused_by_name(tmp_path: Path, path: str, value: Any) -> None:
+def test_what_passed_once_is_rejected_by_name(tmp_path: Path, path: str, value: Any) -> None:
     plain = changed(whole_recipe("smoke"), tuple(path.split(".")), value)
     said = outcome(lambda file: load_recipe(str(file)), tmp_path / "own.yaml", plain)
     assert path.rsplit(".", 1)[-1] in said

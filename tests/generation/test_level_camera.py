@@ -124,7 +124,7 @@ def test_boxes_and_points_project_onto_what_they_are_of(made, frame: int) -> Non
         shown = (corners @ R.T + [x, y, z]) @ numbers["P2"][:, :3].T
         u, v = (shown[:, :2] / shown[:, 2:]).T
         box = np.clip([u.min(), v.min(), u.max(), v.max()], 0, [*depth.shape[::-1]] * 2)
-        # An EPAL pallet fills its box: the outline of its corners is that of its silhouette.
+        # An EPAL pallet fills its box: the outline of its corners is that of its amodal mask.
         assert np.abs(box - [left, top, right, bottom]).max() < 4.0, line
     cloud = np.fromfile(kitti(root, "velodyne", frame), "<f4").reshape(-1, 4)[:, :3]
     seen = cloud @ numbers["Tr_velo_to_cam"][:, :3].T + numbers["Tr_velo_to_cam"][:, 3]
@@ -151,7 +151,7 @@ def planned(folder: Path, views: str, more: str = "") -> Manifest:
     return draft_manifest(recipe(folder, text), GenerateConfig(formats=("kitti",)))
 
 
-REFUSED = [
+REJECTED = [
     ("{kind: ceiling}", "", "ceiling shows what lies 1.. deg from the horizon"),
     ("{kind: free}", "", "free shows what lies 74 deg"),
     ("{kind: post, pitch_deg: -46}", "", "post shows what lies 60 deg"),
@@ -160,8 +160,8 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("views", "more", "message"), REFUSED)
-def test_views_beyond_60_deg_are_refused_at_planning(tmp_path: Path, views: str, more: str, message: str) -> None:
+@pytest.mark.parametrize(("views", "more", "message"), REJECTED)
+def test_views_beyond_60_deg_are_rejected_at_planning(tmp_path: Path, views: str, more: str, message: str) -> None:
     with pytest.raises(DatasetError, match=message) as caught:
         DatasetStore(tmp_path / "data", planned(tmp_path, views, more))
     assert str(caught.value).startswith("KITTI: ")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import ConfigError, WarehouseSimError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.paired_variants import Variant, base_variant
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.twins import Variant, base_variant
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render import open_renderer
@@ -58,7 +58,7 @@ def renderer() -> Iterator[Renderer]:
 
 @pytest.fixture(scope="module")
 def scene() -> SceneSpec:
-    return draw_scene(load_recipe("smoke"), 0, 0).scene
+    return sample_settled_scene(load_recipe("smoke"), 0, 0).scene
 
 
 def same(a: Observation, b: Observation) -> None:
@@ -110,19 +110,21 @@ class Mute:
         return np.zeros(3)
 
 
-def test_what_is_no_reading_is_refused_in_one_line(scene: SceneSpec, renderer: Renderer) -> None:
+def test_what_is_no_reading_is_rejected_in_one_line(scene: SceneSpec, renderer: Renderer) -> None:
     rig = replace(load_recipe("smoke").sensors, more={"mute": FurtherSensor("mute_one", Mute())})  # type: ignore[arg-type]
     with pytest.raises(WarehouseSimError, match=r"mute \(mute_one\) gave ndarray, which is no reading"):
         next(observe_scene(scene, rig, renderer))
 
 
-def test_a_pair_that_is_mounted_askew_is_refused(scene: SceneSpec, renderer: Renderer) -> None:
+def test_a_pair_that_is_mounted_askew_is_rejected(scene: SceneSpec, renderer: Renderer) -> None:
     pair = FurtherSensor("stereo", StereoCamera(StereoConfig(baseline=0.3)), Mount(left=-0.2))
     with pytest.raises(ConfigError, match=r"a stereo camera of baseline 0\.3 m sits .* mount it with left: -0\.3"):
         next(observe_scene(scene, replace(load_recipe("smoke").sensors, more={"pair": pair}), renderer))
 
 
-def test_a_twin_depends_on_no_other_twin_nor_on_the_call_before(scene: SceneSpec, renderer: Renderer) -> None:
+def test_a_paired_variant_depends_on_no_other_paired_variant_nor_on_the_call_before(
+    scene: SceneSpec, renderer: Renderer
+) -> None:
     rig = replace(load_recipe("smoke").sensors, more={"ring": RING})
     base = base_variant(scene, SensorChoice("", rig.rgbd))
     lights = tuple(replace(light, intensity=light.intensity * 0.5) for light in scene.lights)
@@ -132,12 +134,12 @@ def test_a_twin_depends_on_no_other_twin_nor_on_the_call_before(scene: SceneSpec
     again = Variant("again", scene, base.sensor, noise_draw=1)
     all_at_once = list(observe_scene(scene, rig, renderer, (base, dim, shiny, again)))
     count = len(scene.viewpoints)
-    for place, twin in ((1, dim), (2, shiny), (3, again)):
-        pair = list(observe_scene(scene, rig, renderer, (base, twin)))
+    for place, paired_variant in ((1, dim), (2, shiny), (3, again)):
+        pair = list(observe_scene(scene, rig, renderer, (base, paired_variant)))
         for index in range(count):
             same(pair[count + index], all_at_once[place * count + index])
-    # Nor on what it is a twin of, if it is observed alone.
+    # Nor on what it is a paired variant of, if it is observed alone.
     for index, single in enumerate(observe_scene(dim.scene, rig, renderer, (dim,))):
-        twin_group = replace(single.conditions, twin_group=index)
-        same(replace(single, conditions=twin_group), all_at_once[count + index])
+        variant_group = replace(single.conditions, variant_group=index)
+        same(replace(single, conditions=variant_group), all_at_once[count + index])
     assert all_at_once[0].readings["ring"] is all_at_once[count].readings["ring"]

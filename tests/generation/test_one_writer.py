@@ -1,4 +1,4 @@
-"""Two runs in one folder: the second is refused, and what the first makes is whole."""
+"""Two runs in one folder: the second is rejected, and what the first makes is whole."""
 
 import re
 import signal
@@ -29,15 +29,15 @@ def wait_for(path: Path) -> None:
     assert path.exists()
 
 
-def test_a_second_resume_is_refused_and_the_first_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
+def test_a_second_resume_is_rejected_and_the_first_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
     root = tmp_path / "data"
     first = start(root)
     wait_for(root / "scenes" / "000000.json")
     first.send_signal(signal.SIGSTOP)  # in the middle of its second scene, for as long as it takes
-    refused = start(root)
-    _, text = refused.communicate(timeout=120)
+    rejected = start(root)
+    _, text = rejected.communicate(timeout=120)
     first.send_signal(signal.SIGCONT)
-    assert refused.returncode == 2
+    assert rejected.returncode == 2
     (line,) = [line for line in text.splitlines() if line.startswith("error")]
     assert re.fullmatch(rf"error: .*data: process {first.pid} on \S+ is writing there; .*", line)
     assert "Traceback" not in text

@@ -9,10 +9,10 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.physics import crush_state
 
 TROLLEY = str(Path(__file__).resolve().parents[2] / "examples" / "custom_object" / "trolley.yaml")
@@ -46,12 +46,12 @@ def test_own_objects_are_labelled_in_a_dataset_that_holds_its_checks(tmp_path: P
         ({"objects": ["nowhere.yaml"]}, "nowhere.yaml: cannot be read"),
     ],
 )
-def test_wrong_own_objects_are_refused(traffic, message) -> None:
+def test_wrong_own_objects_are_rejected(traffic, message) -> None:
     with pytest.raises(ConfigError, match=message):
         recipe(**traffic)
 
 
-def test_a_target_class_that_the_catalog_has_too_is_refused(tmp_path: Path) -> None:
+def test_a_target_class_that_the_catalog_has_too_is_rejected(tmp_path: Path) -> None:
     for file in Path(TROLLEY).parent.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     own = tmp_path / "trolley.yaml"
@@ -73,20 +73,20 @@ def crate_recipe(folder: Path, **keys: object) -> Recipe:
         "layout": {"kind": "rack_aisle", "bays": 1},
         "observations_per_scene": 2,
         "targets": ["pallet", "crate"],
-        "loads": {"goods": [str(folder / "crate.yaml")], "goods_share": 1.0, "height": 1.3, "max_cartons": 80},
+        "loads": {"goods": [str(folder / "crate.yaml")], "goods_fraction": 1.0, "height": 1.3, "max_cartons": 80},
     }
     return from_mapping(Recipe, {"description": "own goods", "scene": scene}, "crates.yaml")
 
 
 @pytest.mark.parametrize(("keys", "layers"), [({}, 4), ({"bears": None}, 1), ({"bears": 20}, 2)])
 def test_own_goods_are_stacked_as_high_as_they_bear_and_stand(tmp_path: Path, keys: dict, layers: int) -> None:
-    drawn = draw_scene(crate_recipe(tmp_path, **keys), 0, 0)
+    sampled = sample_settled_scene(crate_recipe(tmp_path, **keys), 0, 0)
     levels: dict[int, set[float]] = {}
-    for item in drawn.scene.instances:
+    for item in sampled.scene.instances:
         if item.model == "crate":
             levels.setdefault(item.group, set()).add(round(item.T_world_object[2, 3], 1))
     assert max(map(len, levels.values())) == layers
-    assert crush_state(drawn.scene).faults == ()
+    assert crush_state(sampled.scene).faults == ()
 
 
 @pytest.mark.gl
@@ -99,6 +99,6 @@ def test_own_goods_keep_their_class_and_are_targets(tmp_path: Path) -> None:
     assert 1010 in labelled
 
 
-def test_goods_that_never_move_are_refused(tmp_path: Path) -> None:
+def test_goods_that_never_move_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="goods must have a mass"):
         crate_recipe(tmp_path, mass=0)

@@ -19,10 +19,10 @@ def recipe(**changed: object) -> Recipe:
 
 
 def test_every_target_of_a_scene_is_a_geometry_that_labels_can_name() -> None:
-    asked = recipe()
-    known = {model.obj_id: model for model in target_models(asked)}
+    requested = recipe()
+    known = {model.obj_id: model for model in target_models(requested)}
     assert {model.class_name for model in known.values()} == {"pallet", "person", "forklift"}
-    scene = sample_scene(asked.scene, 3, 0)
+    scene = sample_scene(requested.scene, 3, 0)
     found = [scene.model_of(item) for item in scene.target_instances()]
     assert {model.class_name for model in found} >= {"pallet", "person", "forklift"}
     for model in found:

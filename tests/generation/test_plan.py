@@ -1,4 +1,4 @@
-"""What a dataset will be, refused where nobody can mean it."""
+"""What a dataset will be, rejected where nobody can mean it."""
 
 import pytest
 

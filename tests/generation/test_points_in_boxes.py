@@ -9,10 +9,10 @@ import pytest
 
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import Check, validate
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
@@ -27,7 +27,7 @@ def recipe_of(lidar: LidarConfig) -> Recipe:
 
 @cache
 def scene() -> SceneSpec:
-    settled = draw_scene(recipe_of(LidarConfig()), 0, 0).scene
+    settled = sample_settled_scene(recipe_of(LidarConfig()), 0, 0).scene
     views = tuple(replace(view, velocity=(1.8, -0.6, 0.0), yaw_rate=0.4) for view in settled.viewpoints)
     return replace(settled, viewpoints=views)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.files.json_file import write_json
@@ -33,7 +33,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for index in range(scenes):
             scene = prepare_scene(mine, 3, index)
             extra = {"renderer": "none", "settle": {}}
-            reach = reachability(scene.scene, TRUCKS[scene.truck])
+            reach = accessibility(scene.scene, TRUCKS[scene.truck])
             path = DatasetLayout(root / name).scene_record(index)
             make_folder(path.parent)
             write_scene_record(path, scene.scene, manifest.split_of(index), [], extra, (), reach)
@@ -81,7 +81,7 @@ def test_only_the_scenes_of_the_splits_that_are_named_get_it(made: Path, tmp_pat
     assert same == set(splits["test"])
 
 
-def test_a_dataset_whose_recipe_gives_another_scene_is_refused(made: Path, tmp_path: Path, capsys) -> None:
+def test_a_dataset_whose_recipe_gives_another_scene_is_rejected(made: Path, tmp_path: Path, capsys) -> None:
     root = tmp_path / "data"
     shutil.copytree(made / "plain", root)
     forget(root)
@@ -95,7 +95,7 @@ def test_a_dataset_whose_recipe_gives_another_scene_is_refused(made: Path, tmp_p
     assert all(after[name] == data for name, data in before.items() if name != "manifest.json")
 
 
-def test_what_no_recipe_made_is_refused(made: Path, tmp_path: Path, capsys) -> None:
+def test_what_no_recipe_made_is_rejected(made: Path, tmp_path: Path, capsys) -> None:
     root = tmp_path / "data"
     shutil.copytree(made / "plain", root)
     write_manifest(root / "manifest.json", replace(read_manifest(root), converted_from="bop"))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from warehouse_sim.config import from_mapping
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.twins import base_variant
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 from warehouse_sim.sensors.rgbd import RgbdConfig
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.gl
 def observed() -> Callable[[dict[str, Any]], Observation]:
     """Return what gives the first observation of the smoke recipe, read with other settings of the RGB-D camera."""
     recipe = load_recipe("smoke")
-    scene = draw_scene(recipe, 0, 0).scene
+    scene = sample_settled_scene(recipe, 0, 0).scene
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
 
     def observe(plain: dict[str, Any]) -> Observation:
@@ -53,13 +53,13 @@ def test_the_same_seed_gives_the_same_bytes_and_sensors_do_not_disturb_each_othe
 
 
 @pytest.mark.parametrize("preset", ["kinect_v1", "d435", "flexx2"])
-def test_a_real_camera_has_holes_where_the_truth_has_none(
+def test_a_real_camera_has_holes_where_the_ground_truth_has_none(
     observed: Callable[[dict[str, Any]], Observation], preset: str
 ) -> None:
     observation = observed({"depth": {"preset": preset, "max_range": 12.0}})
     true, read = observation.buffers.depth, observation.rgbd.depth
     in_range = (true > 0.8) & (true < 12.0)
-    share = (read > 0)[in_range].mean()
-    assert 0.2 < share < 0.999
+    fraction = (read > 0)[in_range].mean()
+    assert 0.2 < fraction < 0.999
     for label in observation.annotations:
         assert label.pixels_valid <= label.pixels_visible

@@ -12,11 +12,11 @@ from warehouse_sim.dataset.formats.kitti.calib import calib_text
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.observe import observe_scene
+from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.twins import base_variant
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.gl
 def scene_of(kind: str) -> SceneSpec:
     recipe = load_recipe("smoke")
     views = replace(recipe.scene.viewpoints, kind=kind, height=None)
-    scene = draw_scene(replace(recipe, scene=replace(recipe.scene, viewpoints=views)), 0, 0).scene
+    scene = sample_settled_scene(replace(recipe, scene=replace(recipe.scene, viewpoints=views)), 0, 0).scene
     return scene
 
 
@@ -175,24 +175,24 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     assert any("image_3" in check.detail for check in validate(tmp_path / "data") if not check.ok)
 
 
-def test_the_right_image_has_a_noise_stream_of_its_own_and_twins_share_what_light_leaves_alone() -> None:
+def test_the_right_image_has_a_noise_stream_of_its_own_and_paired_variants_share_what_light_leaves_alone() -> None:
     rig, scene = rig_of("kitti"), scene_of("level")
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
     base = base_variant(scene, SensorChoice("", rig.rgbd))
     noisier = replace(base, name="another draw", noise_draw=1)
     with open_renderer() as renderer:
-        first, twin = observe_scene(scene, rig, renderer, (base, noisier))
+        first, paired_variant = observe_scene(scene, rig, renderer, (base, noisier))
         (again,) = observe_scene(scene, rig, renderer)
     assert first.stereo is not None
-    assert twin.stereo is not None
+    assert paired_variant.stereo is not None
     assert again.stereo is not None
     assert np.array_equal(first.stereo.rgb, again.stereo.rgb)
-    assert not np.array_equal(first.stereo.rgb, twin.stereo.rgb)
-    assert np.array_equal(first.stereo.disparity, twin.stereo.disparity)
-    assert first.readings["lidar"] is twin.readings["lidar"]
+    assert not np.array_equal(first.stereo.rgb, paired_variant.stereo.rgb)
+    assert np.array_equal(first.stereo.disparity, paired_variant.stereo.disparity)
+    assert first.readings["lidar"] is paired_variant.readings["lidar"]
 
 
-def test_a_sweep_is_bent_by_the_viewpoints_motion_if_asked() -> None:
+def test_a_sweep_is_bent_by_the_viewpoints_motion_if_requested() -> None:
     scene = scene_of("level")
     moving = replace(scene.viewpoints[0], velocity=(1.5, 0.0, 0.0), yaw_rate=0.3)
     scene = replace(scene, viewpoints=(moving,))

@@ -47,10 +47,10 @@ def test_each_scene_is_read_by_the_camera_that_it_says(tmp_path: Path) -> None:
 
 def test_scenes_and_views_are_those_of_one_camera() -> None:
     """Which camera reads must not move what it looks at."""
-    one, drawn = prepare_scene(recipe_with(), 1, 0), prepare_scene(recipe_with(choices=CHOICES), 1, 0)
-    for before, after in zip(one.scene.viewpoints, drawn.scene.viewpoints, strict=True):
+    one, sampled = prepare_scene(recipe_with(), 1, 0), prepare_scene(recipe_with(choices=CHOICES), 1, 0)
+    for before, after in zip(one.scene.viewpoints, sampled.scene.viewpoints, strict=True):
         assert np.array_equal(before.T_world_camera, after.T_world_camera)
-    for before, after in zip(one.scene.instances, drawn.scene.instances, strict=True):
+    for before, after in zip(one.scene.instances, sampled.scene.instances, strict=True):
         assert np.array_equal(before.T_world_object, after.T_world_object)
 
 

@@ -1,4 +1,4 @@
-"""A recipe that lets the stated calibration differ makes the same dataset, and says beside it what the rig states."""
+"""A recipe that lets the nominal calibration differ makes the same dataset, and says beside it what the rig states."""
 
 from functools import partial
 from pathlib import Path
@@ -44,22 +44,22 @@ def test_only_the_record_differs_and_says_what_was_drawn(tmp_path: Path) -> None
     changed = {str(path) for path in files[0].keys() | files[1].keys() if files[0].get(path) != files[1].get(path)}
     told = {"manifest.json", "SHA256SUMS", "README.md", "card/recipe.yaml"}
     assert changed == told | {"scenes/000000.json", "scenes/000001.json"}
-    true, stated = DatasetReader(with_errors), DatasetReader(with_errors, "stated")
+    true, nominal = DatasetReader(with_errors), DatasetReader(with_errors, "nominal")
     shifts = set()
     for split in true.splits:
-        for a, b in zip(true.images(split), stated.images(split), strict=True):
+        for a, b in zip(true.images(split), nominal.images(split), strict=True):
             assert recipe.sensors.calibration is not None
             stream = partial(scene_rng, 5, a.scene_id)
             error = recipe.sensors.calibration.draw(recipe.sensors.mounted(), stream)
             assert b.camera == error.camera(a.camera) != a.camera
-            np.testing.assert_array_equal(stated.depth(b), true.depth(a) * np.float32(error.depth_factor))
-            row = read_scene_record(with_errors, a.scene_id).observations[a.image_id].stated
+            np.testing.assert_array_equal(nominal.depth(b), true.depth(a) * np.float32(error.depth_factor))
+            row = read_scene_record(with_errors, a.scene_id).observations[a.image_id].nominal
             assert row is not None
             assert set(row.T_camera_sensor) == {"lidar", "low"}
-            mine, theirs = true.readings(a)["low"], stated.readings(b)["low"]
+            mine, theirs = true.readings(a)["low"], nominal.readings(b)["low"]
             np.testing.assert_array_equal(theirs.T_camera_sensor, row.T_camera_sensor["low"])
             np.testing.assert_allclose(
-                invert(mine.T_camera_sensor) @ theirs.T_camera_sensor, error.T_sensor_stated["low"], atol=1e-9
+                invert(mine.T_camera_sensor) @ theirs.T_camera_sensor, error.T_sensor_nominal["low"], atol=1e-9
             )
             shifts.add(b.camera.cx - a.camera.cx)
     assert len(shifts) == 2, "another scene is another vehicle"

@@ -13,7 +13,7 @@ def recipe(stratify: list[str]) -> Recipe:
     return from_mapping(Recipe, plain, "smoke")
 
 
-def test_features_are_the_means_that_were_asked_for_in_that_order() -> None:
+def test_features_are_the_means_that_were_requested_for_in_that_order() -> None:
     both = scene_features(recipe(["lux", "visible_fraction"]), 0, 1)
     assert both.shape == (2,)
     assert 0.0 < both[1] <= 1.0
@@ -24,13 +24,13 @@ def test_features_are_the_means_that_were_asked_for_in_that_order() -> None:
 
 
 def test_the_manifest_of_a_stratified_dataset_is_the_same_with_any_number_of_workers() -> None:
-    asked = recipe(["distance", "lux"])
-    alone, shared = (make_manifest(asked, GenerateConfig(scenes=4, workers=workers)) for workers in (1, 2))
+    requested = recipe(["distance", "lux"])
+    alone, shared = (make_manifest(requested, GenerateConfig(scenes=4, workers=workers)) for workers in (1, 2))
     assert alone == shared
     assert sorted(index for found in alone.splits.values() for index in found) == [0, 1, 2, 3]
     assert alone.recipe["split"]["stratify"] == ["distance", "lux"]
 
 
-def test_an_unknown_feature_is_refused() -> None:
+def test_an_unknown_feature_is_rejected() -> None:
     with pytest.raises(Exception, match="must be one of 'visible_fraction', 'distance', 'lux'"):
         recipe(["colour"])

@@ -76,7 +76,7 @@ def test_workers_and_a_later_start_give_the_same_observations(recipe, streamed) 
     assert len(left) <= 1  # multiprocessing's own tracker of resources
 
 
-def test_wrong_arguments_are_refused_at_once(recipe) -> None:
+def test_wrong_arguments_are_rejected_at_once(recipe) -> None:
     with pytest.raises(ValueError, match="start must be >= 0 and workers >= 1, found -1 and 1"):
         stream(recipe, start=-1)
     with pytest.raises(UnknownNameError, match="raster"):

@@ -19,7 +19,7 @@ from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.manifest import read_manifest, write_manifest
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.near_files import DEPTH_STEP, PIXEL_SHARE, near_labels, near_numbers, share_off
+from warehouse_sim.generation.near_files import DEPTH_STEP, PIXEL_FRACTION, fraction_off, near_labels, near_numbers
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.verify import chosen_scenes, verify
@@ -31,7 +31,7 @@ SOFTPIPE = {
     "MESA_GL_VERSION_OVERRIDE": "4.5",
     "MESA_GLSL_VERSION_OVERRIDE": "450",
 }
-"""Mesa's slow driver, a rasteriser of its own; it has all that is drawn with, but not all of OpenGL 4.5."""
+"""Mesa's slow driver, a rasteriser of its own; it has all that is sampled with, but not all of OpenGL 4.5."""
 COLOUR, LABELS = "bop/train/000000/rgb/000000.png", "bop/train/000000/scene_gt.json"
 
 
@@ -123,8 +123,8 @@ def test_checksums_are_those_of_coreutils_and_list_every_other_file(tmp_path: Pa
     listed = {line.split("  ")[1] for line in (data / "SHA256SUMS").read_text().splitlines()}
     there = {str(path.relative_to(data)) for path in data.rglob("*") if path.is_file()}
     assert listed == there - {"manifest.json", "README.md", "SHA256SUMS"}
-    stated = subprocess.run(["sha256sum", data / "SHA256SUMS"], capture_output=True, text=True, check=True).stdout
-    assert json.loads((data / "manifest.json").read_text())["checksums"] == stated.split()[0]
+    nominal = subprocess.run(["sha256sum", data / "SHA256SUMS"], capture_output=True, text=True, check=True).stdout
+    assert json.loads((data / "manifest.json").read_text())["checksums"] == nominal.split()[0]
 
 
 def test_a_dataset_that_no_recipe_made_cannot_be_made_again(tmp_path: Path) -> None:
@@ -149,18 +149,18 @@ def near_depth(folder: Path, codes: int, more: int, step: float = DEPTH_STEP) ->
 
 
 def near_images(one: Path, two: Path, step: float = 0.0) -> bool:
-    return share_off(one, two, step) <= PIXEL_SHARE
+    return fraction_off(one, two, step) <= PIXEL_FRACTION
 
 
 def test_what_is_near(tmp_path: Path) -> None:
     one, two = tmp_path / "one.png", tmp_path / "two.png"
     depth = np.full((100, 100), 2000, np.uint16)
     cv2.imwrite(str(one), depth)
-    for share, step, near in ((0.01, 500, True), (0.03, 500, False), (1.0, 10, True), (1.0, 11, False)):
+    for fraction, step, near in ((0.01, 500, True), (0.03, 500, False), (1.0, 10, True), (1.0, 11, False)):
         changed = depth.copy().ravel()
-        changed[: int(share * depth.size)] += step
+        changed[: int(fraction * depth.size)] += step
         cv2.imwrite(str(two), changed.reshape(depth.shape))
-        assert near_images(one, two) is near, (share, step)
+        assert near_images(one, two) is near, (fraction, step)
     assert not near_images(one, tmp_path / "missing.png")
     assert near_depth(tmp_path / "depth_2", 2 * 256, 2)
     assert not near_depth(tmp_path / "depth_2", 2 * 256, 3)
@@ -168,7 +168,7 @@ def test_what_is_near(tmp_path: Path) -> None:
     far = 10.0**2 / (447 * 0.095) / 16
     assert near_depth(tmp_path / "depth", 10_000, int(1000 * far))
     assert not near_depth(tmp_path / "depth", 10_000, int(1.1 * 1000 * far))
-    # Truth, disparities and what a camera without errors reads round nowhere.
+    # Ground truth, disparities and what a camera without errors reads round nowhere.
     assert not near_depth(tmp_path / "depth_clean", 10_000, 51)
     assert not near_depth(tmp_path / "disp_occ", 100 * 256, 129)
     assert not near_depth(tmp_path / "depth", 10_000, 51, step=0.0)

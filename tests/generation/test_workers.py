@@ -20,7 +20,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 
 
 def faults(prepare: str) -> int:
-    """Return how many pages the system handed out anew while arrays were made and freed again."""
+    """Return how many pages the system handed out again while arrays were made and freed again."""
     run = subprocess.run([sys.executable, "-c", FAULTS.format(prepare=prepare)], capture_output=True, check=True)
     return int(run.stdout)
 

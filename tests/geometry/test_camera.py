@@ -27,6 +27,6 @@ def test_crop_keeps_points_on_the_same_place() -> None:
 
 
 @pytest.mark.parametrize("bad", [{"width": 0}, {"fx": 0.0}, {"fy": -1.0}])
-def test_impossible_intrinsics_are_refused(bad) -> None:
+def test_impossible_intrinsics_are_rejected(bad) -> None:
     with pytest.raises(ValueError, match="found"):
         PinholeCamera(**{"width": 4, "height": 4, "fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, **bad})

@@ -58,7 +58,7 @@ def test_the_image_is_continuous_and_grows_at_the_rim_of_what_is_believed() -> N
         assert np.diff(shown).max() < 0.01
 
 
-def test_what_folds_or_reaches_too_far_is_refused() -> None:
+def test_what_folds_or_reaches_too_far_is_rejected() -> None:
     PinholeCamera(1280, 720, 564.0, 564.0, 639.5, 359.5, Fisheye()).require_clear_lens()
     with pytest.raises(ValueError, match=r"fisheye k1=0.0 k2=0.0 k3=0.0 k4=0.0 squeezes .* 76.0 deg off its axis"):
         PinholeCamera(1280, 720, 540.0, 540.0, 639.5, 359.5, Fisheye()).require_clear_lens()

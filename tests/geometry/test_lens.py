@@ -69,7 +69,7 @@ def test_the_jacobian_is_the_slope_of_the_map(lens: Distortion) -> None:
     np.testing.assert_allclose(lens.jacobian(xy), np.stack(slopes, axis=-1), atol=1e-8)
 
 
-def test_a_lens_that_folds_inside_the_image_is_refused_in_one_line() -> None:
+def test_a_lens_that_folds_inside_the_image_is_rejected_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"k1=-0\.3691481 .* 47\.9 deg off its axis, inside its borders") as caught:
         PinholeCamera(1224, 370, 721.5, 721.5, 611.5, 184.5, BARREL).require_clear_lens()
     assert "\n" not in str(caught.value)

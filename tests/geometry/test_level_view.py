@@ -70,7 +70,7 @@ def test_the_heading_of_a_camera_that_looks_straight_down_is_where_its_image_end
     np.testing.assert_allclose(ahead, [np.cos(yaw), np.sin(yaw), 0.0], atol=1e-9)
 
 
-def test_what_reaches_too_far_is_refused_and_told() -> None:
+def test_what_reaches_too_far_is_rejected_and_told() -> None:
     # The lower border of the image is arctan(185 / 721.5) = 14.4 deg below the axis.
     assert np.rad2deg(reach(KITTI, np.deg2rad(-40.0), 0.0)) == pytest.approx(54.38, abs=0.01)
     with pytest.raises(ValueError, match=r"the image reaches 60\.4 deg from the horizon; a level camera sees 60 deg"):

@@ -27,8 +27,8 @@ def test_surface_samples_lie_on_the_box_and_are_uniform_by_area() -> None:
     points, normals = sample_surface(box, 20_000, np.random.default_rng(0))
     on_face = np.abs(np.abs(points) / [2.0, 1.0, 0.5] - 1.0) < 1e-9
     assert on_face.any(axis=1).all()
-    share_top = (normals[:, 2] > 0.5).mean()
-    assert share_top == pytest.approx(8 / 28, abs=0.012)  # 4 standard deviations
+    fraction_top = (normals[:, 2] > 0.5).mean()
+    assert fraction_top == pytest.approx(8 / 28, abs=0.012)  # 4 standard deviations
 
 
 @pytest.mark.parametrize("count", [1, 2, 700, 2500])

@@ -13,28 +13,28 @@ from warehouse_sim.geometry.precision_recall import Matches, average_precision, 
 
 
 def random_images(seed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Return true boxes, which are wanted, detections and their scores of some images."""
+    """Return ground-truth boxes, which are wanted, detections and their scores of some images."""
     rng, images = np.random.default_rng(seed), []
     for _ in range(30):
         low = rng.uniform(0, 300, (rng.integers(0, 9), 2))
-        truth = np.concatenate([low, low + rng.uniform(10, 120, low.shape)], axis=1)
-        near = truth[rng.random(len(truth)) < 0.8] if len(truth) else truth
+        gt = np.concatenate([low, low + rng.uniform(10, 120, low.shape)], axis=1)
+        near = gt[rng.random(len(gt)) < 0.8] if len(gt) else gt
         near = near + rng.normal(0, 8, near.shape)
         low = rng.uniform(0, 300, (rng.integers(0, 4), 2))
         stray = np.concatenate([low, low + rng.uniform(10, 120, low.shape)], axis=1)
         found = np.concatenate([near, near[: len(near) // 3] + 4, stray])
         found[:, 2:] = np.maximum(found[:, 2:], found[:, :2] + 5)
-        images.append((truth, rng.random(len(truth)) < 0.8, found, rng.random(len(found))))
+        images.append((gt, rng.random(len(gt)) < 0.8, found, rng.random(len(found))))
     return images
 
 
 def of_pycocotools(images: list, overlap: float) -> float:
     rows, found = [], []
-    for number, (truth, wanted, boxes, scores) in enumerate(images):
-        for box, asked in zip(truth, wanted, strict=True):
+    for number, (gt, wanted, boxes, scores) in enumerate(images):
+        for box, requested in zip(gt, wanted, strict=True):
             w, h = box[2:] - box[:2]
             rows.append({"id": len(rows) + 1, "image_id": number, "category_id": 1, "bbox": [box[0], box[1], w, h],
-                         "area": w * h, "iscrowd": int(not asked)})  # fmt: skip
+                         "area": w * h, "iscrowd": int(not requested)})  # fmt: skip
         for box, score in zip(boxes, scores, strict=True):
             w, h = box[2:] - box[:2]
             found.append({"image_id": number, "category_id": 1, "bbox": [box[0], box[1], w, h], "score": score})
@@ -56,8 +56,8 @@ def of_pycocotools(images: list, overlap: float) -> float:
 def test_average_precision_is_that_of_pycocotools(seed: int, overlap: float) -> None:
     images = random_images(seed)
     rows = []
-    for truth, wanted, found, scores in images:
-        overlaps = np.where(wanted, box_ious(found, truth), box_coverage(found, truth))
+    for gt, wanted, found, scores in images:
+        overlaps = np.where(wanted, box_ious(found, gt), box_coverage(found, gt))
         rows.append(match(scores, overlaps, wanted, overlap))
     assert average_precision(rows) == pytest.approx(of_pycocotools(images, overlap), abs=1e-9)
 

@@ -63,7 +63,7 @@ def test_equal_solids_are_one_mesh() -> None:
     assert prism(L_SHAPE, 2.0) is prism(L_SHAPE, 2.0)
 
 
-def test_impossible_solids_are_refused() -> None:
+def test_impossible_solids_are_rejected() -> None:
     with pytest.raises(ValueError, match="multiple of 4"):
         unit_cylinder(10)
     with pytest.raises(ValueError, match="begin and end on the axis"):

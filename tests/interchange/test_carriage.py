@@ -72,7 +72,7 @@ def test_joints_and_servos_have_their_names_and_ways(scene, pallet, tmp_path: Pa
     assert data.sensor("tips_in_dock").data[2] > 0.04  # tips up, mast back
 
 
-def test_what_cannot_be_is_refused_before_anything_is_written(scene, pallet, tmp_path: Path) -> None:
+def test_what_cannot_be_is_rejected_before_anything_is_written(scene, pallet, tmp_path: Path) -> None:
     carton = next(item for item in scene.instances if scene.model_of(item).class_name == "carton")
     with pytest.raises(InputError, match=rf"object {carton.instance_id} has no pockets .* known: \d+"):
         write_mjcf(scene, tmp_path / "a.xml", carriage=Carriage(carton.instance_id))
@@ -86,6 +86,6 @@ def test_what_cannot_be_is_refused_before_anything_is_written(scene, pallet, tmp
 
 
 @pytest.mark.parametrize("distance", [0.0, float("nan"), 21.0])
-def test_a_distance_out_of_range_is_refused(distance: float) -> None:
+def test_a_distance_out_of_range_is_rejected(distance: float) -> None:
     with pytest.raises(ConfigError, match=r"distance must be 0\.01-20 m"):
         Carriage(1, None, distance)

@@ -151,7 +151,7 @@ def test_bodies_and_cameras_are_explained(scene, path: Path) -> None:
     assert texts["scene"]["exposure"] == scene.exposure
 
 
-def test_a_name_without_xml_is_refused(scene, tmp_path: Path) -> None:
+def test_a_name_without_xml_is_rejected(scene, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"scene\.mjcf: .*choose a name that ends with \.xml"):
         write_mjcf(scene, tmp_path / "scene.mjcf")
     (tmp_path / "taken").write_text("")

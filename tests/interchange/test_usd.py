@@ -202,8 +202,8 @@ def test_a_lens_is_told_to_omniverse(tmp_path: Path) -> None:
 def luminous_distribution() -> IntensityDistribution:
     """Bright along the half plane 0 and to one side, so that a turn or a mirror image would show."""
     plane, angle = np.arange(PLANES) * (2 * np.pi / PLANES), np.radians(np.linspace(0, 180, ANGLES))
-    share = (1.2 + np.cos(plane) + 0.5 * np.sin(plane))[:, None] * np.maximum(np.cos(angle), 0.0)[None] ** 2
-    return IntensityDistribution("skew", 900.0, (share / share.max()).astype(np.float32))
+    fraction = (1.2 + np.cos(plane) + 0.5 * np.sin(plane))[:, None] * np.maximum(np.cos(angle), 0.0)[None] ** 2
+    return IntensityDistribution("skew", 900.0, (fraction / fraction.max()).astype(np.float32))
 
 
 LIGHTS = {
@@ -215,7 +215,7 @@ LIGHTS = {
 
 
 def shaped(prim: Usd.Prim, away: np.ndarray) -> np.ndarray:
-    """Return the share of a light's luminance in directions of its own frame, from its IES file or its cone."""
+    """Return the fraction of a light's luminance in directions of its own frame, from its IES file or its cone."""
     if not prim.HasAPI(UsdLux.ShapingAPI):
         return np.ones(len(away))
     shaping = UsdLux.ShapingAPI(prim)

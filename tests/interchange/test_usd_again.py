@@ -116,9 +116,9 @@ def smoke(tmp_path: Path) -> tuple[SceneSpec, Path]:
 
 
 def test_lights_of_all_kinds_and_vehicles_come_back(smoke, tmp_path: Path) -> None:
-    share = np.random.default_rng(0).random((PLANES, ANGLES)).astype(np.float32)
-    share[3, 5] = 1.0
-    measured = IntensityDistribution("measured: 1", 812.5, share)
+    fraction = np.random.default_rng(0).random((PLANES, ANGLES)).astype(np.float32)
+    fraction[3, 5] = 1.0
+    measured = IntensityDistribution("measured: 1", 812.5, fraction)
     down = np.array([0.0, 0.0, -1.0])
     lights = (
         Light("spot", np.array([1.0, 2.0, 6.0]), down, 500.0, distribution=measured, along=(0.6, 0.8, 0.0), fill=True),
@@ -139,7 +139,7 @@ def test_lights_of_all_kinds_and_vehicles_come_back(smoke, tmp_path: Path) -> No
     found = again.lights[0].distribution
     assert found is not None
     assert (found.name, found.peak) == ("measured: 1", 812.5)
-    np.testing.assert_array_equal(found.share, share)
+    np.testing.assert_array_equal(found.fraction, fraction)
 
 
 def test_what_another_program_changes_is_read(smoke) -> None:
@@ -182,7 +182,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_broken_file_is_refused_in_one_line(fault: str, tmp_path: Path) -> None:
+def test_a_broken_file_is_rejected_in_one_line(fault: str, tmp_path: Path) -> None:
     Sdf.Layer.CreateNew(str(tmp_path / "other.usda")).Save()
     scene, rig = scene_of("smoke", tmp_path)
     path = write_usd(scene, tmp_path / "inner" / "scene.usda", rig)
@@ -198,7 +198,7 @@ def test_a_broken_file_is_refused_in_one_line(fault: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("content", [b"", b"#usda 1.0\n(", b"PXR-USDC" + bytes(40)])
-def test_what_is_no_usd_is_refused(content: bytes, tmp_path: Path) -> None:
+def test_what_is_no_usd_is_rejected(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "scene.usda"
     path.write_bytes(content)
     with pytest.raises(DatasetError, match=r"scene\.usda"):

@@ -7,7 +7,7 @@ from warehouse_sim.learning.ahead import MadeAhead
 
 
 @pytest.mark.parametrize("workers", [1, 4])
-def test_what_is_asked_for_comes_in_order_whatever_was_guessed(workers: int) -> None:
+def test_what_is_requested_for_comes_in_order_whatever_was_guessed(workers: int) -> None:
     made, lock = Counter[tuple[int, bool]](), threading.Lock()
 
     def make(key: tuple[int, bool]) -> str:

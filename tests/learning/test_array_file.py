@@ -19,7 +19,7 @@ def test_grown_array_is_an_ordinary_npy_file(tmp_path: Path) -> None:
     assert torch.equal(shared_tensor(mapped), torch.from_numpy(whole))
 
 
-def test_rows_of_another_kind_are_refused(tmp_path: Path) -> None:
+def test_rows_of_another_kind_are_rejected(tmp_path: Path) -> None:
     file = GrowingArray(tmp_path / "a.npy", (4,), np.dtype(np.float32))
     with pytest.raises(ValueError, match="float32"):
         file.append(np.zeros((3, 4)))

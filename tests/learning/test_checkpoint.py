@@ -22,8 +22,8 @@ class Line(Task):
         super().__init__(nn.Sequential(nn.Linear(1, 8), nn.BatchNorm1d(8), nn.Dropout(0.5), nn.Linear(8, 1)))
         self.x = torch.linspace(-1, 1, 20)[:, None]
 
-    def forward(self, index: torch.Tensor, share: slice, step: int, fraction: float) -> torch.Tensor:
-        x = self.x[index[share]]
+    def forward(self, index: torch.Tensor, part: slice, step: int, fraction: float) -> torch.Tensor:
+        x = self.x[index[part]]
         return (self.network(x) - 2 * x).square().mean()
 
     def validate(self, network: nn.Module) -> dict[str, float]:

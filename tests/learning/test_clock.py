@@ -69,5 +69,5 @@ def test_an_agreed_share_of_the_time_overrules_the_own_clock(now: list[float]) -
     assert clock.fraction(0) == pytest.approx(0.5)
     clock.agree(0.25)
     assert clock.fraction(0) == 0.25
-    assert clock.share_of_time() == pytest.approx(0.5)
+    assert clock.fraction_of_time() == pytest.approx(0.5)
     assert clock.fraction(40) == 0.4

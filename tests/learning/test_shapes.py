@@ -15,10 +15,10 @@ def made() -> nn.Module:
 def test_shapes_are_those_of_the_network_and_no_value_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     real = {name: value.shape for name, value in made().state_dict().items()}
 
-    def refuse(tensor: Tensor, *_: object, **__: object) -> Tensor:
+    def reject(tensor: Tensor, *_: object, **__: object) -> Tensor:
         raise AssertionError("a value is drawn")
 
-    monkeypatch.setattr(torch.Tensor, "normal_", refuse)
+    monkeypatch.setattr(torch.Tensor, "normal_", reject)
     with pytest.raises(AssertionError, match="a value is drawn"):
         made()
     with shapes_only():

@@ -12,12 +12,12 @@ LARGEST = 2**63 - 1
 
 @pytest.mark.parametrize("seed", [0, 7, 2**44, LARGEST])
 def test_steps_and_processes_draw_differently(seed: int) -> None:
-    drawn = [
+    sampled = [
         tuple(torch.randint(2**62, (2,), generator=torch.Generator().manual_seed(step_seed(seed, step, 2, rank))))
         for step in range(20)
         for rank in range(2)
     ]
-    assert len({tuple(map(int, pair)) for pair in drawn}) == 40
+    assert len({tuple(map(int, pair)) for pair in sampled}) == 40
 
 
 def test_small_seeds_are_those_of_before() -> None:

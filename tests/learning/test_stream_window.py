@@ -57,7 +57,7 @@ def test_items_are_made_evenly_though_the_window_strides() -> None:
     assert again == list(range(30, 115))
 
 
-def test_each_item_is_made_once_and_only_when_it_is_asked_for() -> None:
+def test_each_item_is_made_once_and_only_when_it_is_requested_for() -> None:
     opened: list[int] = []
     made: list[int] = []
     moving = window(0.5, opened, made)

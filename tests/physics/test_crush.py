@@ -3,8 +3,8 @@ import pytest
 
 from tests.scene.raster import Pile, may_carry
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.physics import crush_state
 from warehouse_sim.physics.weights import weights_of
@@ -92,11 +92,11 @@ def test_three_loads_on_each_other_are_wrapped() -> None:
 
 
 def test_a_shipped_scene_keeps_the_rule_and_a_grid_of_points_finds_the_same_weights() -> None:
-    drawn = draw_scene(load_recipe("block_storage"), 5, 0)
-    assert crush_state(drawn.scene, drawn.report.knocked).faults == ()
-    weights = weights_of(drawn.scene, frozenset(drawn.report.knocked))
-    loose = [item for item in drawn.scene.instances if item.dynamic and item.group not in drawn.report.knocked]
-    pile = Pile(drawn.scene.models, loose)
+    sampled = sample_settled_scene(load_recipe("block_storage"), 5, 0)
+    assert crush_state(sampled.scene, sampled.report.struck).faults == ()
+    weights = weights_of(sampled.scene, frozenset(sampled.report.struck))
+    loose = [item for item in sampled.scene.instances if item.dynamic and item.group not in sampled.report.struck]
+    pile = Pile(sampled.scene.models, loose)
     by_points = dict(zip((item.instance_id for item in pile.items), pile.carried(), strict=True))
     grounded = [item.instance_id for item in pile.items if item.T_world_object[2, 3] < 0.15]
     assert grounded

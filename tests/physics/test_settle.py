@@ -62,7 +62,7 @@ def test_only_loose_things_moved_and_nothing_else_changed(settled: tuple[SceneSp
 
 
 def boxes_of(model: ObjectModel) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return frame and size (m) of the boxes that are drawn; those that collide for what is drawn otherwise."""
+    """Return frame and size (m) of the boxes that are sampled; those that collide for what is sampled otherwise."""
     if all(part.mesh is unit_box() for part in model.parts):
         return [(part.T_object_part, part.scale) for part in model.parts]
     return [(box.T_parent_box, box.size) for box in model.collision]
@@ -212,9 +212,9 @@ def test_all_stacks_together_stay_where_each_came_to_rest_alone() -> None:
 def test_a_warehouse_of_200_loaded_pallets_and_3000_cartons_settles_in_15_cpu_seconds() -> None:
     recipe = SceneRecipe(
         layout=RackAisleConfig(bays=12, beam_levels=(1.45, 2.9, 4.35), sides="both"),
-        shelving=ShelvingConfig(empty_slot_share=0.2),
+        shelving=ShelvingConfig(empty_slot_fraction=0.2),
         staging=StagingConfig(count=Distribution.constant(0)),
-        loads=UnitLoadConfig(empty_share=0.0, height=Distribution.uniform(0.6, 1.1), max_cartons=32),
+        loads=UnitLoadConfig(empty_fraction=0.0, height=Distribution.uniform(0.6, 1.1), max_cartons=32),
     )
     start = time.process_time()
     scene, report = settle_scene(sample_scene(recipe, 0, 0), SettleConfig())

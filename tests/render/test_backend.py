@@ -22,7 +22,7 @@ CAMERA = PinholeCamera.from_focal(640, 200, 380.0)
 
 
 def digest(renderer: Renderer, scene: SceneSpec) -> str:
-    """Return a hash of all that a scene's views and silhouettes hold."""
+    """Return a hash of all that a scene's views and amodal masks hold."""
     renderer.load(scene)
     total = hashlib.sha256()
     for viewpoint in scene.viewpoints:
@@ -30,8 +30,8 @@ def digest(renderer: Renderer, scene: SceneSpec) -> str:
         assert buffers.normals is not None
         for image in (buffers.rgb, buffers.depth, buffers.instance_ids, buffers.normals):
             total.update(image.tobytes())
-        for silhouette in renderer.silhouettes(CAMERA, viewpoint.T_world_camera, scene.target_instances()):
-            total.update(repr(silhouette.offset).encode() + silhouette.mask.tobytes())
+        for amodal_mask in renderer.amodal_masks(CAMERA, viewpoint.T_world_camera, scene.target_instances()):
+            total.update(repr(amodal_mask.offset).encode() + amodal_mask.mask.tobytes())
     return total.hexdigest()
 
 
@@ -83,13 +83,13 @@ def test_the_description_names_driver_and_version(renderer: Renderer) -> None:
     assert "OpenGL 4" in renderer.description
 
 
-def test_use_before_load_and_after_close_is_refused(wall: SceneSpec) -> None:
+def test_use_before_load_and_after_close_is_rejected(wall: SceneSpec) -> None:
     T = wall.viewpoints[0].T_world_camera
     with open_renderer() as fresh:
         with pytest.raises(RenderError, match="no scene is loaded"):
             fresh.render(CAMERA, T)
         with pytest.raises(RenderError, match="no scene is loaded"):
-            fresh.silhouettes(CAMERA, T, [])
+            fresh.amodal_masks(CAMERA, T, [])
     fresh.close()
     with pytest.raises(RenderError, match="closed"):
         fresh.load(wall)
@@ -118,7 +118,7 @@ def test_an_unknown_backend_lists_the_known_ones() -> None:
         open_renderer("rastr")
 
 
-def test_an_image_that_is_too_large_is_refused(renderer: Renderer, wall: SceneSpec) -> None:
+def test_an_image_that_is_too_large_is_rejected(renderer: Renderer, wall: SceneSpec) -> None:
     renderer.load(wall)
     with pytest.raises(RenderError, match="an image of 4097 x 10 is too large"):
         renderer.render(PinholeCamera.from_focal(4097, 10, 500.0), wall.viewpoints[0].T_world_camera)

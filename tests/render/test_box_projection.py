@@ -12,13 +12,13 @@ from warehouse_sim.render.raster.meshes.parts import build_part_table
 def test_shift_and_order_are_those_of_the_raster_backend() -> None:
     scene = rack_wall()
     table = build_part_table(scene, {name: row for row, name in enumerate(scene.materials)})
-    drawn = [
+    sampled = [
         (instance, number, part)
         for instance in scene.instances
         for number, part in enumerate(scene.model_of(instance).parts)
     ]
-    ids, numbers = np.array([item[0].instance_id for item in drawn]), np.array([item[1] for item in drawn])
-    extent = np.stack([np.ptp(part.mesh.vertices, axis=0) * part.scale for _, _, part in drawn])
+    ids, numbers = np.array([item[0].instance_id for item in sampled]), np.array([item[1] for item in sampled])
+    extent = np.stack([np.ptp(part.mesh.vertices, axis=0) * part.scale for _, _, part in sampled])
     # All parts share one mesh, so the rows are in the order of the scene.
     np.testing.assert_array_equal(table.template["identity"][:, 0], ids)
     np.testing.assert_allclose(texture_shift(ids, numbers), table.template["texture_shift"], atol=1e-6)

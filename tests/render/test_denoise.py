@@ -1,4 +1,4 @@
-"""Few paths without their noise: as close to many as is asked for, as sharp, and the same bytes each time."""
+"""Few paths without their noise: as close to many as is requested, as sharp, and the same bytes each time."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -65,9 +65,9 @@ def test_the_same_bytes_from_any_number_of_threads_and_after_any_other_view(deno
     after = denoising.render(CAMERA, first).rgb
     dr.set_thread_count(many)
     assert np.array_equal(before, after)
-    with open_pathtracer(samples=16, denoise=True) as anew:
-        anew.load(wall)
-        assert np.array_equal(anew.render(CAMERA, first).rgb, before)
+    with open_pathtracer(samples=16, denoise=True) as overwrite:
+        overwrite.load(wall)
+        assert np.array_equal(overwrite.render(CAMERA, first).rgb, before)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
@@ -111,19 +111,19 @@ def test_features_are_those_of_the_surface_and_of_film_before_it(denoising: Any)
     paint = {**MATERIALS, "green": Material("green", (0.1, 0.6, 0.2), roughness=0.05), "film": film}
     models = [box_model("box", (1, 1, 1), "green"), box_model("sheet", (1.2, 1.2, 1.2), "film")]
     view = level_camera(np.zeros(3), 0.0)
-    shares = []
+    fractions = []
     for placed in ([("box", at(3, 0, 0))], [("box", at(3, 0, 0)), ("sheet", at(3, 0, 0))]):
         scene = make_scene(models, placed, [spot((0, 0, 4))], (), paint)
         denoising.load(scene)
         features = cast_features(denoising._scene, CAMERA, view, 4, 0)
-        shares.append(features.albedo[50, 80])
+        fractions.append(features.albedo[50, 80])
         np.testing.assert_allclose(features.normals[50, 80], [-1.0, 0.0, 0.0], atol=1e-5)
         nothing = cast_image(scene, CAMERA, view).instance_ids[0, 0] == 0
         assert nothing
         assert not features.albedo[0, 0].any()
         assert not features.normals[0, 0].any()
-    np.testing.assert_allclose(shares[0], [0.1, 0.6, 0.2], rtol=1e-3)
-    np.testing.assert_allclose(shares[1], 0.25 * 0.9 + 0.75 * shares[0], rtol=1e-3)
+    np.testing.assert_allclose(fractions[0], [0.1, 0.6, 0.2], rtol=1e-3)
+    np.testing.assert_allclose(fractions[1], 0.25 * 0.9 + 0.75 * fractions[0], rtol=1e-3)
 
 
 def test_another_light_needs_no_other_scene(denoising: Any, wall: SceneSpec) -> None:
@@ -134,9 +134,9 @@ def test_another_light_needs_no_other_scene(denoising: Any, wall: SceneSpec) -> 
     denoising.load(darker)
     assert denoising._scene is kept
     second = denoising.render(CAMERA, T).rgb
-    with open_pathtracer(samples=16, denoise=True) as anew:
-        anew.load(darker)
-        assert np.array_equal(anew.render(CAMERA, T).rgb, second)
+    with open_pathtracer(samples=16, denoise=True) as overwrite:
+        overwrite.load(darker)
+        assert np.array_equal(overwrite.render(CAMERA, T).rgb, second)
 
 
 def test_a_black_image_stays_black(denoising: Any, wall: SceneSpec) -> None:

@@ -23,18 +23,18 @@ CAMERA = PinholeCamera.from_focal(64, 48, 40.0)
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
-def distribution(share: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> IntensityDistribution:
-    """Return one that is ``share`` of angle from the axis and half plane (rad)."""
+def distribution(fraction: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> IntensityDistribution:
+    """Return one that is ``fraction`` of angle from the axis and half plane (rad)."""
     turned, angle = np.meshgrid(np.arange(144) * np.pi / 72, np.deg2rad(np.arange(181.0)), indexing="ij")
-    return IntensityDistribution("made", 1.0, share(angle, turned).astype(np.float32))
+    return IntensityDistribution("made", 1.0, fraction(angle, turned).astype(np.float32))
 
 
 def as_formula(light: Light) -> IntensityDistribution:
-    def share(angle: np.ndarray, _: np.ndarray) -> np.ndarray:
+    def fraction(angle: np.ndarray, _: np.ndarray) -> np.ndarray:
         cosine = np.cos(angle).ravel()
         return relative_intensity(light, cosine, np.zeros((len(cosine), 3))).reshape(angle.shape)
 
-    return distribution(share)
+    return distribution(fraction)
 
 
 def scene_of(light: Light) -> SceneSpec:

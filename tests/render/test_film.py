@@ -36,13 +36,13 @@ def film_scene(opacity: float | None, base: float = 0.8, texture: str | None = N
     return replace(scene, instances=tuple(replace(item, instance_id=numbers[item.model]) for item in scene.instances))
 
 
-def drawn(renderer: Renderer, scene: SceneSpec) -> RenderBuffers:
+def sampled(renderer: Renderer, scene: SceneSpec) -> RenderBuffers:
     renderer.load(scene)
     return renderer.render(CAMERA, VIEW, normals=True)
 
 
 def test_film_leaves_depth_ids_and_normals_bitwise_alone(renderer: Renderer) -> None:
-    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.4))
+    bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.4))
     for channel in ("depth", "instance_ids", "normals"):
         assert np.array_equal(getattr(wrapped, channel), getattr(bare, channel))
     assert 3 not in wrapped.instance_ids
@@ -52,13 +52,13 @@ def test_film_leaves_depth_ids_and_normals_bitwise_alone(renderer: Renderer) -> 
 
 @pytest.mark.parametrize("base", [0.0, 0.95])
 def test_film_dims_or_lightens_by_its_colour_and_opacity(renderer: Renderer, base: float) -> None:
-    levels = [drawn(renderer, film_scene(opacity, base)).rgb[CENTRE].mean() for opacity in (None, 0.15, 0.4, 0.8)]
+    levels = [sampled(renderer, film_scene(opacity, base)).rgb[CENTRE].mean() for opacity in (None, 0.15, 0.4, 0.8)]
     steps = np.diff(levels)
     assert (steps > 4.0).all() if base > 0.5 else (steps < -4.0).all()
 
 
 def test_what_stands_before_the_film_is_untouched(renderer: Renderer) -> None:
-    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.8))
+    bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.8))
     assert wrapped.normals is not None
     # Colours are smoothed across the post's outline and between its faces.
     edges = cv2.Canny(wrapped.instance_ids.astype(np.uint8) * 60, 1, 2) > 0
@@ -68,17 +68,17 @@ def test_what_stands_before_the_film_is_untouched(renderer: Renderer) -> None:
     assert np.array_equal(wrapped.rgb[inner], bare.rgb[inner])
 
 
-def test_film_casts_no_shadow_and_has_no_silhouette(renderer: Renderer) -> None:
-    bare, wrapped = (drawn(renderer, film_scene(opacity)) for opacity in (None, 0.4))
+def test_film_casts_no_shadow_and_has_no_amodal_mask(renderer: Renderer) -> None:
+    bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.4))
     floor = (wrapped.instance_ids == 1) & (np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2) > 0)
     # Only where the film's own outline stands out over the floor.
     assert np.count_nonzero(floor) < 0.03 * np.count_nonzero(wrapped.instance_ids == 1)
     scene = film_scene(0.4)
     renderer.load(scene)
-    carton, wrap = renderer.silhouettes(CAMERA, VIEW, [scene.instances[1], scene.instances[2]])
+    carton, wrap = renderer.amodal_masks(CAMERA, VIEW, [scene.instances[1], scene.instances[2]])
     assert wrap.mask.size == 0
     renderer.load(film_scene(None))
-    alone = renderer.silhouettes(CAMERA, VIEW, [scene.instances[1]])[0]
+    alone = renderer.amodal_masks(CAMERA, VIEW, [scene.instances[1]])[0]
     assert carton.offset == alone.offset
     assert np.array_equal(carton.mask, alone.mask)
 
@@ -94,15 +94,15 @@ def test_the_farther_film_is_drawn_first(renderer: Renderer) -> None:
             x = {near: -0.5, far: 0.5}
             placed = [("floor", at(0, 0, -0.05)), *((name, at(x[name], 0, 0.6)) for name in order)]
             scene = make_scene(models, placed, [LIGHT], materials={**MATERIALS, **sheets}, ambient=200.0)
-            levels[near, order] = drawn(renderer, scene).rgb[CENTRE].mean()
+            levels[near, order] = sampled(renderer, scene).rgb[CENTRE].mean()
     assert levels["black", ("black", "white")] == levels["black", ("white", "black")]
     assert levels["white", ("black", "white")] == levels["white", ("white", "black")]
     assert levels["black", ("black", "white")] < levels["white", ("white", "black")] - 20
 
 
 def test_the_same_film_again_gives_the_same_bytes(renderer: Renderer) -> None:
-    first = drawn(renderer, film_scene(0.4, texture="film"))
-    drawn(renderer, film_scene(None))
-    again = drawn(renderer, film_scene(0.4, texture="film"))
+    first = sampled(renderer, film_scene(0.4, texture="film"))
+    sampled(renderer, film_scene(None))
+    again = sampled(renderer, film_scene(0.4, texture="film"))
     assert np.array_equal(first.rgb, again.rgb)
-    assert not np.array_equal(first.rgb, drawn(renderer, film_scene(0.4)).rgb)
+    assert not np.array_equal(first.rgb, sampled(renderer, film_scene(0.4)).rgb)

@@ -1,4 +1,4 @@
-"""An image is that of its view: neither the scene's other viewpoints nor what was asked for before change it."""
+"""An image is that of its view: neither the scene's other viewpoints nor what was requested before change it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.render import Renderer, Silhouette
+from warehouse_sim.render import AmodalMask, Renderer
 from warehouse_sim.render.conformance.scenes import rack_wall, spot
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.schema import SceneSpec, Viewpoint
@@ -26,13 +26,13 @@ def hall_of_many_lights() -> SceneSpec:
 
 
 def render_all(renderer: Renderer, scene: SceneSpec, viewpoints: Sequence[Viewpoint]) -> list[bytes]:
-    """Return what is drawn from ``viewpoints`` of a scene that holds just these."""
+    """Return what is rendered from ``viewpoints`` of a scene that holds just these."""
     renderer.load(replace(scene, viewpoints=tuple(viewpoints)))
-    drawn = [renderer.render(CAMERA, view.T_world_camera) for view in viewpoints]
-    return [item.rgb.tobytes() + item.depth.tobytes() + item.instance_ids.tobytes() for item in drawn]
+    sampled = [renderer.render(CAMERA, view.T_world_camera) for view in viewpoints]
+    return [item.rgb.tobytes() + item.depth.tobytes() + item.instance_ids.tobytes() for item in sampled]
 
 
-def same(a: Sequence[Silhouette], b: Sequence[Silhouette]) -> bool:
+def same(a: Sequence[AmodalMask], b: Sequence[AmodalMask]) -> bool:
     return all(x.offset == y.offset and np.array_equal(x.mask, y.mask) for x, y in zip(a, b, strict=True))
 
 
@@ -56,16 +56,16 @@ def test_an_image_does_not_depend_on_the_image_before(renderer: Renderer) -> Non
 
 
 @pytest.mark.parametrize("lens", [None, Distortion(-0.28, 0.08, 0.0, 0.0)], ids=["pinhole", "lens"])
-def test_silhouettes_are_the_same_before_and_after_an_image(renderer: Renderer, lens: Distortion | None) -> None:
+def test_amodal_masks_are_the_same_before_and_after_an_image(renderer: Renderer, lens: Distortion | None) -> None:
     scene, camera = rack_wall(), replace(CAMERA, distortion=lens)
     drawing = LensRenderer(renderer)
     things = [item for item in scene.instances if scene.model_of(item).class_name != "floor"]
     for view in scene.viewpoints:
         drawing.load(scene)
-        before = drawing.silhouettes(camera, view.T_world_camera, things)
+        before = drawing.amodal_masks(camera, view.T_world_camera, things)
         ids = drawing.render(camera, view.T_world_camera).instance_ids
-        after = drawing.silhouettes(camera, view.T_world_camera, things)
+        after = drawing.amodal_masks(camera, view.T_world_camera, things)
         drawing.render(camera, scene.viewpoints[0].T_world_camera)
         assert same(before, after)
-        assert same(after, drawing.silhouettes(camera, view.T_world_camera, things))
+        assert same(after, drawing.amodal_masks(camera, view.T_world_camera, things))
         assert len(np.unique(ids)) > 10

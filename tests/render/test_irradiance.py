@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.render.coarse_scene import returned_share
+from warehouse_sim.render.coarse_scene import returned_fraction
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import AXES, FieldLevel, LightGatherer, direct_irradiance
 from warehouse_sim.render.light_grid import lay_grid
@@ -67,7 +67,7 @@ def test_a_closed_white_box_holds_the_light_of_an_integrating_sphere(albedo: flo
     light = Light("point", np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, -1.0]), 100.0)
     field = field_of(room(edge, albedo, [light]))
     flux, area = 4.0 * np.pi * 100.0, 6.0 * edge**2
-    albedo = returned_share(Material("grey", (albedo,) * 3, 1.0))[1]
+    albedo = returned_fraction(Material("grey", (albedo,) * 3, 1.0))[1]
     assert np.mean(on_walls(field, edge)) == pytest.approx(flux * albedo / (area * (1.0 - albedo)), rel=0.15)
 
 
@@ -96,7 +96,7 @@ def test_what_a_floor_returns_has_its_colour() -> None:
     assert down[..., 0].max() > 20.0
     lit = down[..., 0] > 0.1
     assert lit.mean() > 0.5
-    red, green, _ = returned_share(paint["concrete"])
+    red, green, _ = returned_fraction(paint["concrete"])
     np.testing.assert_allclose(down[lit][:, 1] / down[lit][:, 0], green / red, rtol=1e-3)
     assert (up == 0.0).all()
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.render.coarse_scene import CoarseScene, returned_share
+from warehouse_sim.render.coarse_scene import CoarseScene, returned_fraction
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.light_grid import lay_grid, sphere_directions
 from warehouse_sim.schema import Material, SceneSpec
@@ -30,7 +30,7 @@ def test_points_lie_around_what_is_seen_and_rays_end_on_the_nearest_outer_face(w
     assert np.prod(fine.shape) < 10_000
     on_floor = (np.abs(grid.places[:, 2]) < 0.01) & (grid.normals[:, 2] > 0.9)
     assert on_floor.mean() > 0.2
-    np.testing.assert_allclose(grid.albedo[on_floor][0], returned_share(MATERIALS["concrete"]), atol=1e-6)
+    np.testing.assert_allclose(grid.albedo[on_floor][0], returned_fraction(MATERIALS["concrete"]), atol=1e-6)
     towards = (grid.rays.reshape(-1, 3)[grid.hit] * grid.normals).sum(axis=1)
     assert (towards <= 0.0).all()
     assert np.isfinite(grid.distance.reshape(-1)[grid.hit]).all()
@@ -100,7 +100,7 @@ def test_a_perforated_upright_is_a_box_of_twelve_faces() -> None:
 @pytest.mark.parametrize(("metallic", "roughness"), [(0.0, 0.9), (0.0, 0.4), (1.0, 0.5)])
 def test_the_share_that_surfaces_return_is_near_their_colour(metallic: float, roughness: float) -> None:
     """The mirrored part comes on top of what scatters; a rough metal loses a little between its bumps."""
-    red, green, blue = returned_share(Material("any", (0.6, 0.3, 0.0), roughness, metallic))
+    red, green, blue = returned_fraction(Material("any", (0.6, 0.3, 0.0), roughness, metallic))
     assert 0.6 * (0.7 if metallic else 0.95) < red < 0.7
     assert red > green > blue
     assert blue == pytest.approx(0.03, abs=0.03)

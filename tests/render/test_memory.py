@@ -28,7 +28,7 @@ def used_after_each(renderer: Renderer, scenes: int, views: int, camera: Pinhole
         for view in range(views):
             T = scene.viewpoints[view % len(scene.viewpoints)].T_world_camera
             renderer.render(camera, T, normals=view % 2 == 0)
-            renderer.silhouettes(camera, T, scene.target_instances())
+            renderer.amodal_masks(camera, T, scene.target_instances())
             yield resident_mib()
 
 

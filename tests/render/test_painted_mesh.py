@@ -38,7 +38,7 @@ def test_finer_triangles_cover_the_same_surface_without_gaps() -> None:
     corners = fine.positions[fine.faces]
     assert np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).max() <= 1.0
     assert np.linalg.norm(areas(fine), axis=1).sum() == pytest.approx(np.linalg.norm(areas(mesh), axis=1).sum())
-    # Every edge has a twin: no corner of one triangle lies within the edge of another.
+    # Every edge has a paired variant: no corner of one triangle lies within the edge of another.
     ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).round(9).reshape(-1, 2, 3), axis=1)
     key = np.concatenate([ends.sum(axis=1), np.abs(ends[:, 0] - ends[:, 1])], axis=1).round(6)
     assert (np.unique(key, axis=0, return_counts=True)[1] == 2).all()

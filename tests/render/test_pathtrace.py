@@ -33,12 +33,12 @@ def test_every_channel_agrees_with_ray_casting(tracer: Any, wall: SceneSpec, cam
     tracer.load(wall)
     for viewpoint in wall.viewpoints[:2]:
         buffers = tracer.render(camera, viewpoint.T_world_camera, normals=True)
-        truth = cast_image(wall, camera, viewpoint.T_world_camera)
-        assert (buffers.instance_ids == truth.instance_ids).mean() >= 0.9999
-        same = (buffers.instance_ids == truth.instance_ids) & (truth.instance_ids > 0) & truth.inside()
+        gt = cast_image(wall, camera, viewpoint.T_world_camera)
+        assert (buffers.instance_ids == gt.instance_ids).mean() >= 0.9999
+        same = (buffers.instance_ids == gt.instance_ids) & (gt.instance_ids > 0) & gt.inside()
         assert np.count_nonzero(same) > 3000
-        assert np.abs(buffers.depth - truth.depth)[same].max() < 2e-4
-        assert ((buffers.normals * truth.normals).sum(axis=-1)[same] > 0.999999).all()
+        assert np.abs(buffers.depth - gt.depth)[same].max() < 2e-4
+        assert ((buffers.normals * gt.normals).sum(axis=-1)[same] > 0.999999).all()
         nothing = buffers.instance_ids == 0
         assert (buffers.normals[nothing] == 0.0).all()
         assert np.array_equal(buffers.depth == 0.0, nothing)
@@ -63,21 +63,21 @@ def test_colours_lie_where_ids_lie() -> None:
             np.testing.assert_allclose(covered[inner], 1.0, rtol=1e-5)
 
 
-def test_silhouettes_are_the_ids_of_the_object_alone(tracer: Any, wall: SceneSpec) -> None:
+def test_amodal_masks_are_the_ids_of_the_object_alone(tracer: Any, wall: SceneSpec) -> None:
     T = wall.viewpoints[2].T_world_camera
     chosen = [wall.instances[k] for k in (3, 20, 30, 41)]
     tracer.load(wall)
-    found = tracer.silhouettes(CAMERA, T, chosen)
+    found = tracer.amodal_masks(CAMERA, T, chosen)
     canvas = CAMERA.crop(-CAMERA.width, -CAMERA.height, 3 * CAMERA.width, 3 * CAMERA.height)
     sizes = []
-    for instance, silhouette in zip(chosen, found, strict=True):
+    for instance, amodal_mask in zip(chosen, found, strict=True):
         alone = cast_image(replace(wall, instances=(instance,)), canvas, T).instance_ids > 0
-        drawn = np.zeros_like(alone)
-        left, top = silhouette.offset[0] + CAMERA.width, silhouette.offset[1] + CAMERA.height
-        height, width = silhouette.mask.shape
-        drawn[top : top + height, left : left + width] = silhouette.mask
-        assert np.count_nonzero(drawn != alone) <= max(2, 0.001 * np.count_nonzero(alone))
-        sizes.append(int(drawn.sum()))
+        sampled = np.zeros_like(alone)
+        left, top = amodal_mask.offset[0] + CAMERA.width, amodal_mask.offset[1] + CAMERA.height
+        height, width = amodal_mask.mask.shape
+        sampled[top : top + height, left : left + width] = amodal_mask.mask
+        assert np.count_nonzero(sampled != alone) <= max(2, 0.001 * np.count_nonzero(alone))
+        sizes.append(int(sampled.sum()))
     assert sum(size > 200 for size in sizes) >= 2
 
 
@@ -177,7 +177,7 @@ def test_a_scene_that_cannot_be_drawn_says_why_and_leaves_the_one_before(tracer:
     assert np.array_equal(tracer.render(CAMERA, wall.viewpoints[0].T_world_camera).rgb, before)
 
 
-def test_use_before_load_and_after_close_is_refused(wall: SceneSpec) -> None:
+def test_use_before_load_and_after_close_is_rejected(wall: SceneSpec) -> None:
     fresh = open_pathtracer()
     T = wall.viewpoints[0].T_world_camera
     with pytest.raises(RenderError, match="no scene is loaded"):
@@ -198,7 +198,7 @@ def test_a_scene_of_nothing_but_film_is_drawn(tracer: Any) -> None:
     buffers = tracer.render(CAMERA, level_camera(np.zeros(3), 0.0), normals=True)
     assert not buffers.instance_ids.any()
     assert buffers.rgb[100, 160].max() > 0
-    assert tracer.silhouettes(CAMERA, level_camera(np.zeros(3), 0.0), scene.instances)[0].mask.size == 0
+    assert tracer.amodal_masks(CAMERA, level_camera(np.zeros(3), 0.0), scene.instances)[0].mask.size == 0
 
 
 def test_importing_the_backends_registry_loads_no_mitsuba() -> None:

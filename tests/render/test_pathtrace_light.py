@@ -57,9 +57,9 @@ def test_the_cone_fades_as_gltf_says() -> None:
     scale = 1.0 / (np.cos(0.3) - np.cos(0.9))
     for angle in (0.2, 0.45, 0.6, 0.75, 0.85):
         x = 4.0 * np.tan(angle)
-        share = np.clip((np.cos(angle) - np.cos(0.9)) * scale, 0.0, 1.0) ** 2
+        fraction = np.clip((np.cos(angle) - np.cos(0.9)) * scale, 0.0, 1.0) ** 2
         measured = matt([light], x) / matt([everywhere], x)
-        assert measured == pytest.approx(share, abs=0.01)
+        assert measured == pytest.approx(fraction, abs=0.01)
     assert matt([light], 4.0 * np.tan(0.95)) == 0.0
 
 
@@ -92,14 +92,14 @@ def test_several_lights_add_up_and_a_light_without_shadow_passes_walls() -> None
     parts = [luminance(floor_scene([light], ambient=0.0)) for light in lights]
     assert luminance(floor_scene(lights, ambient=0.0), samples=2048) == pytest.approx(sum(parts), rel=0.01)
     lid = box_model("lid", (2, 2, 0.02), "steel")
-    for casts, share in ((True, 0.0), (False, 1.0)):
+    for casts, fraction in ((True, 0.0), (False, 1.0)):
         light = replace(lights[1], casts_shadow=casts)
         scene = floor_scene([light], ambient=0.0)
         covered = make_scene(
             [FLOOR, lid], [("floor", at(0, 0, -0.05)), ("lid", at(0, 0, 3))], [light], (), scene.materials, 0.0
         )
         below = luminance(covered, height=2.0) / luminance(scene, height=2.0)
-        assert below == pytest.approx(share, abs=0.01)
+        assert below == pytest.approx(fraction, abs=0.01)
 
 
 def test_the_open_sky_gives_an_upward_surface_its_ambient_light() -> None:
@@ -108,9 +108,9 @@ def test_the_open_sky_gives_an_upward_surface_its_ambient_light() -> None:
     theta = (np.arange(20000) + 0.5) / 20000 * np.pi / 2
     grazing = 0.5 + 2.0 * roughness * np.cos(theta / 2.0) ** 2
     term = 1.0 + (grazing - 1.0) * (1.0 - np.cos(theta)) ** 5
-    share = float((term * 2.0 * np.cos(theta) * np.sin(theta)).sum() * (theta[1] - theta[0]))
+    fraction = float((term * 2.0 * np.cos(theta) * np.sin(theta)).sum() * (theta[1] - theta[0]))
     lit, black = (luminance(floor_scene([], a, ambient=80.0), samples=4096, bounces=1) for a in (0.5, 0.0))
-    assert lit - black == pytest.approx(0.5 * share * 80.0 / np.pi, rel=0.01)
+    assert lit - black == pytest.approx(0.5 * fraction * 80.0 / np.pi, rel=0.01)
     assert 0.0 < black < 0.06 * 80.0 / np.pi
 
 

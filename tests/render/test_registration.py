@@ -76,16 +76,16 @@ def test_every_channel_agrees_with_ray_casting(renderer: Renderer, wall: SceneSp
     renderer.load(wall)
     for viewpoint in wall.viewpoints:
         buffers = renderer.render(KITTI, viewpoint.T_world_camera, normals=True)
-        truth = cast_image(wall, KITTI, viewpoint.T_world_camera)
-        inside = truth.inside()
+        gt = cast_image(wall, KITTI, viewpoint.T_world_camera)
+        inside = gt.inside()
         assert inside.mean() > 0.7
-        assert (buffers.instance_ids == truth.instance_ids)[inside].mean() >= 0.999
-        assert (buffers.instance_ids == truth.instance_ids).mean() >= 0.997
-        compared = inside & (truth.instance_ids > 0) & (buffers.instance_ids == truth.instance_ids)
-        error = np.abs(buffers.depth - truth.depth)[compared]
-        assert np.quantile(error - 0.001 * truth.depth[compared], 0.9999) < 0.001
+        assert (buffers.instance_ids == gt.instance_ids)[inside].mean() >= 0.999
+        assert (buffers.instance_ids == gt.instance_ids).mean() >= 0.997
+        compared = inside & (gt.instance_ids > 0) & (buffers.instance_ids == gt.instance_ids)
+        error = np.abs(buffers.depth - gt.depth)[compared]
+        assert np.quantile(error - 0.001 * gt.depth[compared], 0.9999) < 0.001
         assert buffers.normals is not None
-        cosine = (buffers.normals * truth.normals).sum(axis=-1)[compared]
+        cosine = (buffers.normals * gt.normals).sum(axis=-1)[compared]
         assert np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.9999) < 0.1
         assert (buffers.normals[buffers.instance_ids == 0] == 0.0).all()
         assert ((buffers.depth == 0.0) == (buffers.instance_ids == 0)).all()

@@ -1,4 +1,4 @@
-"""What two scenes have in common is uploaded and drawn once; the images are those of a renderer that starts anew."""
+"""What two scenes have in common is uploaded and drawn once; the images are those of a renderer that starts again."""
 
 from dataclasses import replace
 

@@ -21,8 +21,8 @@ def draws(seed: int, pixels: int, count: int, first: int = 0) -> list[np.ndarray
 
     path = dr.arange(mi.UInt32, pixels * count)
     sampler = sobol_sampler(seed, path // count, path % count + first)
-    drawn = [sampler.next_2d().numpy().T, sampler.next_1d().numpy()[:, None], sampler.next_2d().numpy().T]
-    return [item.reshape(pixels, count, -1) for item in drawn]
+    sampled = [sampler.next_2d().numpy().T, sampler.next_1d().numpy()[:, None], sampler.next_2d().numpy().T]
+    return [item.reshape(pixels, count, -1) for item in sampled]
 
 
 def test_unscrambled_they_are_sobols_points() -> None:

@@ -1,4 +1,4 @@
-"""Views that cannot be drawn are refused before a graphics library sees them."""
+"""Views that cannot be rendered are rejected before a graphics library sees them."""
 
 import numpy as np
 import pytest
@@ -18,8 +18,8 @@ def test_a_camera_matrix_is_finite(number: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("focal_px", [1e-9, 1e9])
-def test_a_focal_length_that_makes_no_view_is_refused(focal_px: float) -> None:
-    with pytest.raises(RenderError, match="cannot be drawn; check its focal lengths"):
+def test_a_focal_length_that_makes_no_view_is_rejected(focal_px: float) -> None:
+    with pytest.raises(RenderError, match="cannot be rendered; check its focal lengths"):
         require_view(PinholeCamera.from_focal(100, 80, focal_px), np.eye(4))
 
 

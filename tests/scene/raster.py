@@ -32,7 +32,7 @@ class Pile:
         return sorted(numbers, key=lambda i: float(self.low[i]))
 
     def supported(self, number: int) -> tuple[float, bool]:
-        """Return the share of a piece's base that rests on bodies, and whether its load's centre is over them."""
+        """Return the fraction of a piece's base that rests on bodies, and whether its load's centre is over them."""
         points = self._base(number)
         rests = np.zeros(len(points), bool)
         for below in self._under(number):

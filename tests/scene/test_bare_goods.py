@@ -43,7 +43,7 @@ def recipe(layout: dict[str, Any], crate: Path, **more: Any) -> SceneRecipe:
         "staging": {"count": 0},
         "observations_per_scene": 1,
         "targets": ["pallet", "crate"],
-        "viewpoints": {"aisle_share": 0.0, "distance": {"min": 1.5, "max": 8.0}, "height": {"min": 0.6, "max": 1.6}},
+        "viewpoints": {"aisle_fraction": 0.0, "distance": {"min": 1.5, "max": 8.0}, "height": {"min": 0.6, "max": 1.6}},
     }
     return SceneRecipe.from_plain(plain | more, "test")
 
@@ -53,15 +53,15 @@ def crates(scene: SceneSpec) -> Sequence[ObjectInstance]:
 
 
 LAYOUTS: dict[str, dict[str, Any]] = {
-    "small_parts": {"kind": "small_parts", "bays": 4, "rows": 2, "goods_share": 0.5},
+    "small_parts": {"kind": "small_parts", "bays": 4, "rows": 2, "goods_fraction": 0.5},
     "mezzanine": {
         "kind": "mixed",
-        "front": {"kind": "mezzanine", "panels": 3, "goods_share": 0.3},
+        "front": {"kind": "mezzanine", "panels": 3, "goods_fraction": 0.3},
         "back": {"kind": "rack_aisle", "bays": 2},
     },
     "conveyor": {
         "kind": "mixed",
-        "front": {"kind": "conveyor_pickup", "segments": 4, "carton_fill": 0.8, "goods_share": 0.5},
+        "front": {"kind": "conveyor_pickup", "segments": 4, "carton_fill": 0.8, "goods_fraction": 0.5},
         "back": {"kind": "rack_aisle", "bays": 2},
     },
 }
@@ -99,8 +99,8 @@ def test_cartons_stand_on_the_carton_line_beside_them(crate: Path) -> None:
 
 
 def test_shelves_kept_for_goods_need_goods() -> None:
-    with pytest.raises(ConfigError, match=r"layout\.goods_share needs articles; list them under loads\.goods"):
-        SceneRecipe.from_plain({"layout": {"kind": "small_parts", "goods_share": 0.2}}, "test")
+    with pytest.raises(ConfigError, match=r"layout\.goods_fraction needs articles; list them under loads\.goods"):
+        SceneRecipe.from_plain({"layout": {"kind": "small_parts", "goods_fraction": 0.2}}, "test")
 
 
 def test_without_a_share_nothing_else_is_drawn(crate: Path) -> None:

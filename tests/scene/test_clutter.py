@@ -1,4 +1,4 @@
-"""Clutter stands on the floor, clear of all, and takes nothing from what is drawn beside it."""
+"""Clutter stands on the floor, clear of all, and takes nothing from what is sampled beside it."""
 
 from collections import Counter
 from dataclasses import replace
@@ -83,7 +83,7 @@ def test_clutter_on_shelves_rests_there_and_touches_nothing_else(layout: Layout)
         assert deep.min(initial=0.0) > -1e-6
 
 
-def test_no_clutter_on_shelves_unless_asked_for() -> None:
+def test_no_clutter_on_shelves_unless_requested_for() -> None:
     draft = SceneDraft()
     site = build_site(draft, SHELVES[0], HallConfig(), np.random.default_rng(0))
     before = len(draft.instances)

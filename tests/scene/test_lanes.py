@@ -47,13 +47,13 @@ def stacks(draft: SceneDraft) -> dict[tuple[int, int], list[ObjectInstance]]:
 
 
 def test_lanes_are_filled_from_the_far_end() -> None:
-    config = {"fill": Distribution.constant(0.67), "stack": Distribution.constant(1), "empties_share": 0.0}
+    config = {"fill": Distribution.constant(0.67), "stack": Distribution.constant(1), "empties_fraction": 0.0}
     assert set(stacks(filled(0, **config))) == {(lane, place) for lane in (-1, 0, 1) for place in (1, 2)}
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_stacks_do_not_touch_and_each_load_begins_just_above_the_one_below(seed: int) -> None:
-    draft = filled(seed, fill=Distribution.constant(1.0), stack=Distribution.choice(2, 3), empties_share=0.3)
+    draft = filled(seed, fill=Distribution.constant(1.0), stack=Distribution.choice(2, 3), empties_fraction=0.3)
     solids = draft.solids()
     group = {item.instance_id: item.group for item in draft.instances}
     groups, boxes = np.array([group[owner] for owner in solids.owner]), solids.boxes
@@ -80,7 +80,9 @@ def test_a_stack_stays_under_the_roof_and_within_what_its_lowest_pallet_bears() 
 
 def test_empty_pallets_are_stacked_alone_and_of_one_kind() -> None:
     loads = UnitLoadConfig(pallets=("epal1", "plastic_runners"))
-    draft = filled(1, loads=loads, empties_share=1.0, empties=Distribution.constant(6), fill=Distribution.constant(1.0))
+    draft = filled(
+        1, loads=loads, empties_fraction=1.0, empties=Distribution.constant(6), fill=Distribution.constant(1.0)
+    )
     assert len(draft.instances) == len(pallets(draft)) == 6 * 9
     for stack in stacks(draft).values():
         assert len({item.model for item in stack}) == 1
@@ -91,7 +93,7 @@ def test_a_lane_of_one_kind_holds_one_article_on_one_type_of_pallet(recipe: str)
     loads = load_recipe(recipe).scene.loads
     classes = set()
     for seed in range(6):
-        config = {"one_kind_share": 1.0, "empties_share": 0.0, "fill": Distribution.constant(1.0)}
+        config = {"one_kind_fraction": 1.0, "empties_fraction": 0.0, "fill": Distribution.constant(1.0)}
         draft = filled(seed, loads=loads, stack=Distribution.choice(1, 3), **config)
         for lane, x in enumerate(X):
             near = [item for item in draft.instances if abs(item.T_world_object[0, 3] - x) < 0.61]
@@ -105,10 +107,10 @@ def test_a_lane_of_one_kind_holds_one_article_on_one_type_of_pallet(recipe: str)
 
 
 def test_the_mix_of_goods_over_lanes_is_the_recipes() -> None:
-    loads = replace(UnitLoadConfig(), tote_share=0.3, sack_share=0.2, empty_share=0.0)
+    loads = replace(UnitLoadConfig(), tote_fraction=0.3, sack_fraction=0.2, empty_fraction=0.0)
     kinds = []
     for seed in range(60):
-        draft = filled(seed, depth=1, loads=loads, one_kind_share=1.0, empties_share=0.0, fill=ONE, stack=ONE)
+        draft = filled(seed, depth=1, loads=loads, one_kind_fraction=1.0, empties_fraction=0.0, fill=ONE, stack=ONE)
         places = {(round(item.T_world_object[0, 3] / 1.2), item.model) for item in draft.instances}
         kinds += [draft.models[name].class_name for _, name in places if draft.models[name].class_name in GOODS]
     assert len(kinds) == 180
@@ -121,12 +123,12 @@ def test_every_upper_load_rests_on_a_full_and_level_layer_that_bears_it(recipe: 
     loads = load_recipe(recipe).scene.loads
     uppers = 0
     for seed in range(2):
-        draft = filled(seed, loads=loads, fill=ONE, stack=Distribution.constant(4), empties_share=0.0)
+        draft = filled(seed, loads=loads, fill=ONE, stack=Distribution.constant(4), empties_fraction=0.0)
         pile = Pile(draft.models, draft.instances)
         for number in pile.pallets():
             if pile.low[number] > 0.3:
-                share, over = pile.supported(number)
-                assert share >= 0.85
+                fraction, over = pile.supported(number)
+                assert fraction >= 0.85
                 assert over
                 uppers += 1
         carried = pile.carried()
@@ -141,8 +143,8 @@ def test_a_lane_too_narrow_for_every_pallet_is_an_error() -> None:
         fill_lanes(SceneDraft(), lanes, LanesConfig(), UnitLoadConfig(), np.random.default_rng(1))
 
 
-def test_settings_out_of_range_are_refused() -> None:
+def test_settings_out_of_range_are_rejected() -> None:
     with pytest.raises(ConfigError, match="stack must stay within 1-4"):
         LanesConfig(stack=Distribution.constant(5))
-    with pytest.raises(ConfigError, match="one_kind_share must be 0-1"):
-        LanesConfig(one_kind_share=1.5)
+    with pytest.raises(ConfigError, match="one_kind_fraction must be 0-1"):
+        LanesConfig(one_kind_fraction=1.5)

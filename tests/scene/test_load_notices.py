@@ -58,6 +58,6 @@ def test_a_notice_says_what_a_level_a_bay_and_a_pallet_may_weigh() -> None:
     notice, other = load_notice_of(3000, 4, 3), load_notice_of(2400, 4, 3)
     assert notice.name == "load_notice_3000x4x3"
     np.testing.assert_array_equal(notice.size, catalog_object("load_notice").size)
-    # Other figures are other strokes: what is written is drawn.
+    # Other figures are other strokes: what is written is sampled.
     assert len(notice.mesh().faces) != len(other.mesh().faces)
     assert np.abs(notice.mesh().vertices).max(axis=0) == pytest.approx(notice.size / 2, abs=1e-9)

@@ -1,4 +1,4 @@
-"""Open cartons stand where the closed ones did, with nothing in their flaps, and only where it was asked for."""
+"""Open cartons stand where the closed ones did, with nothing in their flaps, and only where it was requested."""
 
 from dataclasses import replace
 
@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.physics import contact_state
 from warehouse_sim.scene import SceneRecipe, sample_scene
 
 
-def recipe(share: float) -> SceneRecipe:
+def recipe(fraction: float) -> SceneRecipe:
     base = load_recipe("mixed_pallets").scene
-    wear = replace(base.carton_wear, open_share=share)
+    wear = replace(base.carton_wear, open_fraction=fraction)
     return replace(base, carton_wear=wear, observations_per_scene=1)
 
 
 def test_open_cartons_keep_their_feet_and_hit_nothing() -> None:
-    closed, scene = (sample_scene(recipe(share), 4, 1) for share in (0.0, 0.5))
+    closed, scene = (sample_scene(recipe(fraction), 4, 1) for fraction in (0.0, 0.5))
     changed = [item for item in scene.instances if item.model in OPEN_CARTONS]
     assert len(changed) >= 5
     by_id = {item.instance_id: item for item in closed.instances}
@@ -39,7 +39,7 @@ def test_open_cartons_keep_their_feet_and_hit_nothing() -> None:
 
 def test_a_scene_with_open_cartons_stands() -> None:
     base = load_recipe("mixed_pallets")
-    drawn = draw_scene(replace(base, scene=recipe(0.5)), 4, 1)
-    found = [item for item in drawn.scene.instances if item.model in OPEN_CARTONS]
+    sampled = sample_settled_scene(replace(base, scene=recipe(0.5)), 4, 1)
+    found = [item for item in sampled.scene.instances if item.model in OPEN_CARTONS]
     assert len(found) >= 5
-    assert not drawn.report.problems
+    assert not sampled.report.problems

@@ -32,13 +32,13 @@ from warehouse_sim.scene.recipe import SceneRecipe
 
 scene = {
     "layout": {"kind": "rack_aisle", "bays": 1}, "targets": ["pallet", "crate"],
-    "traffic": {"objects": ["crate"], "own": 2}, "loads": {"cartons": ["long_carton"], "empty_share": 0.0},
+    "traffic": {"objects": ["crate"], "own": 2}, "loads": {"cartons": ["long_carton"], "empty_fraction": 0.0},
 }
 drawn = sample_scene(from_mapping(SceneRecipe, scene, "own.yaml"), 0, 0)
 placed = {item.model for item in drawn.instances}
 print(sorted(placed & {"crate", "long_carton"}), drawn.materials["stranger_stripes"].texture)
 """
-DRAWN = """
+SAMPLED = """
 from dataclasses import replace
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.catalog_sheet import render_thumbnail
@@ -49,7 +49,7 @@ plain = replace(crate, materials=(replace(crate.materials[0], texture=None),))
 with open_renderer("raster") as renderer:
     print(*(render_thumbnail(renderer, model)[110:130, 140:180].std().round(1) for model in (crate, plain)))
 """
-REFUSED = """
+REJECTED = """
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import ConfigError
 for name in ("small_number", "unpainted"):
@@ -73,12 +73,12 @@ def test_a_recipe_places_objects_of_a_plug_in_with_the_materials_that_they_bring
 @pytest.mark.gl
 def test_an_object_of_a_plug_in_is_drawn_with_its_own_texture(tmp_path: Path) -> None:
     install(tmp_path)
-    textured, plain = map(float, output_of(DRAWN, tmp_path).split())
+    textured, plain = map(float, output_of(SAMPLED, tmp_path).split())
     assert textured > 20.0 > 3.0 * plain
 
 
-def test_an_object_that_does_not_fit_the_catalog_is_refused(tmp_path: Path) -> None:
+def test_an_object_that_does_not_fit_the_catalog_is_rejected(tmp_path: Path) -> None:
     install(tmp_path)
-    small, unpainted = output_of(REFUSED, tmp_path).splitlines()
+    small, unpainted = output_of(REJECTED, tmp_path).splitlines()
     assert small.endswith("obj_id must be 1000 or more, found 7")
     assert unpainted.endswith("list its material 'gold' in ObjectModel.materials")

@@ -1,4 +1,4 @@
-"""Cartons with labels drawn anew: another look, the same scene."""
+"""Cartons with labels drawn again: another look, the same scene."""
 
 from dataclasses import replace
 
@@ -18,31 +18,31 @@ from warehouse_sim.schema import SceneSpec
 def pair() -> tuple[SceneSpec, SceneSpec]:
     """Return one draw with fixed and with drawn prints."""
     recipe = load_recipe("smoke").scene
-    drawn = replace(recipe, loads=replace(recipe.loads, prints="drawn"))
-    return sample_scene(recipe, 3, 0), sample_scene(drawn, 3, 0)
+    sampled = replace(recipe, loads=replace(recipe.loads, prints="sampled"))
+    return sample_scene(recipe, 3, 0), sample_scene(sampled, 3, 0)
 
 
 def test_nothing_but_the_look_of_cartons_changes(pair: tuple[SceneSpec, SceneSpec]) -> None:
-    fixed, drawn = pair
-    assert len(fixed.instances) == len(drawn.instances)
-    for one, other in zip(fixed.instances, drawn.instances, strict=True):
+    fixed, sampled = pair
+    assert len(fixed.instances) == len(sampled.instances)
+    for one, other in zip(fixed.instances, sampled.instances, strict=True):
         assert one.instance_id == other.instance_id
         np.testing.assert_array_equal(one.T_world_object, other.T_world_object)
-        assert fixed.model_of(one).obj_id == drawn.model_of(other).obj_id
+        assert fixed.model_of(one).obj_id == sampled.model_of(other).obj_id
         assert (one.model == other.model) == (one.model not in SKUS)
 
 
 def test_looks_come_from_a_bounded_pool(pair: tuple[SceneSpec, SceneSpec]) -> None:
-    _, drawn = pair
-    cartons = [item for item in drawn.instances if drawn.model_of(item).class_name == "carton"]
+    _, sampled = pair
+    cartons = [item for item in sampled.instances if sampled.model_of(item).class_name == "carton"]
     labels = {item.paint[LABEL_FACE] for item in cartons}
     assert 1 < len(labels) <= LABELS
     assert len({item.model for item in cartons}) <= WAYS * len({item.model.split("~")[0] for item in cartons})
     for item in cartons:
         for face in (LABEL_FACE, BOARD_FACE):
-            assert drawn.materials[item.paint[face]].picture is not None
-        for part in drawn.model_of(item).parts:
-            assert item.material_of(part) in drawn.materials
+            assert sampled.materials[item.paint[face]].picture is not None
+        for part in sampled.model_of(item).parts:
+            assert item.material_of(part) in sampled.materials
 
 
 @pytest.mark.parametrize("sku", SKUS)

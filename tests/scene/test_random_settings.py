@@ -18,8 +18,8 @@ PLAIN: dict[str, Any] = {
         "ground_level": {"choices": [True, False]},
         "sides": {"choices": ["one", "both"], "weights": [1, 3]},
     },
-    "loads": {"empty_share": {"mean": 0.3, "std": 0.1, "min": 0.0, "max": 1.0}, "height": {"min": 0.4, "max": 0.9}},
-    "shelving": {"empty_slot_share": {"choices": [0.2, 0.6], "weights": [3, 1]}},
+    "loads": {"empty_fraction": {"mean": 0.3, "std": 0.1, "min": 0.0, "max": 1.0}, "height": {"min": 0.4, "max": 0.9}},
+    "shelving": {"empty_slot_fraction": {"choices": [0.2, 0.6], "weights": [3, 1]}},
 }
 
 
@@ -30,36 +30,36 @@ def test_what_is_open_is_found_and_distributions_are_left_alone() -> None:
         (("layout", "beam_levels", 0), "float"),
         (("layout", "ground_level"), "name"),
         (("layout", "sides"), "name"),
-        (("loads", "empty_share"), "float"),
-        (("shelving", "empty_slot_share"), "float"),
+        (("loads", "empty_fraction"), "float"),
+        (("shelving", "empty_slot_fraction"), "float"),
     ]
     assert found[3].source == Choice(("one", "both"), (1.0, 3.0))
 
 
-def test_a_recipe_draws_each_open_setting_anew_and_reads_back() -> None:
+def test_a_recipe_draws_each_open_setting_again_and_reads_back() -> None:
     recipe = SceneRecipe.from_plain(PLAIN, "here")
     assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
     assert recipe.to_plain()["layout"]["bays"] == {"min": 2.0, "max": 4.0}
-    drawn = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(300)]
-    assert {item.layout.to_plain()["bays"] for item in drawn} == {2, 3, 4}
-    levels = np.array([item.layout.to_plain()["beam_levels"] for item in drawn])
+    sampled = [recipe.sampled(partial(scene_rng, 0, index)) for index in range(300)]
+    assert {item.layout.to_plain()["bays"] for item in sampled} == {2, 3, 4}
+    levels = np.array([item.layout.to_plain()["beam_levels"] for item in sampled])
     assert levels[:, 0].min() >= 1.4
     assert levels[:, 0].std() > 0.04
     np.testing.assert_array_equal(levels[:, 1], 3.0)
-    assert np.mean([item.layout.to_plain()["sides"] == "both" for item in drawn]) == pytest.approx(0.75, abs=0.08)
-    assert np.mean([item.shelving.empty_slot_share == 0.2 for item in drawn]) == pytest.approx(0.75, abs=0.08)
-    assert all(item.loads.height == Distribution.uniform(0.4, 0.9) for item in drawn)
-    assert all(item.random_settings == () for item in drawn)
+    assert np.mean([item.layout.to_plain()["sides"] == "both" for item in sampled]) == pytest.approx(0.75, abs=0.08)
+    assert np.mean([item.shelving.empty_slot_fraction == 0.2 for item in sampled]) == pytest.approx(0.75, abs=0.08)
+    assert all(item.loads.height == Distribution.uniform(0.4, 0.9) for item in sampled)
+    assert all(item.random_settings == () for item in sampled)
 
 
 def test_a_closed_recipe_draws_itself() -> None:
     recipe = SceneRecipe(layout=BlockStorageConfig())
-    assert recipe.drawn(partial(scene_rng, 0, 0)) is recipe
+    assert recipe.sampled(partial(scene_rng, 0, 0)) is recipe
 
 
 def test_a_setting_that_is_opened_changes_no_other() -> None:
     more = PLAIN | {"staging": {"clearance": {"min": 0.3, "max": 0.5}}}
-    few, many = (SceneRecipe.from_plain(plain, "here").drawn(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
+    few, many = (SceneRecipe.from_plain(plain, "here").sampled(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
     assert (few.layout, few.loads, few.shelving) == (many.layout, many.loads, many.shelving)
     assert few.staging != many.staging
 
@@ -84,11 +84,11 @@ def test_values_that_do_not_go_together_are_an_error_of_the_draw() -> None:
     plain = {"layout": {"beam_levels": [{"min": 1.0, "max": 3.0}, {"min": 2.0, "max": 4.0}]}}
     recipe = SceneRecipe.from_plain(plain, "here")
     with pytest.raises(ConfigError, match="a draw of the recipe: layout: beam_levels must rise"):
-        _ = [recipe.drawn(partial(scene_rng, 0, index)) for index in range(100)]
+        _ = [recipe.sampled(partial(scene_rng, 0, index)) for index in range(100)]
 
 
 def test_closing_leaves_the_original_alone() -> None:
-    drawn = with_values(PLAIN, [(("layout", "beam_levels", 0), 1.5)])
-    assert drawn["layout"]["beam_levels"] == [1.5, 3.0]
+    sampled = with_values(PLAIN, [(("layout", "beam_levels", 0), 1.5)])
+    assert sampled["layout"]["beam_levels"] == [1.5, 3.0]
     assert PLAIN["layout"]["beam_levels"][0] == {"min": 1.4, "max": 1.6}
     assert from_mapping(SceneRecipe, {"layout": {"bays": 3}}, "here").random_settings == ()

@@ -12,7 +12,7 @@ from warehouse_sim.scene import sample_scene
 def test_about_the_share_is_battered_and_nothing_else_changes() -> None:
     recipe = load_recipe("smoke").scene
     bare = sample_scene(recipe, 0, 1)
-    rough = sample_scene(replace(recipe, carton_wear=CartonWearConfig(share=0.4)), 0, 1)
+    rough = sample_scene(replace(recipe, carton_wear=CartonWearConfig(fraction=0.4)), 0, 1)
     cartons = battered = 0
     for a, b in zip(bare.instances, rough.instances, strict=True):
         assert (a.instance_id, a.group, a.dynamic) == (b.instance_id, b.group, b.dynamic)

@@ -95,13 +95,13 @@ def test_the_default_scene_is_lit_like_a_warehouse() -> None:
         (
             replace(
                 SMALL,
-                loads=UnitLoadConfig(empty_share=0.0, cartons=("carton_600x400x400",)),
+                loads=UnitLoadConfig(empty_fraction=0.0, cartons=("carton_600x400x400",)),
                 layout=RackAisleConfig(beam_levels=(0.6, 1.2)),
             ),
             "none of carton_600x400x400 fits .* 0.23 m high",
         ),
         (
-            replace(SMALL, shelving=ShelvingConfig(empty_slot_share=0.0), loads=UnitLoadConfig(pallets=("epal3",))),
+            replace(SMALL, shelving=ShelvingConfig(empty_slot_fraction=0.0), loads=UnitLoadConfig(pallets=("epal3",))),
             "lower shelving.yaw_deg",
         ),
         (replace(SMALL, viewpoints=ViewpointsConfig(distance=Distribution.constant(20.0))), "no viewpoint found"),
@@ -114,12 +114,12 @@ def test_what_does_not_fit_names_scene_and_seed_in_one_line(recipe: SceneRecipe,
     assert "\n" not in str(caught.value)
 
 
-def test_a_negative_seed_is_refused() -> None:
+def test_a_negative_seed_is_rejected() -> None:
     with pytest.raises(RecipeError, match="the seed must be >= 0, found -1"):
         sample_scene(SMALL, -1, 0)
 
 
-def test_random_settings_are_drawn_anew_for_each_scene_and_repeat_with_the_key() -> None:
+def test_random_settings_are_drawn_again_for_each_scene_and_repeat_with_the_key() -> None:
     plain = {"layout": {"bays": {"min": 1, "max": 4}}, "observations_per_scene": 1, "staging": {"count": 1}}
     recipe = SceneRecipe.from_plain(plain, "here")
     frames = [Counter(item.model for item in sample_scene(recipe, 0, index).instances) for index in range(6)]

@@ -25,7 +25,7 @@ def pallets(draft: SceneDraft) -> list[ObjectInstance]:
 
 
 def test_full_racks_hold_a_pallet_a_slot_and_nothing_overlaps() -> None:
-    draft = filled(0, empty_slot_share=0.0)
+    draft = filled(0, empty_slot_fraction=0.0)
     assert len(pallets(draft)) == 2 * 3 * 3 * 3
     solids = draft.solids()
     stack = solids.boxes
@@ -37,8 +37,8 @@ def test_full_racks_hold_a_pallet_a_slot_and_nothing_overlaps() -> None:
 
 
 def test_the_share_of_empty_slots_is_kept() -> None:
-    assert len(pallets(filled(1, empty_slot_share=0.5))) == 27
-    assert len(pallets(filled(1, empty_slot_share=1.0))) == 1
+    assert len(pallets(filled(1, empty_slot_fraction=0.5))) == 27
+    assert len(pallets(filled(1, empty_slot_fraction=1.0))) == 1
 
 
 def test_pallets_stand_short_side_out_half_a_millimetre_over_both_beams() -> None:
@@ -59,7 +59,7 @@ def test_pallets_stand_short_side_out_half_a_millimetre_over_both_beams() -> Non
 
 
 def test_loads_stay_under_the_beam_above() -> None:
-    draft = filled(3, empty_slot_share=0.0)
+    draft = filled(3, empty_slot_fraction=0.0)
     tops: dict[int, float] = {}
     for item in draft.instances:
         box = OrientedBox(item.T_world_object, draft.models[item.model].size)

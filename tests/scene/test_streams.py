@@ -24,6 +24,6 @@ def test_a_stream_depends_on_all_of_its_key_and_on_nothing_else() -> None:
 
 
 @pytest.mark.parametrize("key", [(-1, 0, "a"), (0, -1, "a"), (0, 0, "a", -1)])
-def test_negative_numbers_are_refused(key: tuple[object, ...]) -> None:
+def test_negative_numbers_are_rejected(key: tuple[object, ...]) -> None:
     with pytest.raises(RecipeError, match="must be >= 0, found -1"):
         first(*key)

@@ -24,7 +24,7 @@ BUSY = TrafficConfig(
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_everything_asked_for_stands_on_the_floor_clear_of_all_else(seed: int) -> None:
+def test_everything_requested_for_stands_on_the_floor_clear_of_all_else(seed: int) -> None:
     draft = SceneDraft()
     site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
     before = len(draft.instances)

@@ -94,6 +94,6 @@ def test_none_use_up_nothing_of_the_stream() -> None:
     assert rng.random() == np.random.default_rng(0).random()
 
 
-def test_unknown_kinds_of_trucks_are_refused_with_those_there_are() -> None:
+def test_unknown_kinds_of_trucks_are_rejected_with_those_there_are() -> None:
     with pytest.raises(ConfigError, match=r"truck_kinds must list some of counterbalance, .*found .*tank"):
         TrafficConfig(truck_kinds=("tank",))

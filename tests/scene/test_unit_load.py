@@ -18,28 +18,28 @@ from warehouse_sim.scene.packing.stacking import StackingConfig
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, safe_working_load
 from warehouse_sim.schema import SceneSpec
 
-PLAIN = UnitLoadConfig(empty_share=0.0)
+PLAIN = UnitLoadConfig(empty_fraction=0.0)
 RICH = UnitLoadConfig(
-    empty_share=0.0,
+    empty_fraction=0.0,
     pallets=tuple(PALLETS),
-    worn_share=0.5,
-    tote_share=0.15,
-    drum_share=0.15,
-    sack_share=0.15,
-    mixed_share=0.3,
+    damaged_fraction=0.5,
+    tote_fraction=0.15,
+    drum_fraction=0.15,
+    sack_fraction=0.15,
+    mixed_fraction=0.3,
     drums=("drum_plastic_60_blue",),
     patterns=PATTERNS,
     height=Distribution.uniform(0.3, 1.4),
     max_cartons=60,
     overhang_mm=Distribution.uniform(-20.0, 10.0),
-    wrap_share=0.5,
-    slip_sheet_share=0.5,
-    corner_post_share=0.5,
+    wrap_fraction=0.5,
+    slip_sheet_fraction=0.5,
+    corner_post_fraction=0.5,
     stacking=StackingConfig(
         gap_mm=4.0,
         shift_mm=Distribution.normal(0.0, 0.7, -1.5, 1.5),
         layer_shift_mm=Distribution.normal(0.0, 2.0, -6.0, 6.0),
-        half_turn_share=0.5,
+        half_turn_fraction=0.5,
     ),
 )
 
@@ -89,20 +89,20 @@ def test_the_same_stream_gives_the_same_load() -> None:
     np.testing.assert_array_equal([T for _, T in one.pieces], [T for _, T in two.pieces])
 
 
-@pytest.mark.parametrize("share", ["worn_share", "slip_sheet_share", "tote_share", "mixed_share"])
-def test_what_never_happens_uses_up_nothing_of_the_stream(share: str) -> None:
-    """A share that is as good as zero asks the stream, which moves all that is drawn later."""
+@pytest.mark.parametrize("fraction", ["damaged_fraction", "slip_sheet_fraction", "tote_fraction", "mixed_fraction"])
+def test_what_never_happens_uses_up_nothing_of_the_stream(fraction: str) -> None:
+    """A fraction that is as good as zero asks the stream, which moves all that is sampled later."""
 
     def poses(config: UnitLoadConfig) -> list:
         return [T.tolist() for _, T in build_unit_load(1.3, config, np.random.default_rng(3)).pieces]
 
     others = replace(PLAIN, totes=PLAIN.totes[:1], drums=PLAIN.drums[:1], sacks=PLAIN.sacks[:1])
     assert poses(others) == poses(PLAIN)
-    assert poses(replace(PLAIN, **{share: 1e-12})) != poses(PLAIN)
+    assert poses(replace(PLAIN, **{fraction: 1e-12})) != poses(PLAIN)
 
 
 def test_an_empty_pallet_is_a_load_of_one_piece() -> None:
-    load = build_unit_load(0.2, replace(PLAIN, empty_share=1.0), np.random.default_rng(0))
+    load = build_unit_load(0.2, replace(PLAIN, empty_fraction=1.0), np.random.default_rng(0))
     assert len(load.pieces) == 1
     assert load.payload == 0.0
     assert load.mass == 25.0
@@ -113,11 +113,11 @@ def test_film_and_posts_go_with_the_group_but_physics_leaves_them_alone() -> Non
     config = replace(
         PLAIN,
         cartons=("carton_600x400x300",),
-        wrap_share=1.0,
-        corner_post_share=1.0,
-        slip_sheet_share=1.0,
+        wrap_fraction=1.0,
+        corner_post_fraction=1.0,
+        slip_sheet_fraction=1.0,
         height=Distribution.constant(0.95),
-        stacking=StackingConfig(top_layer_share=Distribution.constant(1.0)),
+        stacking=StackingConfig(top_layer_fraction=Distribution.constant(1.0)),
     )
     load = build_unit_load(1.5, config, np.random.default_rng(0))
     classes = [model.class_name for model, _ in load.pieces]
@@ -133,8 +133,8 @@ def test_film_and_posts_go_with_the_group_but_physics_leaves_them_alone() -> Non
     assert vertices[:, 2].min() == pytest.approx(0.144 - 0.07, abs=0.001)
 
 
-def test_worn_pallets_keep_their_meaning() -> None:
-    load = build_unit_load(1.5, replace(PLAIN, worn_share=1.0), np.random.default_rng(0))
+def test_damaged_pallets_keep_their_meaning() -> None:
+    load = build_unit_load(1.5, replace(PLAIN, damaged_fraction=1.0), np.random.default_rng(0))
     fresh = catalog_object(load.pallet.name.split("~")[0])
     assert load.pallet.name != fresh.name
     assert load.pallet.obj_id == fresh.obj_id
@@ -143,8 +143,8 @@ def test_worn_pallets_keep_their_meaning() -> None:
 
 
 @pytest.mark.parametrize("name", PALLETS)
-def test_any_pallet_of_the_catalog_can_be_asked_for(name: str) -> None:
-    load = build_unit_load(1.5, replace(PLAIN, pallets=(name,), slip_sheet_share=1.0), np.random.default_rng(1))
+def test_any_pallet_of_the_catalog_can_be_requested_for(name: str) -> None:
+    load = build_unit_load(1.5, replace(PLAIN, pallets=(name,), slip_sheet_fraction=1.0), np.random.default_rng(1))
     assert load.pallet is catalog_object(name)
     assert len(load.pieces) > 2
 
@@ -161,7 +161,7 @@ def test_a_slot_may_limit_the_footprint() -> None:
 
 
 def test_sacks_are_stacked_up_to_the_mass_that_is_allowed_and_ten_high() -> None:
-    tall = replace(PLAIN, sack_share=1.0, height=Distribution.constant(2.4), max_cartons=300, pallets=("epal6",))
+    tall = replace(PLAIN, sack_fraction=1.0, height=Distribution.constant(2.4), max_cartons=300, pallets=("epal6",))
     for seed in range(10):
         light, free = (build_unit_load(3.0, tall, np.random.default_rng(seed), most_mass=x) for x in (400.0, np.inf))
         assert 320.0 < light.mass <= 400.0
@@ -180,7 +180,7 @@ def test_the_envelope_of_a_drum_does_not_grow_when_the_drum_is_turned() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_envelope_of_pallet_and_cartons_is_the_box_around_their_sizes(seed: int) -> None:
-    load = build_unit_load(1.3, UnitLoadConfig(empty_share=0.0), np.random.default_rng(seed))
+    load = build_unit_load(1.3, UnitLoadConfig(empty_fraction=0.0), np.random.default_rng(seed))
     corners = np.concatenate([OrientedBox(T, model.size).corners() for model, T in load.pieces])
     np.testing.assert_allclose(load.envelope.size[:2], np.ptp(corners[:, :2], axis=0), atol=1e-9)
     assert load.envelope.T_parent_box[2, 3] - load.envelope.size[2] / 2 == pytest.approx(0.02)

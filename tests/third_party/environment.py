@@ -9,7 +9,7 @@ import venv
 from dataclasses import dataclass
 from pathlib import Path
 
-VERBS = """
+COMMANDS = """
 import contextlib, io, json, sys
 from warehouse_sim.cli.main import main
 outcomes = []
@@ -55,17 +55,17 @@ class Environment:
         """Install the package of a folder; what it is built with comes from the environment around."""
         self.pip("install", "--quiet", "--no-deps", "--no-index", "--no-build-isolation", str(package))
 
-    def verb(self, *arguments: object, folder: Path | None = None, code: int = 0) -> str:
-        """Run a verb of ``warehouse-sim`` and return what it prints; its exit code must be ``code``."""
+    def run_command(self, *arguments: object, folder: Path | None = None, code: int = 0) -> str:
+        """Run a command of ``warehouse-sim`` and return what it prints; its exit code must be ``code``."""
         return self._run(("-m", "warehouse_sim", *map(str, arguments)), folder, code)
 
-    def verbs(self, *commands: tuple[object, ...], folder: Path | None = None, code: int = 0) -> list[str]:
-        """Run verbs one after another in one process, as starting one takes seconds; return what each prints.
+    def run_commands(self, *commands: tuple[object, ...], folder: Path | None = None, code: int = 0) -> list[str]:
+        """Run commands one after another in one process, as starting one takes seconds; return what each prints.
 
         Each must end with the exit code ``code``.
         """
         given = json.dumps([[str(item) for item in command] for command in commands])
-        outcomes = json.loads(self._run(("-c", VERBS, given), folder, 0).splitlines()[-1])
+        outcomes = json.loads(self._run(("-c", COMMANDS, given), folder, 0).splitlines()[-1])
         assert [found for found, _ in outcomes] == [code] * len(commands), outcomes
         return [said for _, said in outcomes]
 

@@ -1,4 +1,4 @@
-"""A stranger's package brings one plug-in of each kind, and every verb takes them as its own.
+"""A stranger's package brings one plug-in of each kind, and every command takes them as its own.
 
 The package under ``package/`` is installed by pip into an environment of its own; nothing of ours is patched.
 """
@@ -55,7 +55,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Environment:
 def made(installed: Environment, tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("made")
     (folder / "kettle.yaml").write_text(RECIPE, encoding="utf-8")
-    installed.verb(
+    installed.run_command(
         "generate", "kettle.yaml", "--out", "data", "--scenes", 2, "--workers", 2, "--formats", "flat_files",
         "--backend", "flat_rays", "--backend-options", "shade=0.9", folder=folder,
     )  # fmt: skip
@@ -78,23 +78,23 @@ def test_it_is_listed_while_it_is_installed(tmp_path: Path, capsys: pytest.Captu
     assert not set(NAMES) & set(re.split(r"[,\s]+", before))
     shutil.copytree(PACKAGE, tmp_path / "package", ignore=shutil.ignore_patterns("__pycache__"))
     environment.install(tmp_path / "package")
-    listed = environment.verb("list")
+    listed = environment.run_command("list")
     assert [name for name in NAMES if name not in listed] == []
     environment.pip("uninstall", "--quiet", "--yes", "stranger-warehouse")
-    assert environment.verb("list") == before
+    assert environment.run_command("list") == before
 
 
 def test_our_recipes_do_not_change(installed: Environment, tmp_path: Path) -> None:
     generate = ("generate", "smoke", "--scenes", "1", "--workers", "1", "--out")
-    installed.verb(*generate, tmp_path / "with")
-    Environment.create(tmp_path / "environment").verb(*generate, tmp_path / "without")
+    installed.run_command(*generate, tmp_path / "with")
+    Environment.create(tmp_path / "environment").run_command(*generate, tmp_path / "without")
     assert digests(tmp_path / "with") == digests(tmp_path / "without")
 
 
 def test_a_preview_shows_object_and_sensor(made: Made) -> None:
     preview = ("preview", "kettle.yaml", "--backend", "flat_rays", "--backend-options")
     shades = (0.0, 0.9)
-    made.environment.verbs(
+    made.environment.run_commands(
         *((*preview, f"shade={shade}", "--out", f"{shade}.png") for shade in shades), folder=made.folder
     )
     sheets = [cv2.imread(str(made.folder / f"{shade}.png")) for shade in shades]
@@ -102,10 +102,10 @@ def test_a_preview_shows_object_and_sensor(made: Made) -> None:
     assert not np.array_equal(*sheets)
 
 
-def test_an_option_that_the_backend_lacks_is_refused_by_name(made: Made) -> None:
-    refused = ("preview", "kettle.yaml", "--backend", "flat_rays", "--out", "x.png", "--backend-options")
+def test_an_option_that_the_backend_lacks_is_rejected_by_name(made: Made) -> None:
+    rejected = ("preview", "kettle.yaml", "--backend", "flat_rays", "--out", "x.png", "--backend-options")
     options = ("shadow=1", "shade=2", "shade=dark")
-    made.environment.verbs(*((*refused, option) for option in options), folder=made.folder, code=2)
+    made.environment.run_commands(*((*rejected, option) for option in options), folder=made.folder, code=2)
 
 
 def test_the_dataset_holds_what_the_sensors_read(made: Made) -> None:
@@ -124,7 +124,7 @@ def test_the_dataset_holds_what_the_sensors_read(made: Made) -> None:
 
 
 def test_its_checks_are_run_and_find_what_is_broken(made: Made, tmp_path: Path) -> None:
-    said = made.environment.verb("validate", made.data)
+    said = made.environment.run_command("validate", made.data)
     assert "flat files" in said
     broken = tmp_path / "broken"
     shutil.copytree(made.data, broken)
@@ -133,7 +133,7 @@ def test_its_checks_are_run_and_find_what_is_broken(made: Made, tmp_path: Path) 
     other = shutil.copytree(made.data, tmp_path / "other")
     ring = next((other / "readings/ring").iterdir())
     ring.unlink()
-    said, of_other = made.environment.verbs(("validate", broken), ("validate", other), code=1)
+    said, of_other = made.environment.run_commands(("validate", broken), ("validate", other), code=1)
     assert "is not in scene.json" in said
     assert ring.name in of_other
 
@@ -154,20 +154,20 @@ print(image.scene_id, image.image_id, *ring.reading.channels["distance"])
 
 def test_its_estimator_and_detector_are_scored_and_reported(made: Made) -> None:
     commands: list[tuple[object, ...]] = []
-    for detections in ("truth", "low_things"):
+    for detections in ("gt", "low_things"):
         # What stands before the first underscore of a CSV's name is the method, as BOP has it.
         csv = f"rectangle-{detections.replace('_', '-')}.csv"
         commands.append(("predict", "rectangle", "--data", "data", "--out", csv, "--detections", detections))
         commands.append(("evaluate", csv, "--data", "data", "--out", detections))
-    made.environment.verbs(
-        *commands, ("report", "data", "truth", "low_things", "--out", "report.html"), folder=made.folder
+    made.environment.run_commands(
+        *commands, ("report", "data", "gt", "low_things", "--out", "report.html"), folder=made.folder
     )
-    scores = {name: json.loads((made.folder / name / "scores.json").read_text()) for name in ("truth", "low_things")}
+    scores = {name: json.loads((made.folder / name / "scores.json").read_text()) for name in ("gt", "low_things")}
     page = (made.folder / "report.html").read_text(encoding="utf-8")
     assert [word for word in ("ultrasonic_ring", "distance", "rectangle") if word not in page] == []
-    assert scores["truth"]["method"] == "rectangle-truth"
-    assert scores["truth"]["counts"]["found"] > scores["low_things"]["counts"]["found"] > 0
-    assert scores["truth"]["overall"]["metrics"]["add_10pct"] > 0.5
+    assert scores["gt"]["method"] == "rectangle-truth"
+    assert scores["gt"]["counts"]["found"] > scores["low_things"]["counts"]["found"] > 0
+    assert scores["gt"]["overall"]["metrics"]["add_10pct"] > 0.5
 
 
 def test_its_backend_passes_the_conformance_suite(installed: Environment) -> None:
@@ -183,4 +183,4 @@ print(len(CHECKS), "checks hold")
 
 def test_a_setting_of_its_sensor_is_held_to_its_range(made: Made) -> None:
     (made.folder / "wide.yaml").write_text(RECIPE.replace("rangers: 12", "rangers: 65"), encoding="utf-8")
-    made.environment.verb("preview", "wide.yaml", "--out", "wide.png", folder=made.folder, code=2)
+    made.environment.run_command("preview", "wide.yaml", "--out", "wide.png", folder=made.folder, code=2)

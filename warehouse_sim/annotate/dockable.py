@@ -15,7 +15,7 @@ from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.schema import FREE, UNDER_A_STACK, ObjectInstance, Pocket, Reachability, SceneSpec
+from warehouse_sim.schema import FREE, UNDER_A_STACK, Accessibility, ObjectInstance, Pocket, SceneSpec
 
 _TOUCH = 0.001
 """Boxes that overlap by less (m) do not touch: settled things rest in each other by tenths of a millimetre."""
@@ -43,7 +43,7 @@ class Entry:
     """Angle of the pallet's upright axis to the vertical (rad)."""
 
 
-def reachability(scene: SceneSpec, truck: TruckOutline) -> dict[int, Reachability]:
+def accessibility(scene: SceneSpec, truck: TruckOutline) -> dict[int, Accessibility]:
     """Judge every face with pockets of every target of a settled scene.
 
     Args:
@@ -72,7 +72,7 @@ def reachability(scene: SceneSpec, truck: TruckOutline) -> dict[int, Reachabilit
         number = entry.target.instance_id
         under_stack = verdict == FREE and number in under
         found.setdefault(number, {})[entry.face] = UNDER_A_STACK if under_stack else verdict
-    return {number: Reachability(faces, number in under | upon) for number, faces in found.items()}
+    return {number: Accessibility(faces, number in under | upon) for number, faces in found.items()}
 
 
 def _stages(truck: TruckOutline) -> dict[str, Callable[[Entry, float], Iterable[OrientedBox]]]:

@@ -46,10 +46,10 @@ class FilmCaster:
         """Return the pixels in which one of ``targets`` is seen through film; None for a scene without film.
 
         Args:
-            camera: With which intrinsics the scene was drawn.
+            camera: With which intrinsics the scene was rendered.
             T_world_camera: From where.
-            buffers: What was drawn.
-            targets: Objects that are asked for; other pixels are False.
+            buffers: What was rendered.
+            targets: Objects that are requested; other pixels are False.
         """
         if self._caster is None:
             return None

@@ -1,4 +1,4 @@
-"""Which targets are worth a silhouette: those that can touch the image."""
+"""Which targets are worth an amodal mask: those that can touch the image."""
 
 import numpy as np
 

@@ -14,7 +14,7 @@ from warehouse_sim.schema import ObjectAnnotation, ObjectInstance, RenderBuffers
 
 
 class PlacedMask(Protocol):
-    """An object's unoccluded silhouette on the pixel grid of the image, as renderers return it."""
+    """An object's unoccluded amodal mask on the pixel grid of the image, as renderers return it."""
 
     @property
     def offset(self) -> tuple[int, int]:
@@ -31,11 +31,11 @@ def annotate(
     T_world_camera: Transform,
     buffers: RenderBuffers,
     depth_reading: Float32[np.ndarray, "h w"],
-    silhouettes: Sequence[PlacedMask],
+    amodal_masks: Sequence[PlacedMask],
     targets: Sequence[ObjectInstance] | None = None,
     film: Bool[np.ndarray, "h w"] | None = None,
 ) -> tuple[ObjectAnnotation, ...]:
-    """Label every target whose silhouette touches the image, in order of instance id.
+    """Label every target whose amodal mask touches the image, in order of instance id.
 
     Args:
         scene: What was rendered.
@@ -43,23 +43,23 @@ def annotate(
         T_world_camera: From where.
         buffers: The clean rendering.
         depth_reading: Depth as the sensor gives it (m), 0 = no reading.
-        silhouettes: One for each of ``targets``, in that order.
+        amodal_masks: One for each of ``targets``, in that order.
         targets: The objects to label, in order of instance id; all targets of the scene when omitted.
         film: Pixels before whose first surface film lies, as ``film_image`` gives them; None where it is not asked.
 
     Raises:
-        ValueError: Not one silhouette for each target, or images of another size than the camera's.
+        ValueError: Not one amodal mask for each target, or images of another size than the camera's.
     """
     targets = scene.target_instances() if targets is None else targets
-    if len(silhouettes) != len(targets):
-        raise ValueError(f"{len(targets)} targets need as many silhouettes, found {len(silhouettes)}")
+    if len(amodal_masks) != len(targets):
+        raise ValueError(f"{len(targets)} targets need as many amodal masks, found {len(amodal_masks)}")
     for image in (buffers.instance_ids, depth_reading):
         if image.shape != (camera.height, camera.width):
             raise ValueError(f"an image of shape {image.shape} is not {camera.height} rows of {camera.width}")
     T_camera_world, kinds = invert(T_world_camera), kinds_by_id(scene)
     labels = (
-        _label(scene, instance, T_camera_world, buffers, depth_reading, silhouette, kinds, film)
-        for instance, silhouette in zip(targets, silhouettes, strict=True)
+        _label(scene, instance, T_camera_world, buffers, depth_reading, amodal_mask, kinds, film)
+        for instance, amodal_mask in zip(targets, amodal_masks, strict=True)
     )
     return tuple(label for label in labels if label is not None)
 
@@ -70,21 +70,21 @@ def _label(
     T_camera_world: Transform,
     buffers: RenderBuffers,
     depth_reading: Float32[np.ndarray, "h w"],
-    silhouette: PlacedMask,
+    amodal_mask: PlacedMask,
     kinds: Int[np.ndarray, " n"],
     film: Bool[np.ndarray, "h w"] | None,
 ) -> ObjectAnnotation | None:
-    """Return the label of one target, or None when its silhouette misses the image."""
-    mask = silhouette.mask
+    """Return the label of one target, or None when its amodal mask misses the image."""
+    mask = amodal_mask.mask
     height, width = mask.shape
     image_hw = (depth_reading.shape[0], depth_reading.shape[1])
-    window = window_in_image(silhouette.offset, (height, width), image_hw)
+    window = window_in_image(amodal_mask.offset, (height, width), image_hw)
     pixels_in_image = np.count_nonzero(mask[window.mask]) if window is not None else 0
     if window is None or pixels_in_image == 0:
         return None
     visible = buffers.instance_ids[window.image] == instance.instance_id
     model = scene.model_of(instance)
-    left, top = silhouette.offset
+    left, top = amodal_mask.offset
     return ObjectAnnotation(
         instance_id=instance.instance_id,
         class_name=model.class_name,
@@ -93,8 +93,8 @@ def _label(
         size=model.size,
         box_amodal_xyxy=(float(left), float(top), float(left + width - 1), float(top + height - 1)),
         box_visible_xyxy=box_in_image(visible, window),
-        silhouette_offset=silhouette.offset,
-        silhouette=mask,
+        amodal_mask_offset=amodal_mask.offset,
+        amodal_mask=mask,
         pixels_all=int(np.count_nonzero(mask)),
         pixels_in_image=int(pixels_in_image),
         pixels_visible=int(np.count_nonzero(visible)),

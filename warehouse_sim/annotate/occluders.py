@@ -1,4 +1,4 @@
-"""What hides a target: the share of its silhouette that each kind of thing stands before."""
+"""What hides a target: the fraction of its amodal mask that each kind of thing stands before."""
 
 from collections.abc import Iterable
 from typing import Literal, get_args
@@ -13,7 +13,8 @@ OccluderKind = Literal["load", "pallet", "rack", "traffic", "building", "other",
 """What can hide a target; "border" is what lies outside of the image."""
 KINDS: tuple[OccluderKind, ...] = get_args(OccluderKind)
 WRAP = "wrap"
-"""Key for film. Film dims and does not hide: its share is of the silhouette too, but counts pixels that are visible."""
+"""Key for film. Film dims and does not hide: its fraction is of the amodal mask too, but counts pixels that are
+visible."""
 
 _CLASSES: dict[OccluderKind, tuple[str, ...]] = {
     "load": (
@@ -47,33 +48,33 @@ def kinds_by_id(scene: SceneSpec) -> Int[np.ndarray, " n"]:
 def hidden_by(
     kinds: Int[np.ndarray, " n"],
     instance_ids: Int32[np.ndarray, "h w"],
-    silhouette: Bool[np.ndarray, "sh sw"],
+    amodal_mask: Bool[np.ndarray, "sh sw"],
     window: Window,
     target: int,
     film: Bool[np.ndarray, "h w"] | None = None,
 ) -> dict[str, float]:
-    """Return the share of a target's silhouette that each kind of occluder hides; kinds that hide nothing are absent.
+    """Return the fraction of a target's amodal mask that each kind of occluder hides; others are absent.
 
-    The shares and the visible fraction sum to 1, but for the share under "wrap": that of the pixels which are visible
-    and seen through film.
+    The fractions and the visible fraction sum to 1, but for the fraction under "wrap": that of the pixels which are
+    visible and seen through film.
 
     Args:
         kinds: What ``kinds_by_id`` gives for the scene.
         instance_ids: What the image shows.
-        silhouette: The target's unoccluded silhouette, also beyond the image.
-        window: Where silhouette and image meet.
+        amodal_mask: The target's unoccluded amodal mask, also beyond the image.
+        window: Where amodal mask and image meet.
         target: The target's instance id.
         film: Pixels before whose first surface film lies.
     """
-    inside = silhouette[window.mask]
+    inside = amodal_mask[window.mask]
     seen = instance_ids[window.image][inside]
     counts = np.bincount(kinds[seen[seen != target]], minlength=len(KINDS))
-    total = int(np.count_nonzero(silhouette))
+    total = int(np.count_nonzero(amodal_mask))
     counts[KINDS.index("border")] = total - seen.size
     through = 0 if film is None else int(np.count_nonzero(film[window.image][inside] & (seen == target)))
-    return shares(zip((*KINDS, WRAP), (*counts.tolist(), through), strict=True), total)
+    return fractions(zip((*KINDS, WRAP), (*counts.tolist(), through), strict=True), total)
 
 
-def shares(counts: Iterable[tuple[str, int]], total: int) -> dict[str, float]:
-    """Return the counts that are not 0 as shares of ``total``."""
+def fractions(counts: Iterable[tuple[str, int]], total: int) -> dict[str, float]:
+    """Return the counts that are not 0 as fractions of ``total``."""
     return {kind: float(count) / total for kind, count in counts if count}

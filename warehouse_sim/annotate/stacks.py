@@ -10,7 +10,7 @@ from warehouse_sim.schema import SceneSpec
 _CONTACT = 0.02
 """Boxes this near (m) touch; settled loads have smaller gaps, racks leave larger ones."""
 _UPRIGHT = 0.7
-"""Least vertical share of the axis between two boxes for the lower one to carry the upper one."""
+"""Least vertical fraction of the axis between two boxes for the lower one to carry the upper one."""
 
 
 def stacked_pallets(scene: SceneSpec, solids: Solids) -> tuple[set[int], set[int]]:

@@ -1,4 +1,4 @@
-"""Which part of a silhouette an image holds, and how much of it is seen."""
+"""Which part of an amodal mask an image holds, and how much of it is seen."""
 
 from dataclasses import dataclass
 

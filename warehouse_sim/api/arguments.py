@@ -24,7 +24,7 @@ _VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
-    """Make a function refuse arguments that it does not take, or that are of another type than it says.
+    """Make a function reject arguments that it does not take, or that are of another type than it says.
 
     It stands directly above ``def``, below ``@classmethod`` and ``@property``. Numbers keep to the ``Range`` of their
     annotation. What a type checker alone knows (protocols, type variables, strings that cannot be resolved) passes.

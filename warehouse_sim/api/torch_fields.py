@@ -65,7 +65,7 @@ class Largest:
 
     @classmethod
     def of(cls, data: Iterable[Observation], with_lidar: bool) -> "Largest":
-        """Look through the labels, and where it is asked for through all sweeps."""
+        """Look through the labels, and where it is requested through all sweeps."""
         height = width = objects = lidar = 0
         for obs in data:
             height, width = max(height, obs.camera.height), max(width, obs.camera.width)

@@ -40,17 +40,17 @@ class Question:
     split: str
     out: Path
     """Folder of the benchmark."""
-    anew: bool = False
+    overwrite: bool = False
     """Predict and score again, whatever is kept."""
 
     @property
     def is_made(self) -> bool:
         """Whether its answer was scored before."""
-        return not self.anew and is_scored(self.member, self.condition, self._opened, self.out, ScoreConfig())
+        return not self.overwrite and is_scored(self.member, self.condition, self._opened, self.out, ScoreConfig())
 
     def make(self) -> object:
         """Predict and score; what is kept is used."""
-        return scored(self.member, self.condition, self._opened, self.out, ScoreConfig(), self.anew)
+        return scored(self.member, self.condition, self._opened, self.out, ScoreConfig(), self.overwrite)
 
     @property
     def _opened(self) -> Opened:

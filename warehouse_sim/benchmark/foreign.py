@@ -18,7 +18,7 @@ LINEMOD_OBJECTS = (1, 2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15)
 """The thirteen of LINEMOD that have a mesh in every copy of it: all but bowl (3) and cup (7)."""
 KITTI_CLASSES = ("Car", "Pedestrian")
 _NEAR, _ENOUGH_POINTS = 7.0, 100
-_ALWAYS = ("truth", "shuffled", "rectangle-fit", "icp-multistart")
+_ALWAYS = ("oracle", "shuffled", "rectangle-fit", "icp-multistart")
 """Who is asked where nobody says: bundled networks know no object of others."""
 
 
@@ -102,11 +102,11 @@ def on_folder(suite: Suite, data: Path) -> tuple[Suite, Opened, Protocol]:
     opened = Opened(MadeSet(name, data), reader, points, split)
     conditions: dict[str, ConditionConfig] = {}
     seen = []
-    for label, item in suite.asked.items():
-        asked = replace(item, data=name, estimators=())
-        if replace(asked, data="") not in seen:
-            seen.append(replace(asked, data=""))
-            conditions[label if suite.conditions else name] = asked
+    for label, item in suite.evaluated.items():
+        evaluated = replace(item, data=name, estimators=())
+        if replace(evaluated, data="") not in seen:
+            seen.append(replace(evaluated, data=""))
+            conditions[label if suite.conditions else name] = evaluated
     metrics = [metric for metric in suite.metrics if not metric.startswith("dock")]
     if rules.kind == "linemod":
         metrics = [*dict.fromkeys(["add_adds_10pct", "add_adds_5pct", *metrics])]

@@ -1,4 +1,4 @@
-"""Groups of ground truths that tables have a row for: by class, distance, points of a LiDAR, twin."""
+"""Groups of ground truths that tables have a row for: by class, distance, points of a LiDAR, paired variant."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 _JOINED = " x "
 Place = tuple[int, int, int]
@@ -25,8 +25,8 @@ class EdgeConfig:
 
     distance: tuple[Annotated[float, Range(0, 100_000, "m")], ...] = (0.0, 2.0, 7.0, 15.0, 25.0, 35.0)
     """Of the distance (m), rising, 0-100,000."""
-    visible_fraction: tuple[Share, ...] = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
-    """Of the visible share, rising, 0-1; what is seen as a whole is in the last."""
+    visible_fraction: tuple[Fraction, ...] = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+    """Of the visible fraction, rising, 0-1; what is seen as a whole is in the last."""
     lidar_points: tuple[Annotated[int, Range(0, 1_000_000_000)], ...] = (0, 50, 100)
     """Least numbers of LiDAR points, rising, 0-1,000,000,000; groups hold one another."""
 
@@ -44,7 +44,7 @@ class Subjects:
     table: ErrorTable
     edges: EdgeConfig = field(default_factory=EdgeConfig)
     variants: tuple[str, ...] = ()
-    """Name of the variant of each observation of a scene; empty without twins."""
+    """Name of the variant of each observation of a scene; empty without paired variants."""
     lidar_points: Mapping[Place, int] = field(default_factory=dict)
     """How many points of the sweep are on each."""
 

@@ -1,4 +1,4 @@
-"""The result of a suite as a file: what was asked of whom on which data, and every number with its interval."""
+"""The result of a suite as a file: what was evaluated of whom on which data, and every number with its interval."""
 
 import os
 import platform
@@ -94,7 +94,7 @@ class SuiteResult:
             if row.n < 1 or row.scenes < 1:
                 raise ValueError(f"rows: {where}: n and scenes must be 1 or more, found {row.n} and {row.scenes}")
             if row.estimator not in known:
-                raise ValueError(f"rows: {where}: the estimator is not among those that were asked")
+                raise ValueError(f"rows: {where}: the estimator is not among those that were evaluated")
             if where + row.against in seen:
                 raise ValueError(f"rows: {where}: comes twice")
             seen.add(where + row.against)

@@ -8,12 +8,12 @@ from itertools import chain
 from pathlib import Path
 
 from warehouse_sim.benchmark.ahead import Question, make_ahead
-from warehouse_sim.benchmark.entrants.entrant import TRUTH, Asked, Entrant, Group, entrant, weights_digest
+from warehouse_sim.benchmark.entrants.entrant import GT, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.foreign import counted, on_folder
 from warehouse_sim.benchmark.groups import lidar_points, split_name
 from warehouse_sim.benchmark.recorded.entries import TRIVIAL
-from warehouse_sim.benchmark.recorded.score import find_recorded, front_rows, trivial_group
+from warehouse_sim.benchmark.recorded.score import face_rows, find_recorded, trivial_group
 from warehouse_sim.benchmark.report.markdown import page
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
@@ -43,7 +43,7 @@ class RunConfig:
     """Folder of the benchmark: data, predictions, scores and results."""
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
     """Processes that generate, then train, predict and score side by side."""
-    anew: bool = False
+    overwrite: bool = False
     """Predict and score again, whatever is kept."""
     command: str = ""
     """What the result says makes it again."""
@@ -63,7 +63,7 @@ class _Run:
     notes: list[str] = field(default_factory=list)
     reused: int = 0
     made_now: set[tuple[str, Entrant]] = field(default_factory=set)
-    """Conditions and entrants whose answers were made in this run, before they were asked for in order."""
+    """Conditions and entrants whose answers were made in this run, before they were requested in order."""
 
 
 def run_suite(
@@ -71,7 +71,7 @@ def run_suite(
     estimators: Sequence[str] = (),
     quick: bool = False,
     config: RunConfig = RunConfig(),
-    progress: Progress = lambda share, note: None,
+    progress: Progress = lambda fraction, note: None,
     data: Path | None = None,
 ) -> SuiteResult:
     """Run a suite, write ``results/SUITE.json`` and the page beside it, and return the result.
@@ -80,11 +80,11 @@ def run_suite(
     taken from ``config.out``; a run that was stopped goes on where it was.
 
     Args:
-        suite: What is asked.
+        suite: What is evaluated.
         estimators: Who is asked; those of the suite by default.
         quick: Whether at small sizes.
         config: Where and how.
-        progress: Called with the share that is done and what is going on.
+        progress: Called with the fraction that is done and what is going on.
         data: Folder of others that is scored in place of the suite's own data.
 
     Raises:
@@ -154,15 +154,15 @@ def _made(run: _Run, name: str, data: DataConfig) -> MadeSet:
 
 
 def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
-    """Train what the suite trains; each training of each length is asked after the named estimators."""
+    """Train what the suite trains; each training of each length is evaluated after the named estimators."""
     if not run.suite.trainings:
         return
     known = roots or {name: _made(run, name, item).root for name, item in run.suite.data.items() if item.trained_on}
     _train_ahead(run, known)
     for name, training in run.suite.trainings.items():
 
-        def told(share: float, note: str, title: str = f"training {name}") -> None:
-            run.progress(0.0, f"{title}: {share:.0%}, {note}")
+        def told(fraction: float, note: str, title: str = f"training {name}") -> None:
+            run.progress(0.0, f"{title}: {fraction:.0%}, {note}")
 
         try:
             run.groups += trained(name, training, known, run.config.out, told)
@@ -205,30 +205,32 @@ def _on_recorded(run: _Run, data: Path | None) -> list[Row]:
             run.opened[name] = Opened(MadeSet(name, item.path), DatasetReader(item.path), {}, item.split)
         else:
             run.groups += [] if TRIVIAL in {group.name for group in run.groups} else [trivial_group()]
-            rows += _of_fronts(run, item.path)
-    asked = {name: ConditionConfig(name) for name in run.opened}
-    run.suite = replace(run.suite, conditions=asked)
+            rows += _of_faces(run, item.path)
+    evaluated = {name: ConditionConfig(name) for name in run.opened}
+    run.suite = replace(run.suite, conditions=evaluated)
     _ask(run)
     return rows
 
 
-def _of_fronts(run: _Run, folder: Path) -> Iterator[Row]:
+def _of_faces(run: _Run, folder: Path) -> Iterator[Row]:
     for group in run.groups:
         try:
-            yield from front_rows(group, folder)
+            yield from face_rows(group, folder)
         except _CANNOT as problem:
             _leave_out(run, group.name, folder.name, problem)
 
 
 def _ask(run: _Run) -> None:
-    asked = [(name, item, group) for name, item in run.suite.asked.items() for group in _asked(item, run.groups)]
-    _ask_ahead(run, [(name, item, member) for name, item, group in asked for member in group.members])
-    for number, (name, condition, group) in enumerate(asked):
+    evaluated = [
+        (name, item, group) for name, item in run.suite.evaluated.items() for group in _evaluated(item, run.groups)
+    ]
+    _ask_ahead(run, [(name, item, member) for name, item, group in evaluated for member in group.members])
+    for number, (name, condition, group) in enumerate(evaluated):
 
-        def told(share: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
-            run.progress((number + share) / len(asked), f"{title}: {note}")
+        def told(fraction: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
+            run.progress((number + fraction) / len(evaluated), f"{title}: {note}")
 
-        told(0.0, "asked")
+        told(0.0, "evaluated")
         try:
             answer = _answer(run, name, condition, group, told)
         except _CANNOT as problem:
@@ -239,27 +241,27 @@ def _ask(run: _Run) -> None:
         run.answers.append(answer)
 
 
-def _ask_ahead(run: _Run, asked: Sequence[tuple[str, ConditionConfig, Entrant]]) -> None:
+def _ask_ahead(run: _Run, evaluated: Sequence[tuple[str, ConditionConfig, Entrant]]) -> None:
     """Make answers side by side, and remember which were made now."""
     questions = []
-    for _, condition, member in asked:
+    for _, condition, member in evaluated:
         opened = run.opened[condition.data]
-        questions.append(Question(member, condition, opened.made, opened.split, run.config.out, run.config.anew))
+        questions.append(Question(member, condition, opened.made, opened.split, run.config.out, run.config.overwrite))
     made = make_ahead(
         questions, run.config.workers, lambda done, total: run.progress(done / total, f"{done} of {total} answers")
     )
-    run.made_now = {(asked[number][0], asked[number][2]) for number in made}
+    run.made_now = {(evaluated[number][0], evaluated[number][2]) for number in made}
 
 
-def _asked(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:
+def _evaluated(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:
     groups = [group for group in groups if group.name != TRIVIAL]
     if not condition.estimators:
         return list(groups)
-    return [group for group in groups if group.name in condition.estimators or not _is_asked(group)]
+    return [group for group in groups if group.name in condition.estimators or not _is_evaluated(group)]
 
 
-def _is_asked(group: Group) -> bool:
-    return isinstance(group.members[0], Asked)
+def _is_evaluated(group: Group) -> bool:
+    return isinstance(group.members[0], Evaluated)
 
 
 def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, told: Progress) -> Answer:
@@ -267,8 +269,8 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, told
     found: list[Scores] = []
     for member in group.members:
         is_new = (name, member) in run.made_now
-        anew = run.config.anew and not is_new
-        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), anew, told)
+        overwrite = run.config.overwrite and not is_new
+        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), overwrite, told)
         run.reused += reused and not is_new
         found.append(scores)
     return Answer(group, name, opened, tuple(found))
@@ -291,7 +293,7 @@ def _found(run: _Run) -> Iterator[Row]:
         for name, opened in run.opened.items():
             run.progress(1.0, f"{detector} finds, {name}")
             try:
-                found = found_by(detector, opened, run.config.out, run.config.anew)
+                found = found_by(detector, opened, run.config.out, run.config.overwrite)
                 yield from detection_rows(detector, name, found, opened)
             except _CANNOT as problem:
                 _leave_out(run, detector, name, problem)
@@ -340,12 +342,12 @@ def _detector_facts(run: _Run) -> Iterator[EstimatorFacts]:
     for name in run.suite.detectors:
         if name not in {group.name for group in run.groups}:
             digests = [weights_digest(part) for part in name.split("+")]
-            yield EstimatorFacts(name, int(name != TRUTH), "+".join(item[:16] for item in digests if item))
+            yield EstimatorFacts(name, int(name != GT), "+".join(item[:16] for item in digests if item))
 
 
 def _estimator_facts(run: _Run) -> Iterator[EstimatorFacts]:
     for group in run.groups:
-        asked = [item for item in group.members if isinstance(item, Asked)]
-        digests = [weights_digest(name) for item in asked for name in item.way.parts]
+        evaluated = [item for item in group.members if isinstance(item, Evaluated)]
+        digests = [weights_digest(name) for item in evaluated for name in item.way.parts]
         samples = group.facts.get("samples")
         yield EstimatorFacts(group.name, group.trainings, "+".join(item[:16] for item in digests if item), samples)

@@ -1,4 +1,4 @@
-"""Predictions and scores of each entrant under each condition, kept, and made anew only where inputs differ."""
+"""Predictions and scores of each entrant under each condition, kept, and made again only where inputs differ."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,7 +21,7 @@ from warehouse_sim.output import make_folder
 
 SPLITS = ("test", "val", "train")
 """Of folders of others the first that has poses is scored; of a suite's own data all is test."""
-Share = Callable[[float, str], None]
+Fraction = Callable[[float, str], None]
 _CSV = "predictions.csv"
 
 
@@ -38,15 +38,15 @@ class Opened:
 
     @property
     def variants(self) -> tuple[str, ...]:
-        """Name of the variant of each observation of a scene; empty without twins."""
+        """Name of the variant of each observation of a scene; empty without paired variants."""
         manifest = self.reader.manifest
-        return () if manifest is None else tuple(item.variant for item in manifest.twins)
+        return () if manifest is None else tuple(item.variant for item in manifest.paired_variants)
 
     @property
     def groups(self) -> tuple[int, ...]:
-        """Number of the twin group of each observation of a scene; empty without twins."""
+        """Number of the paired variant group of each observation of a scene; empty without paired variants."""
         manifest = self.reader.manifest
-        return () if manifest is None else tuple(item.group for item in manifest.twins)
+        return () if manifest is None else tuple(item.group for item in manifest.paired_variants)
 
 
 def posed_split(reader: DatasetReader) -> str:
@@ -77,29 +77,29 @@ def scored(
     opened: Opened,
     out: Path,
     config: ScoreConfig,
-    anew: bool = False,
-    progress: Share = lambda share, note: None,
+    overwrite: bool = False,
+    progress: Fraction = lambda fraction, note: None,
 ) -> tuple[Scores, bool]:
     """Return the scores of an entrant under a condition, and whether they were made before.
 
     Args:
         member: Who answers.
-        condition: What is asked.
+        condition: What is evaluated.
         opened: The data.
         out: Folder of the benchmark.
         config: How answers are scored.
-        anew: Make predictions and scores again, whatever is kept.
-        progress: Called with the share of the images that is done.
+        overwrite: Make predictions and scores again, whatever is kept.
+        progress: Called with the fraction of the images that is done.
     """
     place, inputs = _of_predictions(member, condition, opened, out)
     csv = place / _CSV
-    if anew or not is_kept(place, inputs):
+    if overwrite or not is_kept(place, inputs):
         estimates = member.estimates(opened.reader, opened.split, condition, progress)
         make_folder(place)
         predictions.write(csv, estimates)
         keep(place, inputs)
     place, inputs = _of_scores(member.name, csv, opened, out, config)
-    if not anew and is_kept(place, inputs):
+    if not overwrite and is_kept(place, inputs):
         with suppress(EvaluationError):
             return read_scores(place), True
     write_scores(evaluate(csv, opened.made.root, opened.split, config, method=member.name), place)
@@ -123,10 +123,10 @@ def _of_predictions(
 
 def _of_scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig) -> tuple[Path, dict[str, Any]]:
     """Return where scores of predictions are kept, and what they are made of."""
-    beside = predictions.doubt_file(csv)
+    beside = predictions.uncertainty_file(csv)
     inputs = {
         "predictions": file_digest(csv),
-        "doubt": file_digest(beside) if beside.is_file() else "",
+        "uncertainty": file_digest(beside) if beside.is_file() else "",
         "data": opened.reader.digest,
         "settings": to_mapping(config),
         "format": SCORES_FORMAT,

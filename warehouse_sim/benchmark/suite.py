@@ -28,7 +28,7 @@ class DataConfig:
     scenes: Scenes
     """Number of scenes, 1-1,000,000."""
     observations: Views
-    """Observations of each scene, twins not counted, 1-1,000,000."""
+    """Observations of each scene, paired variants not counted, 1-1,000,000."""
     settings: dict[str, Any] = field(default_factory=dict)
     """What replaces settings of the recipe, as a file that extends it would."""
     formats: tuple[str, ...] = ("bop",)
@@ -43,7 +43,7 @@ class DataConfig:
 
 @dataclass(frozen=True)
 class ConditionConfig:
-    """What estimators are asked, and how."""
+    """What estimators are evaluated, and how."""
 
     data: str
     """Name of the data."""
@@ -62,18 +62,18 @@ class CompareConfig:
     factor: str
     """What differs, as tables call it."""
     variants: bool = False
-    """Whether the twins of a dataset are compared, by the names of the variants; else conditions are."""
+    """Whether the paired variants of a dataset are compared, by the names of the variants; else conditions are."""
     against: str = "base"
     """The variant or condition that all others are compared with."""
     among: tuple[str, ...] = ()
     """Conditions that are compared; by default all but ``against``."""
     between: tuple[tuple[str, str], ...] = ()
-    """Pairs of estimators, each compared with the second on what both were asked; of trainings of several lengths the
-    name stands for the longest. Where there are such, neither twins nor conditions are compared."""
+    """Pairs of estimators, each compared with the second on what both were evaluated; of trainings of several lengths
+    the name stands for the longest. Where there are such, neither paired variants nor conditions are compared."""
     by: str = "all"
     """Grouping of the pairs, by what the changed one is; a paired row for each group."""
     changed_only: bool = False
-    """Whether only pairs count whose visible fraction differs, as in twins without their occluders."""
+    """Whether only pairs count whose visible fraction differs, as in paired variants without their occluders."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class ApproachConfig:
     levels: tuple[str, ...] = ("base",)
     """Conditions of docs/closed_loop.md."""
     estimators: tuple[str, ...] = ()
-    """Who of those that the suite asks; by default all that see images. The truth always drives."""
+    """Who of those that the suite asks; by default all that see images. The ground truth always drives."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class QuickConfig:
     data: dict[str, SizeConfig] = field(default_factory=dict)
     """Sizes of the data."""
     conditions: tuple[str, ...] | None = None
-    """Those that are asked; None for all."""
+    """Those that are evaluated; None for all."""
     steps: tuple[Annotated[int, Range(1, 1_000_000_000)], ...] | None = None
     """Lengths of the trainings, 1-1,000,000,000; None for those of the suite."""
     seeds: tuple[Seed, ...] | None = None
@@ -160,9 +160,9 @@ class Suite:
     data: dict[str, DataConfig] = field(default_factory=dict)
     """What is made, by name."""
     estimators: tuple[str, ...] = ()
-    """Whom it asks where nobody says: ``truth`` and ``shuffled`` bound every metric, then a trivial method."""
+    """Whom it asks where nobody says: ``gt`` and ``shuffled`` bound every metric, then a baseline."""
     conditions: dict[str, ConditionConfig] = field(default_factory=dict)
-    """What is asked, by name; by default each dataset as it is."""
+    """What is evaluated, by name; by default each dataset as it is."""
     metrics: tuple[str, ...] = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_20mm")
     """Columns of the tables."""
     by: tuple[str, ...] = ("all",)
@@ -174,7 +174,7 @@ class Suite:
     curves: bool = False
     """Whether accuracy over threshold and quantiles of the error are given."""
     detectors: tuple[str, ...] = ()
-    """Detectors whose boxes and masks are scored: ``truth``, names, run folders, files of results."""
+    """Detectors whose boxes and masks are scored: ``gt``, names, run folders, files of results."""
     trainings: dict[str, TrainingConfig] = field(default_factory=dict)
     """Networks that are trained first."""
     simulate: bool = False
@@ -202,8 +202,8 @@ class Suite:
         return f"{self.name}-v{self.version}"
 
     @property
-    def asked(self) -> Mapping[str, ConditionConfig]:
-        """What is asked, by name."""
+    def evaluated(self) -> Mapping[str, ConditionConfig]:
+        """What is evaluated, by name."""
         whole = {name: ConditionConfig(name) for name, item in self.data.items() if not item.trained_on}
         return self.conditions or whole
 
@@ -242,7 +242,7 @@ def quickened(suite: Suite) -> Suite:
         ConfigError: ``quick`` names data, conditions or trainings that the suite lacks.
     """
     quick = suite.quick
-    known = {"data": suite.data, "conditions": suite.asked, "trainings": suite.trainings}
+    known = {"data": suite.data, "conditions": suite.evaluated, "trainings": suite.trainings}
     given = {"data": quick.data, "conditions": quick.conditions or (), "trainings": quick.trainings or ()}
     for key, names in given.items():
         if strange := [name for name in names if name not in known[key]]:
@@ -253,7 +253,7 @@ def quickened(suite: Suite) -> Suite:
         if quick.trainings is None or name in quick.trainings
     }
     conditions = {
-        name: item for name, item in suite.asked.items() if quick.conditions is None or name in quick.conditions
+        name: item for name, item in suite.evaluated.items() if quick.conditions is None or name in quick.conditions
     }
     used = {item.data for item in conditions.values()} | {name for item in trainings.values() for name in item.data}
     data = {name: _resized(item, quick.data.get(name)) for name, item in suite.data.items() if name in used}

@@ -22,7 +22,8 @@ SHIPPED = {
     **TRAFFIC,
     **CLUTTER,
 }
-"""Name -> builder of the package's own objects. What is drawn by class is drawn from these, whatever is installed."""
+"""Name -> builder of the package's own objects. What is sampled by class is sampled from these, whatever is
+installed."""
 CATALOG = Registry("catalog object")
 """Name -> builder: a function that takes the name and returns the ``ObjectModel``."""
 

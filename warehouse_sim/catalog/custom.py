@@ -55,7 +55,7 @@ def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectMo
         raise ConfigError(f"{path}: scale: the object is {_edges(size)} m; 0.001 is for millimetres, 0.01 for cm")
     if size.min() < _THINNEST:
         raise ConfigError(f"{path}: file: the object is {_edges(size)} m; each edge must be at least {_THINNEST} m")
-    _refuse_slivers(meshes.values(), f"{path}: file: {config.file}")
+    _reject_slivers(meshes.values(), f"{path}: file: {config.file}")
     centred = {name: _solid(mesh, (low + high) / 2) for name, mesh in meshes.items()}
     known = materials() | {material.name: material for material in brought}
     chosen = _materials(config, list(meshes), known, path)
@@ -85,8 +85,8 @@ def _inside(path: Path, file: str) -> Path:
     return found
 
 
-def _refuse_slivers(meshes: Collection[TriangleMesh], where: str) -> None:
-    """Refuse a surface that is made of lines: it has nothing to draw, and no even mesh of it has an end.
+def _reject_slivers(meshes: Collection[TriangleMesh], where: str) -> None:
+    """Reject a surface that is made of lines: it has nothing to draw, and no even mesh of it has an end.
 
     Raises:
         ConfigError: It has next to no area for the length of its triangles.

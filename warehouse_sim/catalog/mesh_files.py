@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.mesh_size import refuse_large_file, refuse_many
+from warehouse_sim.catalog.mesh_size import reject_large_file, reject_many
 from warehouse_sim.catalog.obj_file import read_obj
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -47,9 +47,9 @@ def read_parts(path: Path, up: Up | None, scale: float | None) -> dict[str, Tria
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise ConfigError(f"{path.name} has the suffix {path.suffix!r}; known: {', '.join(SUFFIXES)}")
-    refuse_large_file(path)
+    reject_large_file(path)
     content = reader(path)
-    refuse_many(
+    reject_many(
         path.name,
         max(len(mesh.vertices) for mesh in content.parts.values()) if content.parts else 0,
         sum(len(mesh.faces) for mesh in content.parts.values()),
@@ -108,7 +108,7 @@ def _read_usd(path: Path) -> MeshFile:
                 for item in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
             )
             triangles += len(corners) // 3
-            refuse_many(path.name, 0, triangles)
+            reject_many(path.name, 0, triangles)
             if counts.min(initial=0) < 0 or counts.sum() != len(corners):
                 raise ConfigError(f"{path.name}: {prim.GetPath()} has other corners than its polygons; export it again")
             faces = fans(counts, corners)

@@ -1,4 +1,4 @@
-"""How large a mesh file is, from its header alone: what is far too large is refused before it is read."""
+"""How large a mesh file is, from its header alone: what is far too large is rejected before it is read."""
 
 import json
 import re
@@ -16,8 +16,8 @@ _MOST_BYTES = 200_000_000
 _MOST_HEADER_BYTES = 20_000_000
 
 
-def refuse_large_file(path: Path) -> None:
-    """Refuse a mesh file that is too large, or whose header declares too many vertices or triangles.
+def reject_large_file(path: Path) -> None:
+    """Reject a mesh file that is too large, or whose header declares too many vertices or triangles.
 
     Raises:
         ConfigError: It is too large, or its header cannot be read.
@@ -33,11 +33,11 @@ def refuse_large_file(path: Path) -> None:
             vertices, triangles = count(path)
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, struct.error) as problem:
             raise ConfigError(f"{path.name} cannot be read (its header is broken); export it again") from problem
-        refuse_many(path.name, vertices, triangles)
+        reject_many(path.name, vertices, triangles)
 
 
-def refuse_many(name: str, vertices: int, triangles: int) -> None:
-    """Refuse more vertices or triangles than an object may have.
+def reject_many(name: str, vertices: int, triangles: int) -> None:
+    """Reject more vertices or triangles than an object may have.
 
     Raises:
         ConfigError: There are more.

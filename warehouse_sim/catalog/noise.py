@@ -16,12 +16,12 @@ def value_noise(rng: np.random.Generator, size: int, cells_u: int, cells_v: int)
         cells_v: Cells along v.
     """
     lattice = rng.random((cells_v, cells_u))
-    rows, row_share = _cells(size, cells_v)
-    columns, column_share = _cells(size, cells_u)
+    rows, row_fraction = _cells(size, cells_v)
+    columns, column_fraction = _cells(size, cells_u)
     below, right = (rows + 1) % cells_v, (columns + 1) % cells_u
-    upper = _mix(lattice[np.ix_(rows, columns)], lattice[np.ix_(rows, right)], column_share)
-    lower = _mix(lattice[np.ix_(below, columns)], lattice[np.ix_(below, right)], column_share)
-    return _mix(upper, lower, row_share[:, None])
+    upper = _mix(lattice[np.ix_(rows, columns)], lattice[np.ix_(rows, right)], column_fraction)
+    lower = _mix(lattice[np.ix_(below, columns)], lattice[np.ix_(below, right)], column_fraction)
+    return _mix(upper, lower, row_fraction[:, None])
 
 
 def octaves(rng: np.random.Generator, size: int, cells_u: int, cells_v: int, count: int) -> Texels:
@@ -39,12 +39,12 @@ def displaced(texels: Texels, shift_u: Texels, shift_v: Texels) -> Texels:
     rows, columns = np.mgrid[0:size, 0:size]
     u, v = columns + shift_u, rows + shift_v
     left, top = np.floor(u).astype(int), np.floor(v).astype(int)
-    share_u, share_v = u - left, v - top
+    fraction_u, fraction_v = u - left, v - top
     left, top = left % size, top % size
     right, below = (left + 1) % size, (top + 1) % size
-    upper = _mix(texels[top, left], texels[top, right], share_u)
-    lower = _mix(texels[below, left], texels[below, right], share_u)
-    return _mix(upper, lower, share_v)
+    upper = _mix(texels[top, left], texels[top, right], fraction_u)
+    lower = _mix(texels[below, left], texels[below, right], fraction_u)
+    return _mix(upper, lower, fraction_v)
 
 
 def grains(
@@ -93,7 +93,7 @@ def strokes(
         slope: Least and greatest step along v for a step of one along u; steep lines step along v instead.
         bend: Greatest change of that slope over 100 texels, either way.
     """
-    drawn = np.zeros((size, size))
+    sampled = np.zeros((size, size))
     for _ in range(count):
         u, v = rng.uniform(0.0, size, 2)
         steps = np.arange(int(rng.uniform(*length)))
@@ -101,10 +101,10 @@ def strokes(
         strength = rng.uniform(0.3, 1.0) * smooth_step(4.0 * np.minimum(steps + 1, steps[::-1] + 1) / (len(steps) + 1))
         columns, places = np.floor(u).astype(int) + steps, v + np.cumsum(rise)
         rows = np.floor(places).astype(int)
-        share = places - rows
-        for row, part in ((rows, 1.0 - share), (rows + 1, share)):
-            np.maximum.at(drawn, (row % size, columns % size), strength * part)
-    return drawn
+        fraction = places - rows
+        for row, part in ((rows, 1.0 - fraction), (rows + 1, fraction)):
+            np.maximum.at(sampled, (row % size, columns % size), strength * part)
+    return sampled
 
 
 def offsets(size: int, centre: tuple[float, float]) -> tuple[Texels, Texels]:
@@ -114,10 +114,10 @@ def offsets(size: int, centre: tuple[float, float]) -> tuple[Texels, Texels]:
     return du - np.round(du), dv - np.round(dv)
 
 
-def smooth_step(share: np.ndarray) -> np.ndarray:
-    """Return the cubic that goes from 0 to 1 with level ends, for ``share`` cut to 0-1."""
-    share = np.clip(share, 0.0, 1.0)
-    return share * share * (3.0 - 2.0 * share)
+def smooth_step(fraction: np.ndarray) -> np.ndarray:
+    """Return the cubic that goes from 0 to 1 with level ends, for ``fraction`` cut to 0-1."""
+    fraction = np.clip(fraction, 0.0, 1.0)
+    return fraction * fraction * (3.0 - 2.0 * fraction)
 
 
 def ridges(noise: Texels, width: float) -> Texels:
@@ -139,5 +139,5 @@ def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray]:
     return cell, smooth_step(place - cell)
 
 
-def _mix(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:
-    return a + (b - a) * share
+def _mix(a: np.ndarray, b: np.ndarray, fraction: np.ndarray) -> np.ndarray:
+    return a + (b - a) * fraction

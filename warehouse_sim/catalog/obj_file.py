@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.catalog.mesh_size import refuse_many
+from warehouse_sim.catalog.mesh_size import reject_many
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -40,7 +40,7 @@ def read_obj(path: Path) -> dict[str, TriangleMesh]:
             raise ConfigError(
                 f"{path.name}: line {number}: {shown(line.strip())} cannot be read ({problem})"
             ) from problem
-        refuse_many(path.name, len(vertices), count)
+        reject_many(path.name, len(vertices), count)
     return {name: _compact(np.array(vertices, float), np.array(faces, np.int32)) for name, faces in triangles.items()}
 
 

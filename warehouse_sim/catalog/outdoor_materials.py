@@ -35,9 +35,9 @@ def outdoor_materials() -> tuple[Material, ...]:
     return (*sky, *lit, glow, lamp)
 
 
-def _sky(share: float, number: int) -> Material:
-    """Return the sky at a ``share`` of the way from the horizon to the zenith."""
-    blend = share**0.7
+def _sky(fraction: float, number: int) -> Material:
+    """Return the sky at a ``fraction`` of the way from the horizon to the zenith."""
+    blend = fraction**0.7
     red, green, blue = ((1 - blend) * a + blend * b for a, b in zip(_HORIZON[0], _ZENITH[0], strict=True))
     luminance = (1 - blend) * _HORIZON[1] + blend * _ZENITH[1]
     return Material(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import missing, require_extra
 
@@ -20,7 +20,7 @@ def bench(
     data: Path | None = None,
     out: Path = Path("out/bench"),
     workers: int | None = None,
-    anew: bool = False,
+    overwrite: bool = False,
 ) -> int:
     """Run a suite: generate what is missing, predict, score, and write a result with an interval beside every number.
 
@@ -30,13 +30,13 @@ def bench(
 
     Args:
         suite: Name of a shipped suite, see ``warehouse-sim list``, the path of a .yaml file, or ``all``.
-        estimators: Who is asked: truth, shuffled, bundled names or run folders, perhaps with +evidence, +argmax, +lidar
-            and so on (docs/benchmark.md), a CSV of poses or a folder of such; by default those of the suite.
+        estimators: Who is asked: ground truth, shuffled, bundled names or run folders, perhaps with +verify, +argmax,
+            +lidar and so on (docs/benchmark.md), a CSV of poses or a folder of such; by default those of the suite.
         quick: Small sizes: minutes on two cores, wide intervals.
         data: Folder of others that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
         out: Folder for data, predictions, scores and results.
         workers: Processes that generate, then train, predict and score side by side; one per processor by default.
-        anew: Predict and score again, whatever is kept; data stay.
+        overwrite: Predict and score again, whatever is kept; data stay.
     """
     require_extra("generate", "to make scenes")
     require_extra("learn", "to predict")
@@ -45,7 +45,7 @@ def bench(
     from warehouse_sim.benchmark.suite import load_suite
     from warehouse_sim.resources import suite_names
 
-    config = RunConfig(out, workers or os.cpu_count() or 1, anew)
+    config = RunConfig(out, workers or os.cpu_count() or 1, overwrite)
     failed = False
     for name in suite_names() if suite == "all" else [suite]:
         loaded = load_suite(name)
@@ -54,7 +54,7 @@ def bench(
         command = ["warehouse-sim", "bench", name, *(["--estimators", *estimators] if estimators else [])]
         command += [*(["--quick"] if quick else []), *(["--data", given.name] if given else [])]
         try:
-            with share_progress(loaded.title) as progress:
+            with fraction_progress(loaded.title) as progress:
                 told = replace(config, command=shlex.join(command))
                 result = run_suite(loaded, estimators, quick, told, progress, given)
         except WarehouseSimError as problem:

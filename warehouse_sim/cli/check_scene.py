@@ -1,4 +1,4 @@
-"""``warehouse-sim check-scene``: the evidence that a scene is physically possible."""
+"""``warehouse-sim check-scene``: the verification that a scene is physically possible."""
 
 from dataclasses import asdict
 from math import degrees
@@ -30,8 +30,8 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
     require_extra("generate", "to make scenes")
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
-    from warehouse_sim.generation.drawn import ATTEMPTS
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.sampled import ATTEMPTS
     from warehouse_sim.physics import crush_state, settle_scene
     from warehouse_sim.scene import sample_scene
 
@@ -44,8 +44,8 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
             print(f"attempt {attempt}: rejected: {problem}")
             continue
         settled, report = settle_scene(spec, loaded.settle)
-        crush = crush_state(settled, report.knocked)
-        for line in (*_evidence(settled, report, loaded.settle), *_crush_lines(crush)):
+        crush = crush_state(settled, report.struck)
+        for line in (*_verification(settled, report, loaded.settle), *_crush_lines(crush)):
             print(f"attempt {attempt}: {line}")
         if json is not None:
             write_json(json, {"attempt": attempt, "settled": asdict(report), "crush": crush.to_plain()})
@@ -69,7 +69,7 @@ def _crush_lines(crush: "CrushState") -> list[str]:
     ]
 
 
-def _evidence(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
+def _verification(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
     """Return what was measured and, where there is one, the limit."""
     classes = [scene.model_of(item).class_name for item in scene.instances]
     loose = sum(item.dynamic for item in scene.instances)
@@ -82,8 +82,8 @@ def _evidence(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig"
         f"overlap      {mm * report.max_overlap:9.3f} mm    limit {limits.max_overlap_mm:g}",
         f"floating     {mm * report.max_gap:9.3f} mm    limit {limits.max_gap_mm:g}",
         f"lowest point {mm * report.lowest:9.3f} mm    limit {-limits.max_overlap_mm:g}, the floor is 0",
-        f"drift        {mm * report.max_drift:9.3f} mm    limit {limits.max_drift_mm:g}, before knocks",
-        f"tilt         {degrees(report.max_tilt):9.3f} deg   limit {limits.max_tilt_deg:g}, before knocks",
-        f"{len(report.knocked)} loads knocked: {len(report.shifted)} pieces shifted, {len(report.leaning)} leaning, "
+        f"drift        {mm * report.max_drift:9.3f} mm    limit {limits.max_drift_mm:g}, before impulses",
+        f"tilt         {degrees(report.max_tilt):9.3f} deg   limit {limits.max_tilt_deg:g}, before impulses",
+        f"{len(report.struck)} loads struck: {len(report.shifted)} pieces shifted, {len(report.leaning)} leaning, "
         f"{len(report.fallen)} fallen",
     ]

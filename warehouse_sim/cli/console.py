@@ -1,4 +1,4 @@
-"""How verbs speak: results to stdout, progress to stderr, and at the end what comes next."""
+"""How commands speak: results to stdout, progress to stderr, and at the end what comes next."""
 
 import shlex
 import sys
@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-ShareProgress = Callable[[float, str], None]
-"""Takes the share that is done (0-1) and a note on what is going on."""
+FractionProgress = Callable[[float, str], None]
+"""Takes the fraction that is done (0-1) and a note on what is going on."""
 CountProgress = Callable[[int, int], None]
 """Takes how many are done and how many there are."""
 
@@ -31,8 +31,8 @@ def finish(output: Path, *next_command: str | Path) -> None:
 
 
 @contextmanager
-def share_progress(label: str) -> Iterator[ShareProgress]:
-    """Yield a callback ``(share, note)``: a bar on a terminal, a line at each tenth otherwise."""
+def fraction_progress(label: str) -> Iterator[FractionProgress]:
+    """Yield a callback ``(fraction, note)``: a bar on a terminal, a line at each tenth otherwise."""
     if not _chatter.is_terminal:
         yield _line_every_tenth(label)
         return
@@ -45,14 +45,14 @@ def share_progress(label: str) -> Iterator[ShareProgress]:
     )
     with Progress(*columns, TextColumn("{task.fields[note]}"), console=_chatter) as bar:
         task = bar.add_task(label, total=1.0, note="")
-        yield lambda share, note: bar.update(task, completed=share, note=note)
+        yield lambda fraction, note: bar.update(task, completed=fraction, note=note)
 
 
 @contextmanager
 def count_progress(label: str) -> Iterator[CountProgress]:
-    """Yield a callback ``(done, total)``, shown as ``share_progress`` shows it, with rate and time that is left."""
+    """Yield a callback ``(done, total)``, shown as ``fraction_progress`` shows it, with rate and time that is left."""
     pace = _Pace()
-    with share_progress(label) as update:
+    with fraction_progress(label) as update:
         yield lambda done, total: update(done / max(total, 1), pace.note(done, total))
 
 
@@ -80,13 +80,13 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _line_every_tenth(label: str) -> ShareProgress:
+def _line_every_tenth(label: str) -> FractionProgress:
     start, last = time.monotonic(), [-1]
 
-    def update(share: float, note: str) -> None:
-        tenth = int(10 * share)
+    def update(fraction: float, note: str) -> None:
+        tenth = int(10 * fraction)
         if tenth > last[0]:
             last[0] = tenth
-            print(f"{label}: {share:.0%}, {time.monotonic() - start:.0f} s, {note}", file=sys.stderr, flush=True)
+            print(f"{label}: {fraction:.0%}, {time.monotonic() - start:.0f} s, {note}", file=sys.stderr, flush=True)
 
     return update

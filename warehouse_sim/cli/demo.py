@@ -1,4 +1,4 @@
-"""``warehouse-sim demo``: the whole way on one recipe, by the same verbs that a user calls."""
+"""``warehouse-sim demo``: the whole way on one recipe, by the same commands that a user calls."""
 
 import json
 import os

@@ -7,7 +7,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.optional import require_extra
 
 
@@ -28,7 +28,7 @@ def detect(
         out: JSON file to write; ``predict --detections FILE`` takes it.
         split: Split to look at.
         labels: Folder for the same as YOLO's label files, with scores.
-        visible: Least visible share of what is to be found, 0-1.
+        visible: Least visible fraction of what is to be found, 0-1.
         height_px: Least height of what is to be found (px).
     """
     require_extra("learn", "to detect")
@@ -36,10 +36,10 @@ def detect(
     from warehouse_sim.dataset.results.detection_file import write_results
     from warehouse_sim.dataset.results.detection_labels import write_labels
     from warehouse_sim.estimators.detect import detect as find
-    from warehouse_sim.evaluation.detection.scores import Asked, score_detections
+    from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
 
     reader = DatasetReader(data)
-    with share_progress("detecting") as progress:
+    with fraction_progress("detecting") as progress:
         found, seconds = find(detector, data, split, progress)
     write_results(out, found, reader)
     if labels is not None:
@@ -47,7 +47,7 @@ def detect(
     table = Table(box=None)
     for heading in ("class", "to be found", "box AP50", "AP75", "AP", "mask AP50", "AP75", "AP", "PQ"):
         table.add_column(heading)
-    for row in score_detections(found, reader, reader.images(split), Asked(visible, height_px)):
+    for row in score_detections(found, reader, reader.images(split), Evaluated(visible, height_px)):
         values = [row.precision.get(name) for name in ("box_50", "box_75", "box", "mask_50", "mask_75", "mask")]
         cells = ["-" if value is None else f"{100 * value:.1f}" for value in (*values, row.panoptic_quality)]
         table.add_row(row.class_name, str(row.wanted), *cells)

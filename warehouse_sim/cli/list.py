@@ -1,4 +1,4 @@
-"""``warehouse-sim list``: the names that other verbs take."""
+"""``warehouse-sim list``: the names that other commands take."""
 
 import sys
 
@@ -26,7 +26,7 @@ def list_names() -> None:
         "formats": FORMATS.names(),
         "suites": suite_names(),
         "estimators": ESTIMATORS.names(),
-        "detectors": ["truth", *DETECTORS.names()],
+        "detectors": ["gt", *DETECTORS.names()],
         "segmenters": SEGMENTERS.names(),
     }
     # A file or a pipe has no width; tables are wider than the 80 columns that are taken for it.
@@ -45,7 +45,7 @@ def _estimators() -> Table:
 
     rows = [overview(name) for name in ESTIMATORS.names()]
     table = Table(box=None, padding=(0, 2, 0, 0))
-    bundled = "bundled weights: with exact masks and the camera they know"
+    bundled = "bundled weights: with ground-truth masks and the camera they know"
     sizes = ", ".join(dict.fromkeys(size for row in rows for size in row.parameters))
     for heading in ("estimator", "reads", f"parameters: {sizes}", bundled):
         table.add_column(heading, no_wrap=heading == "estimator")

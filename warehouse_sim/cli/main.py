@@ -1,4 +1,4 @@
-"""The verbs of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
+"""The commands of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
 
 import errno
 import io
@@ -26,9 +26,9 @@ from warehouse_sim.cli.merge import merge
 from warehouse_sim.cli.predict import predict
 from warehouse_sim.cli.preview import preview
 from warehouse_sim.cli.reach import reach
-from warehouse_sim.cli.renamed import refuse_renamed
+from warehouse_sim.cli.renamed import reject_renamed
 from warehouse_sim.cli.report import report
-from warehouse_sim.cli.train import train, train_verb
+from warehouse_sim.cli.train import train, train_command
 from warehouse_sim.cli.validate import validate
 from warehouse_sim.cli.verify import verify
 from warehouse_sim.cli.view import view
@@ -37,7 +37,7 @@ from warehouse_sim.errors import InputError, WarehouseSimError
 _NO_PATHS = (errno.ENAMETOOLONG, errno.ELOOP)
 """What no path can be, whoever asks first whether something is there."""
 
-VERBS: dict[str, Callable[..., Any]] = {
+COMMANDS: dict[str, Callable[..., Any]] = {
     "list": list_names,
     "catalog": catalog,
     "preview": preview,
@@ -63,7 +63,7 @@ VERBS: dict[str, Callable[..., Any]] = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb.
+    """Run one command.
 
     Args:
         arguments: Command line without the program's name; ``sys.argv[1:]`` by default.
@@ -79,9 +79,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if any("\0" in argument for argument in arguments or ()):  # a shell cannot pass one, a program can
             raise InputError("an argument holds a zero byte; names and paths cannot")
         given = sys.argv[1:] if arguments is None else arguments
-        refuse_renamed(given)
+        reject_renamed(given)
         result: int | None = tyro.extras.subcommand_cli_from_dict(
-            VERBS | {"train": train_verb(given)},
+            COMMANDS | {"train": train_command(given)},
             prog="warehouse-sim",
             description="Generate synthetic warehouse datasets; train and score 6D-pose estimators on them.",
             args=arguments,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import tyro
 
-from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.optional import require_extra
 
@@ -32,10 +32,10 @@ def predict(
     from warehouse_sim.dataset.results import predictions
     from warehouse_sim.estimators.predict import predict as estimate
 
-    with share_progress("predicting") as progress:
+    with fraction_progress("predicting") as progress:
         estimates = estimate(run, data, split, config, progress, pictures)
     predictions.write(out, estimates)
     print(f"calibration: {config.calibration}")
-    if config.refuse is not None:
-        print(f"refused: {sum(item.refused for item in estimates)} of {len(estimates)} estimates")
+    if config.reject is not None:
+        print(f"rejected: {sum(item.rejected for item in estimates)} of {len(estimates)} estimates")
     finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))

@@ -18,9 +18,9 @@ def reach(data: tyro.conf.Positional[Path], splits: tuple[str, ...] = ()) -> Non
         splits: Splits whose scenes get it; all by default.
     """
     require_extra("generate", "to draw scenes again")
-    from warehouse_sim.generation.reach_later import add_reachability
+    from warehouse_sim.generation.reach_later import add_accessibility
 
     with count_progress("scenes") as progress:
-        written = add_reachability(data, splits, progress)
+        written = add_accessibility(data, splits, progress)
     print(f"{written} scene records now say which pallets a truck can take")
     finish(data, "validate", data)

@@ -1,4 +1,4 @@
-"""Options that have a new name: a command line written before is refused with the name to use."""
+"""Options that have a new name: a command line written before is rejected with the name to use."""
 
 from collections.abc import Sequence
 
@@ -13,8 +13,8 @@ RENAMED = {
 """Old name -> new name."""
 
 
-def refuse_renamed(arguments: Sequence[str]) -> None:
-    """Refuse a command line that uses an old name.
+def reject_renamed(arguments: Sequence[str]) -> None:
+    """Reject a command line that uses an old name.
 
     Raises:
         InputError: Names the old and the new option.

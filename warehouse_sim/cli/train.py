@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from warehouse_sim.cli.console import finish, say, share_progress
+from warehouse_sim.cli.console import finish, fraction_progress, say
 from warehouse_sim.estimators import DETECTORS, SEGMENTERS
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
 from warehouse_sim.learning.settings import LoopConfig
@@ -42,22 +42,22 @@ def train(
         cache: Folder that keeps the crops for the next training, by default ``warehouse-sim/crops`` in your cache
             folder; ``none`` keeps them in memory.
         preset: What settings are that are left at their defaults: robust gives the network what is around masks,
-            disturbs these and turns clouds upright by gravity; plain trains on true masks in the camera's axes.
+            disturbs these and turns clouds upright by gravity; plain trains on ground-truth masks in the camera's axes.
         config: How to train.
     """
     _train(estimator, data, out, resume, init, cache, with_preset(config, preset))
     finish(out, "predict", out, "--data", data[0], "--out", out / "predictions.csv")
 
 
-def train_verb(arguments: Sequence[str]) -> Callable[..., Any]:
+def train_command(arguments: Sequence[str]) -> Callable[..., Any]:
     """Return what ``train`` does with a command line: a detector or a segmenter has settings of its own type."""
     name = next((item for item in arguments[1:] if not item.startswith("-")), "") if arguments[:1] == ["train"] else ""
     registry = next((item for item in (DETECTORS, SEGMENTERS) if name in item.names()), None)
     settings = getattr(registry.get(name), "settings", None) if registry else None
-    return train if settings is None else _front_end_verb(settings)
+    return train if settings is None else _front_end_command(settings)
 
 
-def _front_end_verb(settings: Any) -> Callable[..., Any]:
+def _front_end_command(settings: Any) -> Callable[..., Any]:
     def train_front_end(
         estimator: tyro.conf.Positional[str],
         data: tuple[Path, ...],
@@ -102,9 +102,9 @@ def _train(
     from warehouse_sim.estimators.train import trainable
 
     method = trainable(estimator)
-    with share_progress("training") as progress:
+    with fraction_progress("training") as progress:
         run(estimator, data, out, config, resume, progress, init, cache, open_stream)
-    with share_progress("calibrating") as progress:
+    with fraction_progress("calibrating") as progress:
         remark = method.calibrate(out, data, progress)
     if remark:
         say(remark)

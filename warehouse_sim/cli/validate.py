@@ -4,7 +4,7 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish, share_progress
+from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.dataset.checks.findings import Check
 from warehouse_sim.errors import DatasetError
 
@@ -23,13 +23,13 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
 
     if not data.is_dir():
         raise DatasetError(f"{data}: is not a folder; make a dataset with warehouse-sim generate")
-    with share_progress("validate") as progress:
+    with fraction_progress("validate") as progress:
         checks = run(data, progress)
     for check in checks:
         print(f"{word(check)}  {check.name}: {check.detail}")
-    asked = [check for check in checks if check.checked]
-    failed = sum(not check.ok for check in asked)
-    print(f"{len(asked) - failed} of {len(asked)} checks hold")
+    requested = [check for check in checks if check.checked]
+    failed = sum(not check.ok for check in requested)
+    print(f"{len(requested) - failed} of {len(requested)} checks hold")
     if failed:
         print(f"output: {data} is not usable as it is")
         if checks[0].ok and (data / "manifest.json").is_file():

@@ -7,7 +7,7 @@ _WIDTH = 40
 
 
 def text_bars(counts: Mapping[str, int], width: int = _WIDTH) -> list[str]:
-    """Return one line for each entry: its name, a bar, the count and its share of all.
+    """Return one line for each entry: its name, a bar, the count and its fraction of all.
 
     Args:
         counts: Name -> count, in the order of the lines.
@@ -20,8 +20,8 @@ def text_bars(counts: Mapping[str, int], width: int = _WIDTH) -> list[str]:
     for name, count in counts.items():
         # What is there is seen, however little it is.
         length = max(round(width * count / most), 1) if count else 0
-        share = f"{100 * count / total:5.1f} %" if count else ""
-        lines.append(f"{name:<{names}} |{'#' * length:<{width}} {count:>{numbers},} {share}".rstrip())
+        fraction = f"{100 * count / total:5.1f} %" if count else ""
+        lines.append(f"{name:<{names}} |{'#' * length:<{width}} {count:>{numbers},} {fraction}".rstrip())
     return lines
 
 

@@ -134,9 +134,9 @@ class Contents:
     readings: dict[str, ReadingContents] = field(default_factory=dict)
     """What those give; filled in at the end."""
     depth_ranges: dict[str, float] = field(default_factory=dict)
-    """Largest depth that is read (m) by the recipe's setting, twins' included."""
+    """Largest depth that is read (m) by the recipe's setting, paired variants' included."""
     depth_bias: Annotated[float, Range(0, 1)] = 0.0
-    """Most constant error that a depth camera of the recipe can have, as a share of depth."""
+    """Most constant error that a depth camera of the recipe can have, as a fraction of depth."""
     tilted_viewpoints: tuple[str, ...] = ()
     """Kinds of viewpoints that may tilt the camera."""
     reach_deg: Annotated[float, Range(0, 180, "deg")] = 0.0

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Int32
 
 from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_mask, encode_rgb
 from warehouse_sim.dataset.files.run_lengths import run_lengths
-from warehouse_sim.output import share_file, write_bytes
+from warehouse_sim.output import fraction_file, write_bytes
 from warehouse_sim.schema import ObjectAnnotation, Observation
 
 MILLIMETRES = 1000.0
@@ -31,7 +31,7 @@ class SharedFile:
             write_bytes(path, self.data)
             self.stored_at = path
         else:
-            share_file(self.stored_at, path, self.data)
+            fraction_file(self.stored_at, path, self.data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +40,12 @@ class LabelledTarget:
 
     annotation: ObjectAnnotation
     mask: Bool[np.ndarray, "h w"]
-    """The part of the whole silhouette that lies in the image."""
+    """The part of the whole amodal mask that lies in the image."""
     mask_visible: Bool[np.ndarray, "h w"]
 
     @cached_property
     def mask_png(self) -> SharedFile:
-        """The silhouette as PNG, 255 where it is."""
+        """The amodal mask as PNG, 255 where it is."""
         return SharedFile(encode_mask(self.mask))
 
     @cached_property
@@ -55,7 +55,7 @@ class LabelledTarget:
 
     @cached_property
     def runs(self) -> dict[str, Any]:
-        """The silhouette as COCO's run lengths."""
+        """The amodal mask as COCO's run lengths."""
         return run_lengths(self.mask)
 
     @cached_property
@@ -114,7 +114,7 @@ class ObservationFiles:
         """
         ids = self.observation.buffers.instance_ids
         return tuple(
-            LabelledTarget(annotation, image_silhouette(annotation, ids.shape), visible_mask(annotation, ids))
+            LabelledTarget(annotation, image_amodal_mask(annotation, ids.shape), visible_mask(annotation, ids))
             for annotation in self.observation.annotations
             if annotation.pixels_visible > 0
         )
@@ -130,15 +130,15 @@ def visible_mask(annotation: ObjectAnnotation, ids: Int32[np.ndarray, "h w"]) ->
     return mask
 
 
-def image_silhouette(annotation: ObjectAnnotation, shape: tuple[int, ...]) -> Bool[np.ndarray, "h w"]:
-    """Return the part of an object's whole silhouette that lies in an image of ``shape`` (height, width)."""
+def image_amodal_mask(annotation: ObjectAnnotation, shape: tuple[int, ...]) -> Bool[np.ndarray, "h w"]:
+    """Return the part of an object's whole amodal mask that lies in an image of ``shape`` (height, width)."""
     mask = np.zeros(shape, dtype=bool)
-    left, top = annotation.silhouette_offset
-    height, width = annotation.silhouette.shape
+    left, top = annotation.amodal_mask_offset
+    height, width = annotation.amodal_mask.shape
     rows = slice(max(top, 0), min(top + height, shape[0]))
     columns = slice(max(left, 0), min(left + width, shape[1]))
     if rows.start < rows.stop and columns.start < columns.stop:
-        mask[rows, columns] = annotation.silhouette[
+        mask[rows, columns] = annotation.amodal_mask[
             rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
         ]
     return mask

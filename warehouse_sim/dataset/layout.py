@@ -55,13 +55,13 @@ class DatasetLayout:
         return self.scenes / f"{scene_index:06d}.json"
 
     @property
-    def worn(self) -> Path:
-        """Folder of the surfaces of worn objects, which differ from the CAD surface of their obj_id."""
-        return self.root / "worn"
+    def damaged(self) -> Path:
+        """Folder of the surfaces of damaged objects, which differ from the CAD surface of their obj_id."""
+        return self.root / "damaged"
 
-    def worn_mesh(self, model: str) -> Path:
-        """Return the surface (mm) of a worn object by the name of its model."""
-        return self.worn / f"{model}.ply"
+    def damaged_mesh(self, model: str) -> Path:
+        """Return the surface (mm) of a damaged object by the name of its model."""
+        return self.damaged / f"{model}.ply"
 
     def format_folder(self, name: str) -> Path:
         """Return the folder of a dataset format."""

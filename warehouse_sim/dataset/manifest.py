@@ -35,8 +35,8 @@ _PACKAGES = (
 
 
 @dataclass(frozen=True)
-class Twin:
-    """Which twin an observation is: those of one group see the same from the same place, with one thing changed."""
+class PairedVariant:
+    """Which paired variant an observation is: one group sees the same from the same place, with one thing changed."""
 
     group: int
     """Number of the group within the scene."""
@@ -53,7 +53,7 @@ class Manifest:
     scenes: int
     """Number of scenes."""
     observations_per_scene: int
-    """Number of observations of every scene, twins included."""
+    """Number of observations of every scene, paired variants included."""
     splits: dict[str, tuple[int, ...]]
     """Scene indices of "train", "val" and "test"; those that are ``missing`` are in none."""
     formats: tuple[str, ...]
@@ -67,10 +67,10 @@ class Manifest:
     renderers: tuple[str, ...] = ()
     """Descriptions of the renderers that drew the scenes; filled in at the end, more than one after a resume on
     another machine."""
-    twins: tuple[Twin, ...] = ()
-    """For each observation of a scene, which twin it is; empty when there are no twins."""
+    paired_variants: tuple[PairedVariant, ...] = ()
+    """For each observation of a scene, which paired variant it is; empty when there are no paired variants."""
     backend: str = ""
-    """Render backend that was asked for; empty in manifests that do not say it."""
+    """Render backend that was requested; empty in manifests that do not say it."""
     backend_options: dict[str, Any] = field(default_factory=dict)
     """Options of the render backend that were not its defaults."""
     split_table: dict[str, Any] = field(default_factory=dict)
@@ -102,8 +102,11 @@ class Manifest:
             raise ValueError(
                 f"observations_per_scene must be {_MOST_OBSERVATIONS} at most, found {self.observations_per_scene}"
             )
-        if self.twins and len(self.twins) != self.observations_per_scene:
-            raise ValueError(f"twins must list {self.observations_per_scene} observations, found {len(self.twins)}")
+        if self.paired_variants and len(self.paired_variants) != self.observations_per_scene:
+            raise ValueError(
+                f"paired_variants must list {self.observations_per_scene} observations, "
+                f"found {len(self.paired_variants)}"
+            )
         listed = sorted([*self.missing, *(index for indices in self.splits.values() for index in indices)])
         # Counted before the numbers are written out: a file of one line can claim a thousand million scenes.
         complete = len(listed) == self.scenes and listed == list(range(self.scenes))
@@ -166,7 +169,7 @@ def read_manifest(root: Path) -> Manifest:
 
 
 def require_no_part(root: Path) -> None:
-    """Refuse a folder that has no manifest and yet is of a dataset of this package: it is incomplete.
+    """Reject a folder that has no manifest and yet is of a dataset of this package: it is incomplete.
 
     Raises:
         DatasetError: It is one, a shard of one, or the folder of one of its formats.

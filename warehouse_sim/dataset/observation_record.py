@@ -1,4 +1,4 @@
-"""What a scene record says of each observation: from where, in which light, which twin, what each target shows."""
+"""A scene record's entry of an observation: viewpoint, light, paired variant, what each target shows."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -7,8 +7,8 @@ import numpy as np
 
 from warehouse_sim.dataset.files.light_row import light_row
 from warehouse_sim.dataset.files.plain import (
+    FRACTIONS,
     PLACES,
-    SHARES,
     WHOLE,
     Span,
     plain,
@@ -17,10 +17,10 @@ from warehouse_sim.dataset.files.plain import (
     take_if_given,
     take_numbers,
 )
-from warehouse_sim.dataset.stated_calibration import read_stated, stated_row
+from warehouse_sim.dataset.nominal_calibration import nominal_row, read_nominal
 from warehouse_sim.geometry.level_view import lean
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema import Conditions, ObjectAnnotation, Observation, StatedCalibration
+from warehouse_sim.schema import Conditions, NominalCalibration, ObjectAnnotation, Observation
 
 _TIMES = Span(0.0, 1e6)
 _LUX = Span(0.0, 1e9)
@@ -36,13 +36,13 @@ class RecordedTarget:
 
     instance_id: int
     visible_fraction: float
-    """Visible pixels over the whole silhouette, truncation included."""
+    """Visible pixels over the whole amodal mask, truncation included."""
     distance: float
     """From the camera to the object's origin (m)."""
     pixels_all: int
-    """Pixels of the whole silhouette, inside the image or not."""
+    """Pixels of the whole amodal mask, inside the image or not."""
     hidden_by: dict[str, float]
-    """Share of the silhouette that each kind of occluder hides."""
+    """Fraction of the amodal mask that each kind of occluder hides."""
     illuminance: float | None
     """Mean illuminance of its visible surface (lx)."""
 
@@ -68,11 +68,11 @@ class RecordedObservation:
     target: int | None = None
     """Instance id of the object that the viewpoint was chosen for."""
     visible_request: tuple[float, float] | None = None
-    """Visible fraction that was asked for of it."""
+    """Visible fraction that was requested of it."""
     targets: tuple[RecordedTarget, ...] = field(default=())
     """In order of instance id."""
-    stated: StatedCalibration | None = None
-    """What the rig says of its calibration; None = the truth."""
+    nominal: NominalCalibration | None = None
+    """What the rig says of its calibration; None = the ground truth."""
     T_camera_lidar: Transform | None = None
     """True pose of a main LiDAR that leans, whose points formats may turn; None where it does not."""
 
@@ -98,8 +98,8 @@ def observation_row(observation: Observation) -> dict[str, Any]:
         row["T_camera_lidar"] = observation.T_camera_lidar
     row["conditions"] = vars(observation.conditions)
     row["targets"] = [_target_row(item) for item in observation.annotations if item.pixels_visible > 0]
-    if observation.stated is not None:
-        row["stated"] = stated_row(observation.stated)
+    if observation.nominal is not None:
+        row["nominal"] = nominal_row(observation.nominal)
     plain_row: dict[str, Any] = plain(row)
     return plain_row
 
@@ -115,11 +115,11 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
         return RecordedObservation(T_world_camera)
     request = None
     if take_if_given(data, "visible_request", list, where) is not None:
-        low, high = take_numbers(data, "visible_request", 2, where, SHARES).tolist()
+        low, high = take_numbers(data, "visible_request", 2, where, FRACTIONS).tolist()
         request = low, high
     vehicle = take_if_given(data, "T_world_vehicle", list, where)
     x, y, z = take_numbers(data, "velocity", 3, where, _SPEEDS).tolist() if "velocity" in data else (0.0, 0.0, 0.0)
-    stated = take_if_given(data, "stated", dict, where)
+    nominal = take_if_given(data, "nominal", dict, where)
     lidar = take_if_given(data, "T_camera_lidar", list, where)
     return RecordedObservation(
         T_world_camera=T_world_camera,
@@ -133,7 +133,7 @@ def read_observation(data: Any, where: str) -> RecordedObservation:
         target=take_if_given(data, "target", int, where, WHOLE),
         visible_request=request,
         targets=tuple(_read_target(item, where) for item in take(data, "targets", list, where)),
-        stated=None if stated is None else read_stated(stated, f"{where}: stated"),
+        nominal=None if nominal is None else read_nominal(nominal, f"{where}: nominal"),
         T_camera_lidar=None if lidar is None else read_transform(lidar, f"{where}: T_camera_lidar"),
     )
 
@@ -145,7 +145,7 @@ def _read_conditions(data: Any, where: str) -> Conditions:
         floor_lux=take_if_given(data, "floor_lux", float, where, _LUX),
         exposure_ev=take_if_given(data, "exposure_ev", float, where, _EXPOSURES),
         variant=take(data, "variant", str, where),
-        twin_group=take_if_given(data, "twin_group", int, where, WHOLE),
+        variant_group=take_if_given(data, "variant_group", int, where, WHOLE),
         sensor=take_if_given(data, "sensor", str, where) or "",
         absent=tuple(int(number) for number in take_numbers(data, "absent", len(absent), where, WHOLE)),
     )
@@ -166,9 +166,9 @@ def _read_target(data: Any, where: str) -> RecordedTarget:
     hidden_by = take(data, "hidden_by", dict, where)
     return RecordedTarget(
         instance_id=take(data, "instance_id", int, where, WHOLE),
-        visible_fraction=take(data, "visible_fraction", float, where, SHARES),
+        visible_fraction=take(data, "visible_fraction", float, where, FRACTIONS),
         distance=take(data, "distance", float, where, PLACES),
         pixels_all=take(data, "pixels_all", int, where, WHOLE),
-        hidden_by={kind: take(hidden_by, kind, float, f"{where}: hidden_by", SHARES) for kind in hidden_by},
+        hidden_by={kind: take(hidden_by, kind, float, f"{where}: hidden_by", FRACTIONS) for kind in hidden_by},
         illuminance=take_if_given(data, "illuminance", float, where, _LUX),
     )

@@ -61,9 +61,9 @@ def draw_segment(
     ends = np.stack([start, end])
     if camera.distortion is not None:
         # Straight in the pinhole's image, curved in this one.
-        share = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
+        fraction = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
         tangents = ends[:, :2] / ends[:, 2:]
-        ends = np.column_stack([tangents[0] + share * (tangents[1] - tangents[0]), np.ones(len(share))])
+        ends = np.column_stack([tangents[0] + fraction * (tangents[1] - tangents[0]), np.ones(len(fraction))])
     pixels = np.clip(camera.project(ends), -1e5, 1e5)
     places = np.round(pixels * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
     for p, q in pairwise(places):

@@ -20,7 +20,7 @@ from warehouse_sim.dataset.readings import read_reading
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, StatedCalibration
+from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, NominalCalibration
 
 __all__ = [
     "ALL",
@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 
-Calibration = Literal["true", "stated"]
+Calibration = Literal["true", "nominal"]
 """The calibration that images and labels were made by, or what the rig says that it is."""
 Place = tuple[str, int, int]
 """Split, scene id and image id."""
@@ -48,7 +48,7 @@ class DatasetReader:
     Args:
         root: Folder of the dataset.
         calibration: Whether cameras, depth as it is read and poses of sensors are true, or as the rig states them;
-            pixels, masks, labels and clean images are always those of the truth.
+            pixels, masks, labels and clean images are always those of the ground truth.
 
     Raises:
         DatasetError: The folder is no complete dataset, or has none of the formats that can be read.
@@ -58,7 +58,7 @@ class DatasetReader:
         self.root = Path(root)
         self.calibration: Calibration = calibration
         self._only: frozenset[Place] | None = None
-        self._stated: dict[int, tuple[StatedCalibration, ...]] = {}
+        self._nominal: dict[int, tuple[NominalCalibration, ...]] = {}
         found = _external(self.root)
         self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
         """What the dataset is; None of a dataset that others made."""
@@ -123,7 +123,7 @@ class DatasetReader:
             images = [image for image in images if (image.split, image.scene_id, image.image_id) in self._only]
         if self.calibration == "true":
             return images
-        return [replace(image, camera=self._stated_at(image).camera) for image in images]
+        return [replace(image, camera=self._nominal_at(image).camera) for image in images]
 
     def calibrated(self, calibration: Calibration) -> "DatasetReader":
         """Return a reader of the same images with another calibration."""
@@ -150,7 +150,7 @@ class DatasetReader:
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
         depth = self._reader.depth(image)
-        return depth if self.calibration == "true" else depth * np.float32(self._stated_at(image).depth_factor)
+        return depth if self.calibration == "true" else depth * np.float32(self._nominal_at(image).depth_factor)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image as it was drawn, without errors of a camera.
@@ -175,7 +175,7 @@ class DatasetReader:
         return self._reader.mask_visible(image, gt_index)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette, as far as it lies in the image."""
+        """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
         return self._reader.mask(image, gt_index)
 
     def sweep(self, image: ImageRecord) -> MountedReading[LidarScan] | None:
@@ -211,7 +211,7 @@ class DatasetReader:
             name: read_reading(layout.reading(name, image.scene_id, image.image_id), contents)
             for name, contents in sensors.items()
         }
-        places = {} if self.calibration == "true" else self._stated_at(image).T_camera_sensor
+        places = {} if self.calibration == "true" else self._nominal_at(image).T_camera_sensor
         return {
             name: MountedReading(places.get(name, item.T_camera_sensor), item.reading) for name, item in found.items()
         }
@@ -223,23 +223,23 @@ class DatasetReader:
         images = [image for split in self.parts for image in self._reader.images(split)]
         return sorted(images, key=lambda image: (image.scene_id, image.image_id))
 
-    def _stated_at(self, image: ImageRecord) -> StatedCalibration:
+    def _nominal_at(self, image: ImageRecord) -> NominalCalibration:
         """Return what the rig states of its calibration at an image.
 
         Raises:
             DatasetError: It states nothing.
         """
-        if image.scene_id not in self._stated:
+        if image.scene_id not in self._nominal:
             record = None if self.manifest is None else read_scene_record(self.root, image.scene_id)
-            found = [item.stated for item in record.observations] if record else [None]
+            found = [item.nominal for item in record.observations] if record else [None]
             given = tuple(item for item in found if item is not None)
             if len(given) < len(found):
                 raise DatasetError(
-                    f"{self.root}: holds no stated calibration; generate it with sensors.calibration: {{}}, "
+                    f"{self.root}: holds no nominal calibration; generate it with sensors.calibration: {{}}, "
                     "or read it with the true one"
                 )
-            self._stated[image.scene_id] = given
-        return self._stated[image.scene_id][image.image_id]
+            self._nominal[image.scene_id] = given
+        return self._nominal[image.scene_id][image.image_id]
 
     def _require_clean(self) -> None:
         if not self.has_clean:

@@ -21,7 +21,7 @@ _LIDAR_WORDS = ("intensity_scale", "motion", "spin")
 _SPREADS = {"laser_gain": 3.0**0.5, "range_residual": 2.0, "speckle": 6.0}
 """How far the logarithms of an intensity's factors go, in their standard deviations."""
 _BIASED = {"active_stereo": 0.02, "structured_light": 0.02, "time_of_flight": 0.02}
-"""Depth models with constant errors -> the most of them as a share of depth: 2 % is what data sheets of such cameras
+"""Depth models with constant errors -> the most of them as a fraction of depth: 2 % is what data sheets of such cameras
 promise (D400 series, at 2 m)."""
 _POINTS = ("points", "intensity", "ring", "time")
 
@@ -128,9 +128,11 @@ def _lidar(sensors: dict[str, Any], where: str) -> LidarContents:
 def depth_models(recipe: dict[str, Any], where: str) -> dict[str, dict[str, Any]]:
     """Return the settings of every depth camera by where the recipe has it."""
     sensors = take_if_given(recipe, "sensors", dict, where) or {}
-    twins = take_if_given(recipe, "twins", dict, where) or {}
-    noise = take_if_given(twins, "noise", list, f"{where}: twins") or []
-    cameras = {"sensors.": sensors} | {f"twins.noise[{i}].": twin for i, twin in enumerate(noise)}
+    paired_variants = take_if_given(recipe, "paired_variants", dict, where) or {}
+    noise = take_if_given(paired_variants, "noise", list, f"{where}: paired variants") or []
+    cameras = {"sensors.": sensors} | {
+        f"paired variants.noise[{i}].": paired_variant for i, paired_variant in enumerate(noise)
+    }
     readers = {
         f"{prefix}rgbd": take_if_given(owner, "rgbd", dict, f"{where}: {prefix[:-1]}") or {}
         for prefix, owner in cameras.items()

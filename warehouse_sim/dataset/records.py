@@ -28,16 +28,16 @@ class TargetRecord:
     T_camera_object: Transform
     """Its pose; ``NO_POSE`` when the dataset does not say."""
     visible_fraction: float
-    """Visible pixels over the whole silhouette, truncation included."""
+    """Visible pixels over the whole amodal mask, truncation included."""
     pixels_visible: int
     box_visible_xyxy: tuple[float, float, float, float]
     """Inclusive pixel corners of the visible part."""
     box_amodal_xyxy: tuple[float, float, float, float]
-    """Inclusive pixel corners of the whole silhouette; may leave the image."""
+    """Inclusive pixel corners of the whole amodal mask; may leave the image."""
     pixels_valid: int
-    """Pixels of the silhouette in the image, hidden or not, with a depth reading."""
+    """Pixels of the amodal mask in the image, hidden or not, with a depth reading."""
     pixels_all: int
-    """Pixels of the whole silhouette, inside the image or not."""
+    """Pixels of the whole amodal mask, inside the image or not."""
     geometry: ObjectInfo | None = None
     """Its own, where the objects of a class have no CAD and differ; else it is that of its obj_id."""
 

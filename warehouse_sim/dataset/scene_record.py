@@ -20,11 +20,11 @@ from warehouse_sim.dataset.observation_record import RecordedObservation, read_o
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema import Reachability, SceneSpec
+from warehouse_sim.schema import Accessibility, SceneSpec
 
 
-def is_worn(model: str) -> bool:
-    """Return whether a model is a worn one: the catalog names it after its type, ``epal1~1f00ba44``."""
+def is_damaged(model: str) -> bool:
+    """Return whether a model is a damaged one: the catalog names it after its type, ``epal1~1f00ba44``."""
     return "~" in model
 
 
@@ -41,13 +41,13 @@ class RecordedObject:
     paint: Mapping[str, str] = field(default_factory=dict)
     """Material of the model -> the one that it has here instead; their appearance is in the record's ``paints``."""
 
-    reachability: Reachability | None = None
+    accessibility: Accessibility | None = None
     """Which of its faces a truck can take it by; None where that is not stored, or it has no pockets."""
 
     @property
-    def is_worn(self) -> bool:
+    def is_damaged(self) -> bool:
         """Whether its boards differ from the CAD model of its obj_id, whose frame and pockets it keeps."""
-        return is_worn(self.model)
+        return is_damaged(self.model)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +86,8 @@ def write_scene_record(
     split: Split,
     observations: Sequence[Mapping[str, Any]],
     extra: Mapping[str, Any],
-    twins: Sequence[tuple[str, SceneSpec]] = (),
-    reachability: Mapping[int, Reachability] | None = None,
+    paired_variants: Sequence[tuple[str, SceneSpec]] = (),
+    accessibility: Mapping[int, Accessibility] | None = None,
 ) -> None:
     """Write the record of a settled scene.
 
@@ -97,10 +97,10 @@ def write_scene_record(
         split: The split it belongs to.
         observations: Row of each observation that was written, in order; see ``observation_row``.
         extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``, ``tally``.
-        twins: Name and scene of each variant beside the scene itself.
-        reachability: Which sides of its pallets a truck can take them by, by instance id; None is not known.
+        paired_variants: Name and scene of each variant beside the scene itself.
+        accessibility: Which sides of its pallets a truck can take them by, by instance id; None is not known.
     """
-    reach = reachability or {}
+    reach = accessibility or {}
     objects = [
         {
             "instance_id": item.instance_id,
@@ -123,14 +123,17 @@ def write_scene_record(
         **extra,
         **_light_row(scene),
         **_paint_row(scene),
-        "twins": [{"variant": name, **_light_row(twin), **_surface_row(twin, scene)} for name, twin in twins],
+        "paired_variants": [
+            {"variant": name, **_light_row(paired_variant), **_surface_row(paired_variant, scene)}
+            for name, paired_variant in paired_variants
+        ],
         "observations": list(observations),
         "objects": objects,
     }
     write_json(path, plain(data), depth=2)
 
 
-def reach_row(reach: Reachability | None) -> dict[str, Any]:
+def reach_row(reach: Accessibility | None) -> dict[str, Any]:
     """Return what is stored of an object beside all else; nothing where nothing is known."""
     return {} if reach is None else {"dockable": dict(reach.faces), "stacked": reach.stacked}
 
@@ -150,9 +153,9 @@ def _paint_row(scene: SceneSpec) -> dict[str, Any]:
     return {"paints": {name: vars(scene.materials[name]) for name in sorted(used)}} if used else {}
 
 
-def _surface_row(twin: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
-    """Return the materials of a twin that differ from those of the first."""
-    changed = {name: item for name, item in twin.materials.items() if item != scene.materials.get(name)}
+def _surface_row(paired_variant: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
+    """Return the materials of a paired variant that differ from those of the first."""
+    changed = {name: item for name, item in paired_variant.materials.items() if item != scene.materials.get(name)}
     return {"materials": {name: vars(item) for name, item in changed.items()}}
 
 
@@ -203,18 +206,18 @@ def _read_object(data: Any, where: str) -> RecordedObject:
         group=take(data, "group", int, where),
         T_world_object=read_transform(take(data, "T_world_object", list, where), where),
         paint=_read_paint(take_if_given(data, "paint", dict, where) or {}, f"{where}: paint"),
-        reachability=_read_reach(data, where),
+        accessibility=_read_reach(data, where),
     )
 
 
-def _read_reach(data: Any, where: str) -> Reachability | None:
+def _read_reach(data: Any, where: str) -> Accessibility | None:
     faces = take_if_given(data, "dockable", dict, where)
     if faces is None:
         return None
     if not set(FACES).issuperset(faces):
         raise DatasetError(f"{where}: dockable must name faces among {', '.join(FACES)}, found {shown(sorted(faces))}")
     verdicts = {face: take(faces, face, str, f"{where}: dockable") for face in faces}
-    return Reachability(verdicts, take(data, "stacked", bool, where))
+    return Accessibility(verdicts, take(data, "stacked", bool, where))
 
 
 def _read_paint(data: dict[str, Any], where: str) -> dict[str, str]:

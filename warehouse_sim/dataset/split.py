@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.ranges import Share, ranged
+from warehouse_sim.ranges import Fraction, ranged
 
 Split = Literal["train", "val", "test"]
 SPLITS: tuple[Split, ...] = ("train", "val", "test")
@@ -18,21 +18,21 @@ _PRIORITY: tuple[Split, ...] = ("train", "test", "val")
 @dataclass(frozen=True)
 @ranged
 class SplitConfig:
-    """Shares of the scenes; the three must sum to 1."""
+    """Fractions of the scenes; the three must sum to 1."""
 
-    train: Share = 0.7
-    """Share of the scenes to learn from, 0-1."""
-    val: Share = 0.1
-    """Share of the scenes to choose checkpoints and settings on, 0-1."""
-    test: Share = 0.2
-    """Share of the scenes to score on, 0-1."""
+    train: Fraction = 0.7
+    """Fraction of the scenes to learn from, 0-1."""
+    val: Fraction = 0.1
+    """Fraction of the scenes to choose checkpoints and settings on, 0-1."""
+    test: Fraction = 0.2
+    """Fraction of the scenes to score on, 0-1."""
     stratify: tuple[Literal["visible_fraction", "distance", "lux"], ...] = ()
     """Measured means of a scene's targets in which the splits shall be alike; none = split by index."""
 
     def __post_init__(self) -> None:
-        shares = (self.train, self.val, self.test)
-        if abs(sum(shares) - 1.0) > 1e-6:
-            raise ValueError(f"train, val and test must sum to 1, found {shares}")
+        fractions = (self.train, self.val, self.test)
+        if abs(sum(fractions) - 1.0) > 1e-6:
+            raise ValueError(f"train, val and test must sum to 1, found {fractions}")
 
 
 def split_scenes(
@@ -40,14 +40,14 @@ def split_scenes(
 ) -> dict[Split, tuple[int, ...]]:
     """Return the scene indices of every split, ascending.
 
-    Every split with a share above zero gets at least one scene; with fewer scenes than such splits, train comes
+    Every split with a fraction above zero gets at least one scene; with fewer scenes than such splits, train comes
     first, then test, then val. Without features the splits are contiguous: train first, then val, then test.
 
     Args:
         scene_count: Number of scenes.
         config: Shares.
         features: What the splits shall be alike in, one row a scene: scenes are put in serpentine order of their
-            features and dealt out along it, each to the split that is furthest below its share (systematic sampling,
+            features and dealt out along it, each to the split that is furthest below its fraction (systematic sampling,
             Chromy 1979).
 
     Raises:
@@ -62,20 +62,20 @@ def split_scenes(
     dealt: dict[Split, list[int]] = {name: [] for name in SPLITS}
     open_splits = [name for name in _PRIORITY if counts[name] > 0]
     for place, index in enumerate(_serpentine(features), start=1):
-        share = {name: counts[name] * place / scene_count - len(dealt[name]) for name in open_splits}
-        dealt[max(open_splits, key=lambda name: round(share[name], 9))].append(int(index))
+        fraction = {name: counts[name] * place / scene_count - len(dealt[name]) for name in open_splits}
+        dealt[max(open_splits, key=lambda name: round(fraction[name], 9))].append(int(index))
     return {name: tuple(sorted(indices)) for name, indices in dealt.items()}
 
 
 def _counts(scene_count: int, config: SplitConfig) -> dict[Split, int]:
-    shares = {name: getattr(config, name) for name in SPLITS}
-    wanted = [name for name in _PRIORITY if shares[name] > 0]
+    fractions = {name: getattr(config, name) for name in SPLITS}
+    wanted = [name for name in _PRIORITY if fractions[name] > 0]
     counts: dict[Split, int] = dict.fromkeys(SPLITS, 0)
     for name in wanted[:scene_count]:
         counts[name] = 1
     while sum(counts.values()) < scene_count:
-        # The split that is furthest below its share takes the next scene; ties go by priority.
-        neediest = max(wanted, key=lambda name: round(shares[name] * scene_count - counts[name], 9))
+        # The split that is furthest below its fraction takes the next scene; ties go by priority.
+        neediest = max(wanted, key=lambda name: round(fractions[name] * scene_count - counts[name], 9))
         counts[neediest] += 1
     return counts
 

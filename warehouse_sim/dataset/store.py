@@ -12,6 +12,7 @@ from warehouse_sim.dataset.card.scene_tally import SceneTally
 from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.contents import ReadingContents
+from warehouse_sim.dataset.damaged_meshes import write_damaged_meshes
 from warehouse_sim.dataset.discard import discard_scene
 from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
@@ -24,12 +25,11 @@ from warehouse_sim.dataset.readings import Described, describe, encode_reading, 
 from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
 from warehouse_sim.dataset.shards.shard import Shard, read_shard, write_shard
 from warehouse_sim.dataset.split_table import split_table
-from warehouse_sim.dataset.worn_meshes import write_worn_meshes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
-from warehouse_sim.schema import ObjectModel, Observation, Reachability, SceneSpec
+from warehouse_sim.schema import Accessibility, ObjectModel, Observation, SceneSpec
 
 _LATER = ("backend", "licences")
 
@@ -51,7 +51,7 @@ class DatasetStore:
         self._layout = DatasetLayout(root)
         formats = [dataset_format(name) for name in manifest.formats]
         for item in formats:
-            item.refuse(manifest)
+            item.reject(manifest)
         self._writers: list[DatasetWriter] = [item.writer(root, manifest) for item in formats]
 
     def begin(
@@ -60,7 +60,7 @@ class DatasetStore:
         """Open the folder and store what all scenes share; once, before any scene.
 
         Args:
-            models: Every geometry that a label can name, unworn.
+            models: Every geometry that a label can name, undamaged.
             camera: The rig's camera.
             resume: Keep the finished scenes of an interrupted run of the same dataset.
             shard: Which part of the dataset the folder will hold, see ``merge``; None = all of it.
@@ -100,9 +100,9 @@ class DatasetStore:
         settle: Mapping[str, Any],
         renderer: str,
         occlusion: Mapping[str, Any] | None = None,
-        twins: Sequence[tuple[str, SceneSpec]] = (),
+        paired_variants: Sequence[tuple[str, SceneSpec]] = (),
         origin: Mapping[str, Any] | None = None,
-        reachability: Mapping[int, Reachability] | None = None,
+        accessibility: Mapping[int, Accessibility] | None = None,
     ) -> None:
         """Store one scene in every format; its record comes last and makes it count as complete.
 
@@ -112,21 +112,21 @@ class DatasetStore:
             settle: Plain data on how the scene came to rest.
             renderer: Description of the renderer that draws the observations.
             occlusion: Plain data on how requests for a visible fraction were met, if there were any.
-            twins: Name and scene of each variant beside the scene itself.
+            paired_variants: Name and scene of each variant beside the scene itself.
             origin: Plain data on where others' observations come from.
-            reachability: Which sides of its pallets a truck can take them by, by instance id.
+            accessibility: Which sides of its pallets a truck can take them by, by instance id.
 
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
         """
-        tally = SceneTally(scene, twins)
+        tally = SceneTally(scene, paired_variants)
         described: dict[str, list[Described]] = {}
         rows: list[dict[str, Any]] = []
         for observation in self._written(scene, observations):
             self._store_readings(observation, described)
             tally.add(observation)
             rows.append(observation_row(observation))
-        write_worn_meshes(self.root, scene)
+        write_damaged_meshes(self.root, scene)
         extra: dict[str, Any] = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
         extra["tally"] = tally_row(tally.finish())
         if described:
@@ -135,7 +135,7 @@ class DatasetStore:
         if origin is not None:
             extra["origin"] = dict(origin)
         split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
-        write_scene_record(path, scene, split, rows, extra, twins, reachability)
+        write_scene_record(path, scene, split, rows, extra, paired_variants, accessibility)
 
     def take_over_scene(
         self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], source: Path
@@ -157,9 +157,9 @@ class DatasetStore:
                 make_folder(self._layout.reading(name, index, number).parent)
                 link_or_copy(theirs.reading(name, index, number), self._layout.reading(name, index, number))
         for name in sorted({item.model for item in scene.instances}):
-            if theirs.worn_mesh(name).is_file():
-                make_folder(self._layout.worn)
-                link_or_copy(theirs.worn_mesh(name), self._layout.worn_mesh(name))
+            if theirs.damaged_mesh(name).is_file():
+                make_folder(self._layout.damaged)
+                link_or_copy(theirs.damaged_mesh(name), self._layout.damaged_mesh(name))
         link_or_copy(theirs.scene_record(index), self._layout.scene_record(index))
 
     def _written(
@@ -297,12 +297,12 @@ class DatasetStore:
         remove_temporaries(self.root)
 
     def _require_shard(self, shard: Shard | None) -> None:
-        """Refuse to go on with another part of the dataset than the folder was begun with."""
+        """Reject to go on with another part of the dataset than the folder was begun with."""
         stored = read_shard(self.root)
         if stored != shard:
-            asked = "the whole dataset" if shard is None else f"shard {shard}"
+            requested = "the whole dataset" if shard is None else f"shard {shard}"
             begun = "no shard" if stored is None else f"shard {stored}"
-            raise DatasetError(f"{self.root}: holds {begun}, {asked} is asked for; choose another folder")
+            raise DatasetError(f"{self.root}: holds {begun}, {requested} is requested; choose another folder")
 
     def _require_same(self, stored: Manifest, path: Path) -> None:
         before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))

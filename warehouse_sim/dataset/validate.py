@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.dataset.checks import manifest, readings, structure, worn
+from warehouse_sim.dataset.checks import damaged, manifest, readings, structure
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
 from warehouse_sim.dataset.checks.foreign.all_checks import checks_of
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
@@ -18,7 +18,7 @@ from warehouse_sim.errors import WarehouseSimError
 __all__ = ["Check", "validate"]
 
 ProgressCallback = Callable[[float, str], None]
-"""Called with the share of the work that is done (0-1) and the name of the check that runs."""
+"""Called with the fraction of the work that is done (0-1) and the name of the check that runs."""
 _CHECKS = (
     NamedCheck("manifest", manifest.contents),
     NamedCheck("objects", structure.objects),
@@ -27,7 +27,7 @@ _CHECKS = (
 """What is asked of every dataset, whatever its formats."""
 
 
-def validate(root: str | Path, progress: ProgressCallback = lambda share, note: None) -> list[Check]:
+def validate(root: str | Path, progress: ProgressCallback = lambda fraction, note: None) -> list[Check]:
     """Check a dataset folder from its manifest down to single pixels; of one that others made, what it holds.
 
     Args:
@@ -46,42 +46,42 @@ def validate(root: str | Path, progress: ProgressCallback = lambda share, note: 
         manifest.require_size(subject)
     except WarehouseSimError as problem:
         return [Check("manifest", False, str(problem))]
-    asked = [(check, subject if name is None else subject.of_format(name)) for check, name in _asked(subject)]
-    return _all(subject, asked, progress)
+    requested = [(check, subject if name is None else subject.of_format(name)) for check, name in _requested(subject)]
+    return _all(subject, requested, progress)
 
 
 def _all(
     subject: Subject | ForeignSubject,
-    asked: Sequence[tuple[NamedCheck, Subject | ForeignSubject]],
+    requested: Sequence[tuple[NamedCheck, Subject | ForeignSubject]],
     progress: ProgressCallback,
 ) -> list[Check]:
     """Run checks in order, each on the dataset as it is to see it."""
     checks = []
-    for number, (check, seen) in enumerate(asked):
-        seen.progress = partial(_report_progress, progress, check.name, number, len(asked))
+    for number, (check, seen) in enumerate(requested):
+        seen.progress = partial(_report_progress, progress, check.name, number, len(requested))
         seen.progress(0.0)
         checks.append(_run(check, seen))
     progress(1.0, f"{len(checks)} checks")
     return checks
 
 
-def _asked(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
+def _requested(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
     """Return the checks of the dataset, each with the format whose files it looks at, if it is one format's."""
     stored = set(subject.manifest.formats) & set(FORMATS.names())
-    asked: list[tuple[NamedCheck, str | None]] = [(check, None) for check in _CHECKS]
+    requested: list[tuple[NamedCheck, str | None]] = [(check, None) for check in _CHECKS]
     if subject.manifest.contents.readings or subject.layout.readings.exists():
-        asked.append((NamedCheck("readings", readings.readings), None))
-    if subject.layout.worn.exists():
-        asked.append((NamedCheck("worn surfaces", worn.worn_surfaces), None))
+        requested.append((NamedCheck("readings", readings.readings), None))
+    if subject.layout.damaged.exists():
+        requested.append((NamedCheck("damaged surfaces", damaged.damaged_surfaces), None))
     for name in sorted(stored):
         checks = dataset_format(name).checks
-        asked += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]
-    return asked
+        requested += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]
+    return requested
 
 
-def _report_progress(progress: ProgressCallback, name: str, number: int, count: int, share: float) -> None:
-    """Report that a share of check ``number`` of ``count`` is done."""
-    progress((number + share) / count, name)
+def _report_progress(progress: ProgressCallback, name: str, number: int, count: int, fraction: float) -> None:
+    """Report that a fraction of check ``number`` of ``count`` is done."""
+    progress((number + fraction) / count, name)
 
 
 def _run(check: NamedCheck, subject: Subject | ForeignSubject) -> Check:

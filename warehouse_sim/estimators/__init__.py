@@ -48,8 +48,9 @@ class KnownObject(Protocol):
 class PoseEstimator(Protocol):
     """Estimates the poses of what was detected in an image.
 
-    Two more attributes are asked for where there are such: ``reads_rgb``, False where colour is not needed, which then
-    is not read, and ``least_visible``, which of a dataset's targets it takes where the true masks are its detections.
+    Two more attributes are requested where there are such: ``reads_rgb``, False where colour is not needed, which then
+    is not read, and ``least_visible``, which of a dataset's targets it takes where the ground-truth masks are its
+    detections.
     """
 
     @property
@@ -128,7 +129,7 @@ for _name in (
     ESTIMATORS.add(_name, f"warehouse_sim.estimators.pose.densefusion.networks.family:{_constant}")
 ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
 ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
-ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.fronts.estimator:front_fit")
+ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.faces.estimator:front_fit")
 for _name in (
     "detect-densefusion",
     "detect-depth",

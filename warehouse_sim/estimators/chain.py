@@ -175,7 +175,7 @@ class Chain:
     def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
         """Return the poses of the detected objects of several images, which pass the stages together.
 
-        The time of an estimate is that of its image, which counts with its share by objects of what is batched.
+        The time of an estimate is that of its image, which counts with its fraction by objects of what is batched.
         """
         seen, owners, seconds, found = list[ObjectPoints](), list[int](), list[float](), list[RgbdImage]()
         for number, image in enumerate(images):
@@ -193,8 +193,8 @@ class Chain:
         T, proposals = self._posed(seen)
         confidence = proposals.candidates.confidence.max(axis=1)
         agreed = self.stages.agree(T, seen, proposals) if self.stages.agree else [None] * len(seen)
-        share = (time.perf_counter() - started) / len(seen)
-        times = [spent + share * owners.count(number) for number, spent in enumerate(seconds)]
+        fraction = (time.perf_counter() - started) / len(seen)
+        times = [spent + fraction * owners.count(number) for number, spent in enumerate(seconds)]
         alone = len({(owner, item.position) for owner, item in zip(owners, seen, strict=True)}) == len(seen)
         preferred = [None] * len(seen) if alone or not self.stages.prefer else self.stages.prefer(T, seen, proposals)
         best: dict[tuple[int, int], tuple[float, PoseEstimate]] = {}

@@ -101,7 +101,7 @@ class Composed:
 
         Raises:
             TrainingError: The front end or the estimator has no bundled weights.
-            InputError: The estimator has no stages that ``config`` could choose, or cannot refuse.
+            InputError: The estimator has no stages that ``config`` could choose, or cannot reject.
         """
         return WithFrontEnd(load_estimator(self.estimator, config), open_stages(self.front_end), config.objects)
 

@@ -29,7 +29,7 @@ def detect(
             one before found.
         data: Dataset folder.
         split: "train", "val" or "test".
-        progress: Called with the share that is done.
+        progress: Called with the fraction that is done.
 
     Raises:
         UnknownNameError: A name is none of these.

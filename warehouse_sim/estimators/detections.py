@@ -1,4 +1,4 @@
-"""Where the detections of a dataset's images come from: its true masks, or detectors and segmenters by name."""
+"""Where the detections of a dataset's images come from: its ground-truth masks, or detectors and segmenters by name."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.geometry.pose import transform_points
 
-AUTO, TRUTH, TRUTH_BOXES = "auto", "truth", "truth-boxes"
+AUTO, GT, GT_BOXES = "auto", "gt", "gt-boxes"
 
 
 class Finder:
@@ -28,8 +28,8 @@ class Finder:
 
     Args:
         names: Detectors, segmenters, run folders of them or files of detections, joined by +, each working on what the
-            one before found; the first may be "truth" or "truth-boxes", what the dataset says. "auto" leaves it to
-            estimators that find objects themselves, and is "truth" for others.
+            one before found; the first may be "ground truth" or "gt-boxes", what the dataset says. "auto" leaves it to
+            estimators that find objects themselves, and is "ground truth" for others.
         gravity: Who says where down is.
         depth: Whose depth is seen; None asks the estimator and the detector for their ``depth_source``, the camera's if
             they have none.
@@ -41,36 +41,36 @@ class Finder:
 
     def __init__(
         self,
-        names: str = TRUTH,
+        names: str = GT,
         gravity: GravitySource = "rig",
         depth: DepthSource | None = None,
         objects: Sequence[str] = (),
     ) -> None:
         self._objects = tuple(objects)
         self._gravity, self._depth, self._is_auto = gravity, depth, names == AUTO
-        first, *more = (TRUTH if names == AUTO else names).split("+")
-        self._truth = first if first in (TRUTH, TRUTH_BOXES) else None
-        self._names = more if self._truth else [first, *more]
-        # Files are read once the dataset is known; a name that is none is refused at once.
+        first, *more = (GT if names == AUTO else names).split("+")
+        self._gt = first if first in (GT, GT_BOXES) else None
+        self._names = more if self._gt else [first, *more]
+        # Files are read once the dataset is known; a name that is none is rejected at once.
         self._stages = None if any(map(is_detections, self._names)) else self._opened()
         self.seconds = 0.0
         """How long the last image's detection and the filling of its depth took."""
 
-    def takes_truth(self, estimator: PoseEstimator) -> bool:
+    def takes_gt(self, estimator: PoseEstimator) -> bool:
         """Return whether an estimator is given what the dataset's labels say."""
-        return self._truth is not None and not (self._is_auto and getattr(estimator, "finds_objects", False))
+        return self._gt is not None and not (self._is_auto and getattr(estimator, "finds_objects", False))
 
     def find(self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
         """Return an image with its detections; None where there are none, and the estimator finds none itself.
 
         Raises:
-            DatasetError: The LiDAR's depth is asked for, and the dataset holds no sweep of the image.
+            DatasetError: The LiDAR's depth is requested, and the dataset holds no sweep of the image.
         """
         finds = self._is_auto and getattr(estimator, "finds_objects", False)
-        if self._truth is None or finds:
+        if self._gt is None or finds:
             given: RgbdImage | None = read_image(reader, image)
         else:
-            given = _with_truth(estimator, reader, image, self._truth == TRUTH_BOXES)
+            given = _with_gt(estimator, reader, image, self._gt == GT_BOXES)
         if given is None:
             return None
         if self._stages is None:
@@ -92,7 +92,7 @@ class Finder:
         return replace(found, detections=taken) if taken else None
 
     def _opened(self, reader: DatasetReader | None = None) -> list[FindObjects]:
-        return open_stages("+".join(self._names), reader, self._truth is not None) if self._names else []
+        return open_stages("+".join(self._names), reader, self._gt is not None) if self._names else []
 
     def _with_gravity(self, image: RgbdImage) -> RgbdImage:
         if self._gravity == "rig":
@@ -103,13 +103,13 @@ class Finder:
         return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
 
 
-def open_stages(names: str, reader: DatasetReader | None = None, after_truth: bool = False) -> list[FindObjects]:
+def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool = False) -> list[FindObjects]:
     """Return what finds objects, one stage after the other.
 
     Args:
         names: Detectors, segmenters, their run folders or files of detections, joined by +.
         reader: The dataset that files are about.
-        after_truth: Whether they work on what a dataset says.
+        after_gt: Whether they work on what a dataset says.
 
     Raises:
         UnknownNameError: A name is none of these.
@@ -121,7 +121,7 @@ def open_stages(names: str, reader: DatasetReader | None = None, after_truth: bo
         for name in names.split("+")
     ]
     first = names.split("+")[0]
-    if not after_truth and getattr(getattr(stages[0], "__self__", None), "needs_detections", False):
+    if not after_gt and getattr(getattr(stages[0], "__self__", None), "needs_detections", False):
         raise InputError(f"{first} outlines what boxes are about; name a detector before it, as detector-depth+{first}")
     return stages
 
@@ -150,7 +150,7 @@ def with_depth_of(source: DepthSource, image: RgbdImage, reader: DatasetReader, 
     """Return an image with the depth of the camera, as it is, or with that of the main LiDAR.
 
     Raises:
-        DatasetError: The LiDAR's depth is asked for, and the dataset holds no sweep of the image.
+        DatasetError: The LiDAR's depth is requested, and the dataset holds no sweep of the image.
     """
     if source == "camera":
         return image
@@ -179,7 +179,7 @@ def with_sweep(image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> 
     return replace(image, sweep=SweepView(mounted.reading.points.astype(float), mounted.T_camera_sensor))
 
 
-def _with_truth(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:
+def _with_gt(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:
     """Read an image with the masks, or boxes, of those targets that the estimator knows and that are seen, if any."""
     least: LeastVisible = getattr(estimator, "least_visible", LeastVisible())
     known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}

@@ -38,7 +38,7 @@ def down_from_floor(
     depth: Float32[np.ndarray, "h w"],
     rng: np.random.Generator,
     most_lean: float = 0.6,
-    least_share: float = 0.05,
+    least_fraction: float = 0.05,
 ) -> Direction | None:
     """Return gravity as the floor in sight has it, or None where no floor is seen.
 
@@ -50,7 +50,7 @@ def down_from_floor(
         depth: Metres along the optical axis, 0 = no reading.
         rng: Source of randomness.
         most_lean: Largest angle (rad) between the image's downward direction and gravity.
-        least_share: Least share of the readings that the floor must have.
+        least_fraction: Least fraction of the readings that the floor must have.
     """
     v, u = np.nonzero(depth > 0)
     if len(u) < 100:
@@ -73,7 +73,7 @@ def down_from_floor(
         on = np.abs(above) <= tolerance
         if (above < -3.0 * tolerance).mean() < 0.02 and (best is None or on.sum() > best.sum()):
             best = on
-    if best is None or best.mean() < least_share:
+    if best is None or best.mean() < least_fraction:
         return None
     return _plane_normal(points, best)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS, FAMILIES, FRONT_ENDS, Configurable, PoseEstimator, is_trainable
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
-from warehouse_sim.estimators.pose.doubt.estimator import Doubtful
-from warehouse_sim.estimators.pose.doubt.model import read_doubt
+from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
+from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_dir, model_names
@@ -22,7 +22,7 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     Raises:
         UnknownNameError: None of these.
         TrainingError: The folder holds no complete run, or what is registered must be trained first.
-        InputError: The estimator has no stages that ``config`` could choose, or cannot refuse.
+        InputError: The estimator has no stages that ``config`` could choose, or cannot reject.
     """
     name = str(name_or_run)
     if Path(name_or_run).is_dir() or name in model_names():
@@ -30,9 +30,9 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
         if (kind := read_kind(folder)) in FRONT_ENDS.names():
             raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
         if config.time_of_flight and config.refine == "none":
-            raise InputError("--time-of-flight tells ICP and evidence what to believe: add --refine icp or evidence")
+            raise InputError("--time-of-flight tells ICP and verification what to believe: add --refine icp or verify")
         estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
-        return _with_doubt(estimator, name, folder, config)
+        return _with_uncertainty(estimator, name, folder, config)
     registered = ESTIMATORS.names()
     if name not in registered:
         known = sorted({*model_names(), *registered})
@@ -51,18 +51,19 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
     if config.time_of_flight:
         raise InputError(f"{name} weighs readings in its own way; leave --time-of-flight out")
     made: PoseEstimator = target()
-    return _with_doubt(made, name, data_folder("models") / name, config)
+    return _with_uncertainty(made, name, data_folder("models") / name, config)
 
 
-def _with_doubt(estimator: PoseEstimator, name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
+def _with_uncertainty(estimator: PoseEstimator, name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
     """Return an estimator that says what it thinks of its poses, where that was fitted for these settings."""
-    model = read_doubt(folder).get(config.selection, config.refine) if config.doubt else None
+    model = read_uncertainty(folder).get(config.selection, config.refine) if config.uncertainty else None
     if model is not None:
         meshes = read_meshes(folder) if (folder / MESHES).is_file() else None
-        return Doubtful(estimator, model, meshes, config.refuse, config.seed, config.refuse_blocked)
-    if config.refuse is not None or config.refuse_blocked:
+        return WithUncertainty(estimator, model, meshes, config.reject, config.seed, config.reject_blocked)
+    if config.reject is not None or config.reject_blocked:
         raise InputError(
-            f"{name} cannot refuse: no doubt was fitted for --selection {config.selection} --refine {config.refine}; "
-            "leave --refuse out, and --refuse-blocked, or choose settings that doubt.yaml of its folder names"
+            f"{name} cannot reject: no uncertainty was fitted for --selection {config.selection} "
+            f"--refine {config.refine}; "
+            "leave --reject out, and --reject-blocked, or choose settings that uncertainty.yaml of its folder names"
         )
     return estimator

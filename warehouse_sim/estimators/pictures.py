@@ -1,4 +1,4 @@
-"""Pictures of what was estimated, for people: each pose as a box, or as the front and pockets that were measured."""
+"""Pictures of what was estimated, for people: each pose as a box, or as the face and pockets that were measured."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.output import make_folder, write_bytes
-from warehouse_sim.schema import PalletFront, PoseEstimate
+from warehouse_sim.schema import PalletFace, PoseEstimate
 
 _SURE, _UNSURE = (40, 230, 80), (255, 150, 30)
 """Colours of scores of a half and more, and of lower ones."""
@@ -38,7 +38,7 @@ def write_pictures(
         folder: Where.
         reader: The dataset.
         images: Which of its images.
-        estimates: Of any of them; refused ones are left out.
+        estimates: Of any of them; rejected ones are left out.
         sizes: Edge lengths (m) of objects by number; of others axes are drawn.
 
     Raises:
@@ -49,7 +49,7 @@ def write_pictures(
         mine = [
             item
             for item in estimates
-            if (item.scene_id, item.image_id) == (image.scene_id, image.image_id) and not item.refused
+            if (item.scene_id, item.image_id) == (image.scene_id, image.image_id) and not item.rejected
         ]
         canvas, camera = _canvas(reader, image)
         for item in sorted(mine, key=lambda item: -float(item.T_camera_object[2, 3])):
@@ -79,8 +79,8 @@ def _canvas(reader: DatasetReader, image: ImageRecord) -> tuple[Image, PinholeCa
 def _draw(canvas: Image, camera: PinholeCamera, item: PoseEstimate, size: Float[np.ndarray, " 3"] | None) -> None:
     color = _SURE if item.score >= 0.5 else _UNSURE
     T = item.T_camera_object
-    if item.front is not None:
-        _draw_front(canvas, camera, item.front, color)
+    if item.face is not None:
+        _draw_face(canvas, camera, item.face, color)
     elif size is not None:
         draw_box_3d(canvas, camera, T, size, color, 2)
     else:
@@ -92,15 +92,15 @@ def _draw(canvas: Image, camera: PinholeCamera, item: PoseEstimate, size: Float[
         cv2.putText(canvas, text, (u - 40, v + 4), cv2.FONT_HERSHEY_SIMPLEX, 0.4, _TEXT, 1, cv2.LINE_AA)
 
 
-def _draw_front(canvas: Image, camera: PinholeCamera, front: PalletFront, color: tuple[int, int, int]) -> None:
-    """Draw the outline of the front, as wide as it was measured and centred on its pockets, and the openings."""
-    width, height = front.size
-    middle = np.array([front.pockets[:, 0].mean(), front.pockets[:, 1].mean()])
+def _draw_face(canvas: Image, camera: PinholeCamera, face: PalletFace, color: tuple[int, int, int]) -> None:
+    """Draw the outline of the face, as wide as it was measured and centred on its pockets, and the openings."""
+    width, height = face.size
+    middle = np.array([face.pockets[:, 0].mean(), face.pockets[:, 1].mean()])
     for centre, (wide, high), line in (
         (middle, (width, height), 2),
-        *((place, size, 2) for place, size in zip(front.pockets, front.pocket_sizes, strict=True)),
+        *((place, size, 2) for place, size in zip(face.pockets, face.pocket_sizes, strict=True)),
     ):
         sides = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([wide, high]) / 2.0
-        corners = transform_points(front.T_camera_dock, np.pad(centre + sides, ((0, 0), (1, 0))))
+        corners = transform_points(face.T_camera_dock, np.pad(centre + sides, ((0, 0), (1, 0))))
         for number in range(4):
             draw_segment(canvas, camera, corners[number], corners[(number + 1) % 4], color, line)

@@ -9,7 +9,7 @@ from typing import cast
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators import BatchedPoseEstimator, Onboarding, PoseEstimator
-from warehouse_sim.estimators.detections import TRUTH, Finder
+from warehouse_sim.estimators.detections import GT, Finder
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.rgbd_image import RgbdImage
@@ -31,7 +31,8 @@ def predict(
 ) -> list[PoseEstimate]:
     """Estimate what is detected in the images of ``split``, in their order.
 
-    With the true masks for detections, that is every target that the estimator knows and that is visible enough.
+    With the ground-truth masks for detections, that is every target that the estimator knows and that is visible
+    enough.
 
     Args:
         run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training; or an
@@ -39,7 +40,7 @@ def predict(
         data: Dataset folder with BOP files, or an open reader of one.
         split: Name of a split, or "all".
         config: Settings.
-        progress: Called with the share that is done.
+        progress: Called with the fraction that is done.
         pictures: Folder for a picture of each image with the poses in it; none by default.
 
     Returns:
@@ -49,8 +50,8 @@ def predict(
     Raises:
         UnknownNameError: No estimator, detector or segmenter has that name.
         TrainingError: The run is incomplete or knows none of the split's objects.
-        DatasetError: The folder is no dataset with BOP files, or states no calibration, but is asked for it.
-        InputError: Tracks are asked for, but nothing has a covariance, or images do not say where the camera is.
+        DatasetError: The folder is no dataset with BOP files, or states no calibration, but is requested it.
+        InputError: Tracks are requested, but nothing has a covariance, or images do not say where the camera is.
     """
     reader = (
         data.calibrated(config.calibration)
@@ -67,7 +68,7 @@ def predict(
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
     # Numbers of objects in a folder of others are that folder's own, and of no matter to what finds objects itself.
-    if reader.manifest is not None or finder.takes_truth(estimator):
+    if reader.manifest is not None or finder.takes_gt(estimator):
         require_known(estimator, reader, images)
     estimates: list[PoseEstimate] = []
     for start in range(0, len(images), config.images_at_once):
@@ -91,22 +92,22 @@ def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Seque
         return
     known = {shape.obj_id: shape.name for shape in estimator.objects}
     names = ", ".join(f"{number} {name}" for number, name in known.items())
-    asked = {
+    requested = {
         obj_id: reader.objects[obj_id].name
         for obj_id in sorted({target.obj_id for image in images for target in image.targets if target.has_pose})
     }
-    for obj_id, name in asked.items():
+    for obj_id, name in requested.items():
         if known.get(obj_id, name) != name:
             raise TrainingError(f"the run was not trained on object {obj_id} {name}; it knows: {names}")
-    left_out = [name for obj_id, name in asked.items() if obj_id not in known]
-    if asked and len(left_out) == len(asked):
+    left_out = [name for obj_id, name in requested.items() if obj_id not in known]
+    if requested and len(left_out) == len(requested):
         raise TrainingError(f"the run was trained on none of {', '.join(left_out)}; it knows: {names}")
     if left_out:
         log.warning("%s: no estimates of what the run was not trained on: %s", reader.root, ", ".join(left_out))
 
 
 def read_images(
-    estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord], detections: str = TRUTH
+    estimator: PoseEstimator, reader: DatasetReader, images: Sequence[ImageRecord], detections: str = GT
 ) -> Iterator[RgbdImage]:
     """Yield those images in which something is detected that the estimator takes."""
     finder = Finder(detections)

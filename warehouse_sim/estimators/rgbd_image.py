@@ -158,7 +158,7 @@ class RgbdImage:
 
     @classmethod
     def from_observation(cls, observation: Observation) -> "RgbdImage":
-        """Make one of what a simulated sensor read, with the true masks of all labelled objects in sight."""
+        """Make one of what a simulated sensor read, with the ground-truth masks of all labelled objects in sight."""
         ids = observation.buffers.instance_ids
         found = [label for label in observation.annotations if label.pixels_visible > 0]
         return cls(
@@ -176,7 +176,7 @@ class RgbdImage:
     def from_dataset(
         cls, reader: DatasetReader, image: ImageRecord, targets: Sequence[TargetRecord], rgb: bool = True
     ) -> "RgbdImage":
-        """Read one of a dataset's images, with the true visible masks of some of its targets.
+        """Read one of a dataset's images, with the ground-truth visible masks of some of its targets.
 
         Args:
             reader: The dataset.

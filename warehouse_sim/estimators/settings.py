@@ -11,7 +11,7 @@ from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
-Refinement = Literal["none", "icp", "evidence"]
+Refinement = Literal["none", "icp", "verify"]
 
 
 @dataclass(frozen=True)
@@ -20,11 +20,11 @@ class PredictConfig:
     """How poses are estimated."""
 
     detections: str = "auto"
-    """Where detections come from: auto leaves it to estimators that find objects themselves, and is truth for others.
-    truth takes a dataset's true visible masks, as BOP's localisation with given masks; truth-boxes the boxes about
-    these; else a detector or a segmenter by name or run folder, or a file of detections (COCO's or BOP's results, a
-    folder of YOLO's labels), or several joined by +, each working on what the one before found
-    (truth-boxes+cluster)."""
+    """Where detections come from: auto leaves it to estimators that find objects themselves, and is ground truth for
+    others. ground truth takes a dataset's ground-truth visible masks, as BOP's localisation with given masks; gt-boxes
+    the boxes about these; else a detector or a segmenter by name or run folder, or a file of detections (COCO's or
+    BOP's results, a folder of YOLO's labels), or several joined by +, each working on what the one before found
+    (gt-boxes+cluster)."""
     depth: DepthSource | None = None
     """Whose depth estimators see: the camera's, the main LiDAR's filled up (lidar), or only where the LiDAR has points
     (lidar-sparse). None takes what the estimator was made for, which is the camera's where it does not say."""
@@ -37,15 +37,15 @@ class PredictConfig:
     """Corrections by the network's own refiner, before what ``refine`` names, 0-100; by default as many as val said
     help when the run was calibrated, else those of its training."""
     refine: Refinement = "none"
-    """What follows the network: nothing; point-to-plane ICP against the CAD surface; or evidence: ICP from several
+    """What follows the network: nothing; point-to-plane ICP against the CAD surface; or verification: ICP from several
     poses, of the network, turned, and fitted to the points alone, of which the depth image chooses."""
-    doubt: bool = True
+    uncertainty: bool = True
     """Whether estimates are looked at afterwards, where that was fitted: a score that ranks, covariance, bound."""
-    refuse: Annotated[float, Range(0, 1)] | None = None
+    reject: Annotated[float, Range(0, 1)] | None = None
     """Largest risk (1 - score) of an estimate that is given, 0-1; others get the score 0 and no row in the file of
     poses. None gives all."""
-    refuse_blocked: bool = False
-    """Whether estimates are refused, too, where readings lie in an opening of the object or close before it: a pallet
+    reject_blocked: bool = False
+    """Whether estimates are rejected, too, where readings lie in an opening of the object or close before it: a pallet
     whose pocket is blocked, or something that is no pallet."""
     calibration: Calibration = "true"
     """What estimators are told of the rig: the true calibration, or what the rig states, which ``sensors.calibration``
@@ -64,7 +64,7 @@ class PredictConfig:
     time_of_flight: bool = False
     """Whether the depth camera measures time of flight. Level surfaces along which such a camera looks seem centimetres
     too far, since light bounces; where gravity is known they are believed the less, the flatter it looks along them.
-    Objects that truly lean by some degrees are then taken for upright. For ``refine`` icp and evidence."""
+    Objects that truly lean by some degrees are then taken for upright. For ``refine`` icp and verify."""
     track: bool = False
     """Whether the images of a drive are seen one after the other: poses are filtered in the world with the covariance
     of each, and objects that are lost for some images are given where they were."""

@@ -34,7 +34,7 @@ def train(
         config: Settings, of the type that the estimator takes. A resumed run goes on with its own; give the same or
             the defaults.
         resume: Go on from the last checkpoint in ``run``, or begin if there is none.
-        progress: Called with the share that is done and what is going on.
+        progress: Called with the fraction that is done and what is going on.
         init: Bundled estimator or run folder whose weights training begins with; fresh ones by default.
         cache: Folder that keeps the crops for the next training, by default one in the user's cache folder;
             ``Path("none")`` keeps them in memory.

@@ -14,7 +14,7 @@ class LeastVisible(NamedTuple):
     """What must be seen of a target at least."""
 
     fraction: float = 0.1
-    """Visible share of it, 0-1."""
+    """Visible fraction of it, 0-1."""
     pixels: int = 32
     """Visible pixels."""
 

@@ -43,7 +43,7 @@ class BopScores:
     ap: float
     """The mean of these two: the score of BOP 2024's detection tasks."""
     ar_vsd: float | None = None
-    """Average recall by VSD, over ten tolerances and ten thresholds; None where it was not asked for."""
+    """Average recall by VSD, over ten tolerances and ten thresholds; None where it was not requested."""
     ar: float | None = None
     """The mean of the three recalls: the score of BOP 2019 to 2023."""
 
@@ -77,7 +77,7 @@ def bop_scores(
         predictions: Estimates of all images; those of objects that an image lacks do not count, as in the reference.
         images: Images with their targets.
         models: Where errors are measured.
-        least_visible: Share (0-1) that must be seen of what is to be found; what is found on less does not count.
+        least_visible: Fraction (0-1) that must be seen of what is to be found; what is found on less does not count.
         seen: Reads depth images, for recall by VSD; None leaves that out.
     """
     kept = _best_of_each_image(predictions)
@@ -109,16 +109,16 @@ def bop_scores(
 def match_by_score(
     errors: Float[np.ndarray, "p g"], scores: Float[np.ndarray, " p"], most: int, threshold: float
 ) -> dict[int, int]:
-    """Match estimates, the highest score first, each with the truth that is nearest and still free.
+    """Match estimates, the highest score first, each with the ground truth that is nearest and still free.
 
     Args:
-        errors: Of each estimate against each truth; inf where they cannot belong together.
+        errors: Of each estimate against each ground truth; inf where they cannot belong together.
         scores: Of each estimate.
         most: How many estimates are taken.
         threshold: Errors from here on are no match.
 
     Returns:
-        Row of the truth by row of the estimate.
+        Row of the ground truth by row of the estimate.
     """
     open_errors, found = errors.copy(), {}
     for row in np.argsort(-scores, kind="stable")[:most].tolist():
@@ -163,11 +163,11 @@ def _average_recall(
     wanted, hits = 0, 0
     for errors in ways:
         for group, of_group in zip(groups, errors, strict=True):
-            asked = _asked(group, least_visible)
-            count, scores = int(asked.sum()), _scores(group, predictions)
+            evaluated = _evaluated(group, least_visible)
+            count, scores = int(evaluated.sum()), _scores(group, predictions)
             wanted += count
             for threshold in THRESHOLDS:
-                hits += len(match_by_score(of_group[:, asked], scores, count, threshold))
+                hits += len(match_by_score(of_group[:, evaluated], scores, count, threshold))
     return hits / (wanted * len(THRESHOLDS)) if wanted else float("nan")
 
 
@@ -182,7 +182,7 @@ def _mean_precision(
         by_object.setdefault(group.targets[0].obj_id, []).append((group, of_group))
     precisions = []
     for parts in by_object.values():
-        if any(_asked(group, least_visible).any() for group, _ in parts):
+        if any(_evaluated(group, least_visible).any() for group, _ in parts):
             for threshold in THRESHOLDS:
                 matches = [_matches(group, own, predictions, least_visible, threshold) for group, own in parts]
                 precisions.append(average_precision(matches))
@@ -196,15 +196,15 @@ def _matches(
     least_visible: float,
     threshold: float,
 ) -> Matches:
-    asked, scores = _asked(group, least_visible), _scores(group, predictions)
+    evaluated, scores = _evaluated(group, least_visible), _scores(group, predictions)
     right, ignored = np.zeros((2, len(scores)), dtype=bool)
     for row, column in match_by_score(errors, scores, len(scores), threshold).items():
-        right[row], ignored[row] = asked[column], not asked[column]
+        right[row], ignored[row] = evaluated[column], not evaluated[column]
     order = np.argsort(-scores, kind="stable")
-    return Matches(scores[order], right[order], ignored[order], int(asked.sum()))
+    return Matches(scores[order], right[order], ignored[order], int(evaluated.sum()))
 
 
-def _asked(group: Group, least_visible: float) -> Bool[np.ndarray, " g"]:
+def _evaluated(group: Group, least_visible: float) -> Bool[np.ndarray, " g"]:
     return np.array([target.visible_fraction >= least_visible for target in group.targets])
 
 

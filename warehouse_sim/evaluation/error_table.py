@@ -17,7 +17,7 @@ _WHOLE = ("scene_id", "image_id", "gt_index", "obj_id", "prediction", "stacked")
 _TEXT = ("class_name", "object_name", "face", "verdict", "limiting_error")
 
 _ROUNDING = 1e-9
-"""Metres below which a slack is what was asked for: poses are read from decimal text."""
+"""Metres below which a slack is what was requested: poses are read from decimal text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +67,10 @@ class ErrorTable:
     """Whether a truck takes it by that side, "free" or why not; "" where the dataset does not say."""
     stacked: Int[np.ndarray, " n"]
     """1 where it is known to stand on another pallet or under one, else 0."""
-    room: Float[np.ndarray, " n"]
-    """What the true pose leaves around the tines at the side that is asked for (m); nan without pockets.
+    clearance: Float[np.ndarray, " n"]
+    """What the true pose leaves around the tines at the side that is requested (m); nan without pockets.
 
-    No estimate can be asked for more. A front may mean another side; what is asked depends on no estimate.
+    No estimate can be requested more. A front may mean another side; what is evaluated depends on no estimate.
     """
     depth: Float[np.ndarray, " n"]
     """Along the insertion axis at the entry of that side (m)."""
@@ -83,19 +83,19 @@ class ErrorTable:
     pitch: Float[np.ndarray, " n"]
     """Tip of the fork up or down (rad)."""
     slack_lateral: Float[np.ndarray, " n"]
-    """Room left beside the tines (m), negative on collision, nan for objects without pockets.
+    """Clearance left beside the tines (m), negative on collision, nan for objects without pockets.
 
     This slack and the next three are -inf for a miss and for an estimate that is upside down, reversed or at a wrong
     face.
     """
     slack_vertical: Float[np.ndarray, " n"]
-    """Room left above or below the tines (m)."""
+    """Clearance left above or below the tines (m)."""
     slack_depth: Float[np.ndarray, " n"]
-    """Room left along the tines (m), negative where they stop too deep or too short."""
+    """Clearance left along the tines (m), negative where they stop too deep or too short."""
     slack_mesh: Float[np.ndarray, " n"]
-    """Room left to the surface of the very pallet, worn as it is (m), at most 0.05; -inf beside the lanes."""
+    """Clearance left to the surface of the very pallet, worn as it is (m), at most 0.05; -inf beside the lanes."""
     limiting_error: Shaped[np.ndarray, " n"]
-    """Error that uses up most room, one of ``FAILURE_AXES``; "missed", or "" without pockets."""
+    """Error that uses up most clearance, one of ``FAILURE_AXES``; "missed", or "" without pockets."""
 
     def __len__(self) -> int:
         return len(self.scene_id)
@@ -123,20 +123,20 @@ class ErrorTable:
         """Which ground truths are asked to be docked: a truck can take them, as far as the dataset says, and alone."""
         return self.has_pockets & np.isin(self.verdict, ("", FREE)) & (self.stacked == 0)
 
-    def asked(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
+    def evaluated(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
         """Return which of them have ``margin`` (m) to spare at the true pose."""
-        return self.dockable & (self.room >= margin - _ROUNDING)
+        return self.dockable & (self.clearance >= margin - _ROUNDING)
 
     @property
     def slack(self) -> Float[np.ndarray, " n"]:
-        """The room to spare around the tines to the very pallet (m), -inf where they stop too deep or too short."""
+        """Clearance around the tines to the pallet's own surface (m), -inf where they stop too deep or too short."""
         return np.where(self.slack_depth < -_ROUNDING, -np.inf, self.slack_mesh)
 
     @property
     def slack_nominal(self) -> Float[np.ndarray, " n"]:
         """The same to the walls of the nominal pockets (m)."""
-        room = np.minimum(self.slack_lateral, self.slack_vertical)
-        return np.where(self.slack_depth < -_ROUNDING, -np.inf, room)
+        clearance = np.minimum(self.slack_lateral, self.slack_vertical)
+        return np.where(self.slack_depth < -_ROUNDING, -np.inf, clearance)
 
     def docks(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:
         """Return which ground truths are docked with ``margin`` (m) to spare; none without pockets."""

@@ -14,8 +14,8 @@ class Given:
     """Estimates, and how messages name them."""
 
     estimates: tuple[PoseEstimate, ...]
-    """Those that are not refused."""
-    refused: int
+    """Those that are not rejected."""
+    rejected: int
     """How many are."""
     name: str
     """The file, or what stands for it."""
@@ -34,11 +34,11 @@ class Given:
         if isinstance(predictions, (str, Path)):
             path = Path(predictions)
             found = tuple(prediction_file.read(path))
-            return cls(found, prediction_file.count_refused(path), str(path), path.stem.split("_")[0], True)
+            return cls(found, prediction_file.count_rejected(path), str(path), path.stem.split("_")[0], True)
         for number, item in enumerate(predictions):
             if not isinstance(item, PoseEstimate):
                 raise EvaluationError(f"estimate {number} must be a PoseEstimate, found {shown(item)}")
-        kept = tuple(item for item in predictions if not item.refused)
+        kept = tuple(item for item in predictions if not item.rejected)
         return cls(kept, len(predictions) - len(kept), "the estimates", "estimates", False)
 
     def place(self, number: int) -> str:

@@ -10,7 +10,7 @@ _Z = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution."""
 
 
-def share_interval(
+def fraction_interval(
     values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], draws: int, rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return a 95 % interval for the mean of ``values``, the wider of two on each side.
@@ -44,12 +44,12 @@ def _percentiles(picks: np.ndarray, sums: np.ndarray, counts: np.ndarray) -> tup
     return float(low), float(high)
 
 
-def share_intervals(
+def fraction_intervals(
     columns: Mapping[str, Float[np.ndarray, " n"]], scene_id: Int[np.ndarray, " n"], draws: int, seed: int
 ) -> dict[str, tuple[float, float]]:
-    """Return ``share_interval`` of several columns over the same rows, all with the same resamples.
+    """Return ``fraction_interval`` of several columns over the same rows, all with the same resamples.
 
-    A new column moves no other one's interval, nor does it draw anew: of large tables, the draws take longest.
+    A new column moves no other one's interval, nor does it draw again: of large tables, the draws take longest.
 
     Args:
         columns: By name; nan where a row has no such value. Columns without any value are left out.
@@ -67,8 +67,8 @@ def share_intervals(
         counts = np.bincount(scene[known], minlength=len(names))
         there = counts > 0
         if there.tobytes() not in picks:
-            share = np.full(int(there.sum()), 1.0 / there.sum())
-            picks[there.tobytes()] = np.random.default_rng(seed).multinomial(len(share), share, size=draws)
+            fraction = np.full(int(there.sum()), 1.0 / there.sum())
+            picks[there.tobytes()] = np.random.default_rng(seed).multinomial(len(fraction), fraction, size=draws)
         sums = np.bincount(scene[known], weights=values[known], minlength=len(names))
         low, high = _percentiles(picks[there.tobytes()], sums[there], counts[there])
         wilson_low, wilson_high = wilson(float(values[known].mean()), int(known.sum()))
@@ -76,10 +76,10 @@ def share_intervals(
     return intervals
 
 
-def wilson(share: float, count: int) -> tuple[float, float]:
-    """Return Wilson's score interval (J. Am. Stat. Assoc. 22, 1927) of a share among ``count`` rows."""
-    centre = (share + _Z**2 / (2 * count)) / (1 + _Z**2 / count)
-    half = _Z / (1 + _Z**2 / count) * np.sqrt(share * (1 - share) / count + _Z**2 / (4 * count**2))
+def wilson(fraction: float, count: int) -> tuple[float, float]:
+    """Return Wilson's score interval (J. Am. Stat. Assoc. 22, 1927) of a fraction among ``count`` rows."""
+    centre = (fraction + _Z**2 / (2 * count)) / (1 + _Z**2 / count)
+    half = _Z / (1 + _Z**2 / count) * np.sqrt(fraction * (1 - fraction) / count + _Z**2 / (4 * count**2))
     return max(0.0, float(centre - half)), min(1.0, float(centre + half))
 
 
@@ -101,7 +101,7 @@ def difference_interval(values: Float[np.ndarray, " n"], scene_id: Int[np.ndarra
 
     The variance of a ratio of sums over scenes, linearised (Cochran 1977, 6.3), with as many degrees of freedom as
     there are scenes but one: where a bootstrap of three scenes says too little. Where no two scenes differ, it is
-    Wilson's interval for the share of pairs that would have changed, both ways; one scene tells nothing.
+    Wilson's interval for the fraction of pairs that would have changed, both ways; one scene tells nothing.
 
     Args:
         values: One difference a pair, n >= 1.

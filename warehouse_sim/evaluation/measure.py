@@ -21,7 +21,7 @@ class MeasureConfig:
     """What counts as a ground truth, and what must fit into its pockets."""
 
     min_visible_fraction: float = 0.1
-    """Ground truths with a smaller visible share are left out (0-1), as in BOP."""
+    """Ground truths with a smaller visible fraction are left out (0-1), as in BOP."""
     min_model_points: int = 50
     """Ground truths whose model is a cloud of fewer points are left out, >= 1: 50, as in the study of 6D poses on KITTI
     that docs/evaluation.md names, which has figures for 100, too. Those with CAD all count."""

@@ -1,4 +1,4 @@
-"""The numbers of a score: shares of ground truths that pass, areas under curves, and medians."""
+"""The numbers of a score: fractions of ground truths that pass, areas under curves, and medians."""
 
 from dataclasses import dataclass
 
@@ -15,19 +15,19 @@ class MetricConfig:
     diameter_percent: tuple[int, ...] = (2, 5, 10)
     """Accuracy thresholds as percentages of the object's diameter, each > 0."""
     docking_margin_mm: tuple[int, ...] = (0, 10, 20)
-    """Room (mm) that docking must leave to the walls for the errors of the vehicle's control, each >= 0."""
+    """Clearance (mm) that docking must leave to the walls for the errors of the vehicle's control, each >= 0."""
 
 
 def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.ndarray, " n"]]:
-    """Return for each share-like metric one value in 0-1 a ground truth; nan where it does not apply.
+    """Return for each fraction-like metric one value in 0-1 a ground truth; nan where it does not apply.
 
-    A miss has the value 0. Names: ``<error>_<k>pct`` is the share with an error under k % of the diameter,
+    A miss has the value 0. Names: ``<error>_<k>pct`` is the fraction with an error under k % of the diameter,
     for ``add_shape`` over the symmetries of the shape, whatever is printed on it,
     ``mssd_2cm`` and ``mssd_5cm`` serve objects without pockets, ``dock_<m>mm`` is docking with margin m
-    against the very pallet, ``dock_nominal_<m>mm`` against its nominal pockets; both are asked of what a truck can take
-    and what leaves that margin at its true pose;
-    ``dock_gate_20mm_2.9deg`` and ``dock_gate_50mm_3deg`` are the threshold pairs of the literature, and
-    ``auc_*`` are areas under the accuracy curve in their mean form ``mean(max(0, 1 - error / limit))``.
+    against the very pallet, ``dock_nominal_<m>mm`` against its nominal pockets; both are evaluated of what a truck can
+    take and what leaves that margin at its true pose; ``dock_gate_20mm_2.9deg`` and ``dock_gate_50mm_3deg`` are the
+    threshold pairs of the literature, and ``auc_*`` are areas under the accuracy curve in their mean form ``mean(max(0,
+    1 - error / limit))``.
     """
     values = {}
     errors = {"add": table.add, "add_shape": table.add_shape, "mssd": table.mssd, "add_s": table.add_s}
@@ -38,9 +38,11 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
         values[f"mssd_{centimetres}cm"] = (table.mssd < centimetres / 100.0).astype(float)
     values["pose_5cm_5deg"] = table.within_5cm_5deg
     for margin in config.docking_margin_mm:
-        asked = table.asked(margin / 1000.0)
-        values[f"dock_{margin}mm"] = np.where(asked, table.docks(margin / 1000.0).astype(float), np.nan)
-        values[f"dock_nominal_{margin}mm"] = np.where(asked, table.docks_nominal(margin / 1000.0).astype(float), np.nan)
+        evaluated = table.evaluated(margin / 1000.0)
+        values[f"dock_{margin}mm"] = np.where(evaluated, table.docks(margin / 1000.0).astype(float), np.nan)
+        values[f"dock_nominal_{margin}mm"] = np.where(
+            evaluated, table.docks_nominal(margin / 1000.0).astype(float), np.nan
+        )
     values["dock_gate_20mm_2.9deg"] = _where_dockable(table, _gate(table, 0.020, 2.9, 180.0))
     values["dock_gate_50mm_3deg"] = _where_dockable(table, _gate(table, 0.050, 3.0, 1.0))
     values["auc_add_10cm"] = np.maximum(0.0, 1.0 - table.add / 0.1)
@@ -85,7 +87,7 @@ def posecnn_auc(errors: Float[np.ndarray, " n"], limit: float = 0.1) -> float:
 
 
 def accuracy_curve(errors: Float[np.ndarray, " n"], thresholds: Float[np.ndarray, " t"]) -> Float[np.ndarray, " t"]:
-    """Return for each threshold the share of all ground truths with an error below it."""
+    """Return for each threshold the fraction of all ground truths with an error below it."""
     return np.searchsorted(np.sort(errors), thresholds, side="left") / len(errors)
 
 

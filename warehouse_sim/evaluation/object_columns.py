@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.reader import ObjectInfo
+from warehouse_sim.evaluation.docking.face import face_columns
 from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import (
     DockingFace,
@@ -15,7 +16,6 @@ from warehouse_sim.evaluation.docking.fork import (
     docking_errors,
     docking_faces,
 )
-from warehouse_sim.evaluation.docking.front import front_columns
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
 from warehouse_sim.evaluation.docking.standing import ObjectStanding, Standings
@@ -66,7 +66,7 @@ def object_columns(
         "face": np.array([face.name for face in sides]),
         "verdict": [standings.verdict(place, face) for place, face in zip(places, sides, strict=True)],
         "stacked": [int(standings.stacked(place)) for place in places],
-        "room": [standings.room(place, info, face, fork) for place, face in zip(places, sides, strict=True)],
+        "clearance": [standings.clearance(place, info, face, fork) for place, face in zip(places, sides, strict=True)],
     }
     found = np.flatnonzero(columns["prediction"] >= 0)
     if len(found) == 0:
@@ -84,9 +84,9 @@ def object_columns(
             lanes = [standings.lane(places[row], info, face, fork) if face.pockets else None for row in rows]
             _fill(columns, rows, _docking_columns(best[mine], info, face, fork, lanes))
     for row, estimate in zip(found.tolist(), estimates, strict=True):
-        if estimate.front is not None:
+        if estimate.face is not None:
             stand = ObjectStanding(standings, places[row], info)
-            _fill(columns, row, front_columns(estimate.front, true[row], faces, fork, stand))
+            _fill(columns, row, face_columns(estimate.face, true[row], faces, fork, stand))
     return columns
 
 
@@ -160,12 +160,12 @@ def _docking_columns(
     if face.pockets:
         slack = docking_slack(best, face, fork)
         columns |= {"slack_lateral": slack.lateral, "slack_vertical": slack.vertical, "slack_depth": slack.depth}
-        columns["slack_mesh"] = room = _room_to_surfaces(best, slack, face, info, lanes, fork)
-        columns["limiting_error"] = failure_axes(errors, slack, face, fork, room)
+        columns["slack_mesh"] = clearance = _clearance_to_surfaces(best, slack, face, info, lanes, fork)
+        columns["limiting_error"] = failure_axes(errors, slack, face, fork, clearance)
     return columns
 
 
-def _room_to_surfaces(
+def _clearance_to_surfaces(
     T_object_estimated: Transforms,
     slack: DockingSlack,
     face: DockingFace,
@@ -173,10 +173,10 @@ def _room_to_surfaces(
     lanes: Sequence[Float[np.ndarray, "m 3 3"] | None],
     fork: ForkConfig,
 ) -> Float[np.ndarray, " n"]:
-    """Return the room to the very pallet of each estimate (m); to the nominal pockets where there is no mesh."""
-    room = np.minimum(slack.lateral, slack.vertical)
+    """Return the clearance to the very pallet of each estimate (m); to the nominal pockets where there is no mesh."""
+    clearance = np.minimum(slack.lateral, slack.vertical)
     astray, underside = np.isneginf(slack.heel), -float(info.size[2]) / 2.0
     for triangles in {id(lane): lane for lane in lanes if lane is not None}.values():
         rows: Bool[np.ndarray, " n"] = np.array([lane is triangles for lane in lanes]) & ~astray
-        room[rows] = mesh_slack(T_object_estimated[rows], face, underside, triangles, fork)
-    return room
+        clearance[rows] = mesh_slack(T_object_estimated[rows], face, underside, triangles, fork)
+    return clearance

@@ -46,7 +46,7 @@ def pair_up(
         predictions: Estimates of all images.
         images: Images with their targets.
         models: Where errors are measured.
-        min_visible_fraction: Visible share (0-1) from which a ground truth counts.
+        min_visible_fraction: Visible fraction (0-1) from which a ground truth counts.
 
     Returns:
         One pair a ground truth that counts.
@@ -96,7 +96,7 @@ def group_by_object(predictions: Sequence[PoseEstimate], images: Sequence[ImageR
 def pairwise_errors(
     groups: Sequence[Group], predictions: Sequence[PoseEstimate], error_of: ErrorOf, models: ErrorModels
 ) -> list[Float[np.ndarray, "p g"]]:
-    """Return for each group the error of each estimate against each truth: all those of one model at once."""
+    """Return for each group the error of each estimate against each ground truth: all those of one model at once."""
     errors = [np.full((len(group.estimates), len(group.targets)), np.inf) for group in groups]
     places: dict[int, list[tuple[int, int, int]]] = defaultdict(list)
     for number, group in enumerate(groups):

@@ -22,10 +22,11 @@ SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predi
 SCORES_FORMAT = 6
 """Counts up when a number of scores.json means something else."""
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
-"""What scores say of a dataset without CAD: what errors are measured on, and what shares of the diameter mean."""
+"""What scores say of a dataset without CAD: what errors are measured on, and what fractions of the diameter mean."""
 
-WITHOUT_REACH = {"asked": "all pallets, as not all say which a truck can reach"}
-"""What scores say of a dataset that an older version made, or others: docking is asked of more than a truck can do."""
+WITHOUT_REACH = {"evaluated": "all pallets, as not all say which a truck can reach"}
+"""What scores say of a dataset that an older version made, or others: docking is evaluated of more than a truck can
+do."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Scores:
     settings: dict[str, Any]
     """The resolved ``ScoreConfig``."""
     counts: dict[str, int]
-    """Scenes, images, ground truths that count and that do not, predictions, found, refused."""
+    """Scenes, images, ground truths that count and that do not, predictions, found, rejected."""
     overall: Summary
     """All ground truths."""
     groups: dict[str, tuple[Summary, ...]]
@@ -62,9 +63,10 @@ class Scores:
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
     docking_left_out: dict[str, int]
-    """Ground truths with pockets that docking is not asked of, by reason; "no room for 20 mm" is of that margin."""
+    """Ground truths with pockets that docking is not asked of, by reason; "no clearance for 20 mm" is of that
+    margin."""
     trust: Trust
-    """What scores, bounds and refusals are worth."""
+    """What scores, bounds and rejections are worth."""
     seconds_per_image: float | None
     """Mean time of the estimator, where the predictions hold it."""
     table: ErrorTable
@@ -72,7 +74,7 @@ class Scores:
     estimates: tuple[PoseEstimate, ...]
     """What was scored; predictions.csv beside scores.json."""
     bop: BopScores | None = None
-    """The scores of the BOP challenges, where they were asked for."""
+    """The scores of the BOP challenges, where they were requested."""
 
     def __repr__(self) -> str:
         return "\n".join(self.summary())
@@ -126,27 +128,27 @@ class Scores:
         lines += [words] if words else []
         if self.bop is not None:
             known = {name: value for name, value in asdict(self.bop).items() if value is not None}
-            shares = {name: f"{100 * value:.1f} %" for name, value in known.items()}
+            fractions = {name: f"{100 * value:.1f} %" for name, value in known.items()}
             lines.append(
-                f"BOP:     AR {shares['ar_mssd']} by MSSD, {shares['ar_mspd']} by MSPD; AP {shares['ap']} "
-                f"({shares['ap_mssd']} by MSSD, {shares['ap_mspd']} by MSPD)"
+                f"BOP:     AR {fractions['ar_mssd']} by MSSD, {fractions['ar_mspd']} by MSPD; AP {fractions['ap']} "
+                f"({fractions['ap_mssd']} by MSSD, {fractions['ap_mspd']} by MSPD)"
             )
-            if "ar_vsd" in shares:
-                lines.append(f"         AR {shares['ar_vsd']} by VSD, {shares['ar']} the mean of the three")
+            if "ar_vsd" in fractions:
+                lines.append(f"         AR {fractions['ar_vsd']} by VSD, {fractions['ar']} the mean of the three")
         if self.trust.bound:
             lines.append(
                 f"trust:   {self.trust.failures} of {self.trust.estimates} wrong, AUROC {self.trust.auroc:.3f}, "
-                f"bound holds for {100 * self.trust.bound[0].share:.0f} %, {self.counts.get('refused', 0)} refused"
+                f"bound holds for {100 * self.trust.bound[0].fraction:.0f} %, {self.counts.get('rejected', 0)} rejected"
             )
         if self.overall.dockable_count:
-            lines.append(f"docking: {', '.join(docking)} of room")
+            lines.append(f"docking: {', '.join(docking)} of clearance")
             nominal = [f"{100 * metrics[f'dock_nominal_{k}mm']:.1f} %" for k in thresholds["docking_margin_mm"]]
             lines.append(f"         by nominal pockets: {', '.join(nominal)}")
         return lines + self._left_out_lines()
 
     def _left_out_lines(self) -> list[str]:
         """Return what docking is not asked of, and why."""
-        pockets, asked = int(self.table.has_pockets.sum()), self.overall.dockable_count
+        pockets, evaluated = int(self.table.has_pockets.sum()), self.overall.dockable_count
         if not pockets:
             return []
         lines = []
@@ -158,12 +160,12 @@ class Scores:
             )
         if self.docking_left_out:
             reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())
-            lines.append(f"asked:   {asked} of {pockets} pallets; left out: {reasons}")
+            lines.append(f"asked:   {evaluated} of {pockets} pallets; left out: {reasons}")
         stacks = next((item for item in self.groups.get("stacking", ()) if item.label == "stacked"), None)
         if stacks is not None and stacks.dockable_count:
             margins = self.settings["metrics"]["docking_margin_mm"]
-            shares = [f"{100 * stacks.metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in margins]
-            lines.append(f"stacks:  {', '.join(shares)} of {stacks.dockable_count} with a free face")
+            fractions = [f"{100 * stacks.metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in margins]
+            lines.append(f"stacks:  {', '.join(fractions)} of {stacks.dockable_count} with a free face")
         return lines
 
 

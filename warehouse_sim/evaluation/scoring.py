@@ -9,7 +9,7 @@ import numpy as np
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.object_truth import geometry_problems
+from warehouse_sim.dataset.object_gt import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores
@@ -50,7 +50,7 @@ def evaluate(
 
     Raises:
         EvaluationError: A prediction names an image or object that the split lacks, translations are not in
-            millimetres, or no ground truth counts; VSD is asked for without depth images or CAD.
+            millimetres, or no ground truth counts; VSD is requested without depth images or CAD.
         DatasetError: The dataset or the CSV cannot be read.
     """
     config = config or ScoreConfig()
@@ -84,7 +84,7 @@ def evaluate(
         method=method or given.method,
         dataset=_identity(reader, split) | _without_reach(table),
         settings=to_mapping(config),
-        counts=_counts(estimates, images, table) | {"refused": given.refused},
+        counts=_counts(estimates, images, table) | {"rejected": given.rejected},
         overall=summarise("all", table, config.metrics, config.groups),
         groups=groups,
         docking_failures=docking_failures(table),
@@ -113,7 +113,7 @@ def _bop(
 
 def docking_failures(table: ErrorTable) -> dict[str, int]:
     """Count the ground truths that cannot be docked (no margin) by the error to blame, "missed" for no estimate."""
-    failed = table.limiting_error[table.asked() & ~table.docks()]
+    failed = table.limiting_error[table.evaluated() & ~table.docks()]
     return {axis: int((failed == axis).sum()) for axis in (*FAILURE_AXES, "missed")}
 
 
@@ -121,12 +121,12 @@ def docking_left_out(table: ErrorTable, margins_mm: Sequence[int]) -> dict[str, 
     """Count the ground truths with pockets that docking is not asked of by the reason, the most frequent first.
 
     Those in stacks come under "stacked" whatever their faces; those that a truck can take and that do not leave a
-    margin at the true pose under "no room for 20 mm", which holds for that margin alone.
+    margin at the true pose under "no clearance for 20 mm", which holds for that margin alone.
     """
     pockets, stacked = table.has_pockets, table.stacked == 1
     blocked = Counter(table.verdict[pockets & ~table.dockable & ~stacked].tolist())
     found = dict(blocked.most_common())
-    tight = {f"no room for {k} mm": int((table.dockable & ~table.asked(k / 1000.0)).sum()) for k in margins_mm}
+    tight = {f"no clearance for {k} mm": int((table.dockable & ~table.evaluated(k / 1000.0)).sum()) for k in margins_mm}
     counts = {"stacked": int((pockets & stacked).sum())} | found | tight
     return {reason: count for reason, count in counts.items() if count}
 
@@ -158,7 +158,7 @@ def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> Non
 
 
 def _require_places(images: Sequence[ImageRecord], split: str, data: Path) -> None:
-    """Refuse images that estimates, which name scene and image only, cannot tell apart."""
+    """Reject images that estimates, which name scene and image only, cannot tell apart."""
     twice = [place for place, count in Counter((item.scene_id, item.image_id) for item in images).items() if count > 1]
     if twice:
         raise EvaluationError(
@@ -179,7 +179,7 @@ def _check_places(given: Given, images: Sequence[ImageRecord], objects: set[int]
 
 
 def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
-    """Refuse scores by an object's numbers that its own mesh contradicts, and by a truth that no camera sees."""
+    """Reject scores by an object's numbers that its own mesh contradicts, and by a ground truth that no camera sees."""
     labelled, path = {target.obj_id for image in images for target in image.targets}, DatasetLayout(data).objects
     if labelled - set(objects):
         raise EvaluationError(
@@ -203,7 +203,7 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
 
 
 def _check_in_front(given: Given, objects: Mapping[int, ObjectInfo]) -> None:
-    """Refuse estimates of which nothing lies in front of the camera."""
+    """Reject estimates of which nothing lies in front of the camera."""
     for number, estimate in enumerate(given.estimates):
         if _behind(estimate.T_camera_object, objects[estimate.obj_id]):
             raise EvaluationError(

@@ -1,4 +1,4 @@
-"""Whether scores tell right estimates from wrong ones: ranking, and what is gained by refusing the least sure."""
+"""Whether scores tell right estimates from wrong ones: ranking, and what is gained by rejecting the least sure."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,17 @@ from scipy.stats import rankdata
 from warehouse_sim.evaluation.error_table import ErrorTable
 
 _DIAMETERS = 0.05
-"""An object without pockets is right within this share of its diameter (ADD)."""
+"""An object without pockets is right within this fraction of its diameter (ADD)."""
 
 
 @dataclass(frozen=True, eq=False)
 class RiskCoverage:
-    """What share fails among those that are kept, when the least sure are refused; one point a distinct score."""
+    """What fraction fails among those that are kept, when the least sure are rejected; one point a distinct score."""
 
     coverage: Float[np.ndarray, " k"]
-    """Share of the estimates that are kept, rising to 1."""
+    """Fraction of the estimates that are kept, rising to 1."""
     risk: Float[np.ndarray, " k"]
-    """Share of these that fail."""
+    """Fraction of these that fail."""
     score: Float[np.ndarray, " k"]
     """Least score that is kept, falling."""
 
@@ -31,7 +31,7 @@ class RiskCoverage:
 
 def succeeded(table: ErrorTable) -> Bool[np.ndarray, " n"]:
     """Return which estimates dock, or for objects that no fork can enter, have an ADD under 5 % of the diameter."""
-    return np.where(table.room >= 0.0, table.docks(), table.add < _DIAMETERS * table.diameter).astype(bool)
+    return np.where(table.clearance >= 0.0, table.docks(), table.add < _DIAMETERS * table.diameter).astype(bool)
 
 
 def auroc(score: Float[np.ndarray, " n"], right: Bool[np.ndarray, " n"]) -> float:
@@ -81,7 +81,7 @@ def auroc_interval(
 def risk_coverage(score: Float[np.ndarray, " n"], right: Bool[np.ndarray, " n"]) -> RiskCoverage:
     """Return the risk-coverage curve of selective prediction (Geifman and El-Yaniv, NIPS 2017), n >= 1.
 
-    Estimates of one score are kept or refused together: no order among them is invented.
+    Estimates of one score are kept or rejected together: no order among them is invented.
     """
     order = np.argsort(-score, kind="stable")
     ordered, failed = score[order], np.cumsum(~right[order])

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.intervals import share_intervals
+from warehouse_sim.evaluation.intervals import fraction_intervals
 from warehouse_sim.evaluation.metrics import MetricConfig, median_values, pass_values, posecnn_auc
 
 
@@ -20,7 +20,7 @@ class GroupConfig:
     distance_edges: tuple[float, ...] = (0.0, 2.0, 4.0, 6.0, 8.0, 12.0)
     """Lower edges (m) of the distance bins, rising; the last bin has no end."""
     visible_fraction_edges: tuple[float, ...] = (0.1, 0.3, 0.5, 0.7, 0.9)
-    """Lower edges of the bins by visible share (0-1), rising; the last bin ends at 1."""
+    """Lower edges of the bins by visible fraction (0-1), rising; the last bin ends at 1."""
     illuminance_edges: tuple[float, ...] = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0)
     """Lower edges (lx) of the bins by light on the visible surface, rising; the last bin has no end."""
     bootstrap_draws: int = 1000
@@ -44,7 +44,7 @@ class Summary:
     metrics: dict[str, float]
     """By name; inf is a median among misses, nan is a metric that applies to nothing in the group."""
     intervals: dict[str, tuple[float, float]]
-    """95 % intervals of the share-like metrics."""
+    """95 % intervals of the fraction-like metrics."""
 
     def to_plain(self) -> dict[str, Any]:
         """Return JSON data; what is not a finite number becomes null."""
@@ -86,7 +86,7 @@ def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: Grou
     for name, column in columns.items():
         applies = ~np.isnan(column)
         values[name] = float(column[applies].mean()) if applies.any() else np.nan
-    intervals = share_intervals(columns, table.scene_id, groups.bootstrap_draws, groups.bootstrap_seed)
+    intervals = fraction_intervals(columns, table.scene_id, groups.bootstrap_draws, groups.bootstrap_seed)
     if len(table):
         values["auc_add_10cm_posecnn"] = posecnn_auc(table.add)
         values |= median_values(table)

@@ -1,4 +1,4 @@
-"""What an estimator's doubt is worth, as it stands in a score: ranking, risk, and how often its bound holds."""
+"""What an estimator's uncertainty is worth, as it stands in a score: ranking, risk, and how often its bound holds."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,14 +7,14 @@ import numpy as np
 
 from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.evaluation.selective import auroc, auroc_interval, least_area, risk_coverage, succeeded
 from warehouse_sim.evaluation.summary import GroupConfig, split_groups
 
 _AT = tuple(step / 20 for step in range(1, 21))
 """Coverages at which a score states the risk."""
 _LEAST = 10
-"""A share of fewer estimates says nothing."""
+"""A fraction of fewer estimates says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class BoundCoverage:
     """Which estimates: "all", or a range of distances."""
     count: int
     """Estimates that state a bound."""
-    share: float
+    fraction: float
     """Of them, those whose surface lies closer to its true place (RMS)."""
     interval: tuple[float, float]
     """95 % interval over scenes."""
@@ -50,7 +50,7 @@ class Trust:
     aurc_least: float
     """The same area with a perfect ranking."""
     risk_at: tuple[tuple[float, float], ...]
-    """(coverage, share of failures among the best scored), coverage in steps of 5 %."""
+    """(coverage, fraction of failures among the best scored), coverage in steps of 5 %."""
     bound: tuple[BoundCoverage, ...]
     """Of all and by distance; empty where no bound is stated."""
 
@@ -68,7 +68,7 @@ class Trust:
                 {
                     "label": row.label,
                     "count": row.count,
-                    "share": _plain(row.share),
+                    "fraction": _plain(row.fraction),
                     "interval": [_plain(value) for value in row.interval],
                     "median_bound": _plain(row.median_bound),
                 }
@@ -94,13 +94,13 @@ class Trust:
             (low, high),
             known["aurc"],
             known["aurc_least"],
-            tuple((float(share), float(risk)) for share, risk in take(data, "risk_at", list, where)),
+            tuple((float(fraction), float(risk)) for fraction, risk in take(data, "risk_at", list, where)),
             tuple(_bound_from_plain(item, where) for item in take(data, "bound", list, where)),
         )
 
 
 def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
-    """Measure the doubt behind the estimates of a table, which may be empty."""
+    """Measure the uncertainty behind the estimates of a table, which may be empty."""
     found = table.select(table.found)
     right, bound = succeeded(found), bound_coverage(found, groups)
     nothing = float("nan")
@@ -115,22 +115,22 @@ def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
         auroc_interval(found.score, right, found.scene_id, groups.bootstrap_draws, rng),
         curve.area,
         least_area(right),
-        tuple((share, float(curve.risk[np.searchsorted(curve.coverage, share - 1e-9)])) for share in _AT),
+        tuple((fraction, float(curve.risk[np.searchsorted(curve.coverage, fraction - 1e-9)])) for fraction in _AT),
         bound,
     )
 
 
 def bound_coverage(found: ErrorTable, groups: GroupConfig) -> tuple[BoundCoverage, ...]:
     """Return how often the stated bounds hold, of all estimates and by distance; ranges with few are left out."""
-    stated = found.select(~np.isnan(found.error_bound))
-    ranges = [("all", np.ones(len(stated), dtype=bool)), *split_groups(stated, groups)["distance"]]
+    nominal = found.select(~np.isnan(found.error_bound))
+    ranges = [("all", np.ones(len(nominal), dtype=bool)), *split_groups(nominal, groups)["distance"]]
     rows = []
     for label, chosen in ranges:
-        part = stated.select(chosen)
+        part = nominal.select(chosen)
         if len(part) >= _LEAST:
             holds = (part.surface_rms <= part.error_bound).astype(float)
             rng = np.random.default_rng(groups.bootstrap_seed)
-            interval = share_interval(holds, part.scene_id, groups.bootstrap_draws, rng)
+            interval = fraction_interval(holds, part.scene_id, groups.bootstrap_draws, rng)
             width = float(np.median(part.error_bound))
             rows.append(BoundCoverage(label, len(part), float(holds.mean()), interval, width))
     return tuple(rows)
@@ -138,9 +138,9 @@ def bound_coverage(found: ErrorTable, groups: GroupConfig) -> tuple[BoundCoverag
 
 def _bound_from_plain(data: Any, where: str) -> BoundCoverage:
     low, high = take_numbers(data, "interval", 2, where).tolist()
-    share, width = (take(data, key, float, where, NUMBERS) for key in ("share", "median_bound"))
+    fraction, width = (take(data, key, float, where, NUMBERS) for key in ("fraction", "median_bound"))
     return BoundCoverage(
-        take(data, "label", str, where), take(data, "count", int, where, WHOLE), share, (low, high), width
+        take(data, "label", str, where), take(data, "count", int, where, WHOLE), fraction, (low, high), width
     )
 
 

@@ -12,11 +12,12 @@ from warehouse_sim.schema import PoseEstimate
 _MISTAKEN = {"metres": 1e-3, "micrometres": 1e3}
 """Unit of t that a file may be in -> by how much that makes distances too small or large."""
 _ALIKE = 3.0
-"""Factor within which distances of estimates and truth agree; no estimator is wrong by hundreds in the median."""
+"""Factor within which distances of estimates and ground truth agree; no estimator is wrong by hundreds in the
+median."""
 
 
 def check_unit(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], file: str | Path) -> None:
-    """Refuse predictions whose distances from the camera are in another unit than millimetres.
+    """Reject predictions whose distances from the camera are in another unit than millimetres.
 
     Args:
         estimates: Predictions, each of one of ``images``.

@@ -21,11 +21,11 @@ WIDTH, HEIGHT, CAPTION = 320, 240, 44
 """Size of one thumbnail and of the caption under it (px)."""
 COLUMNS = 6
 _SAMPLES = 2
-"""Pixels that are drawn for one that is shown, along each edge."""
+"""Pixels that are sampled for one that is shown, along each edge."""
 _YAW, _PITCH = np.deg2rad(128.0), np.deg2rad(-22.0)
 """Heading and tilt of the camera: the faces at -y and +x, and the top."""
 _MARGIN = 0.9
-"""Share of the thumbnail that an object fills."""
+"""Fraction of the thumbnail that an object fills."""
 _ILLUMINANCE = 500.0
 """What the main light gives at the object (lx)."""
 
@@ -58,8 +58,8 @@ def render_thumbnail(renderer: Renderer, model: ObjectModel) -> Image:
     camera = PinholeCamera.from_focal(WIDTH * _SAMPLES, HEIGHT * _SAMPLES, 2.2 * WIDTH * _SAMPLES)
     T_world_camera = _framing_pose(model, camera)
     renderer.load(_thumbnail_scene(model, T_world_camera))
-    drawn = renderer.render(camera, T_world_camera).rgb
-    return cv2.resize(drawn, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    sampled = renderer.render(camera, T_world_camera).rgb
+    return cv2.resize(sampled, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
 
 
 def captioned(thumbnail: Image, model: ObjectModel) -> Image:
@@ -104,7 +104,7 @@ def _thumbnail_scene(model: ObjectModel, T_world_camera: Transform) -> SceneSpec
         materials=materials_of((model, floor)),
         instances=(ObjectInstance(1, floor.name, T_world_floor), ObjectInstance(2, model.name, np.eye(4))),
         lights=tuple(
-            _light(place, share, reach) for place, share in (((0.9, -0.9, 1.9), 1.0), ((1.6, 1.2, 1.0), 0.35))
+            _light(place, fraction, reach) for place, fraction in (((0.9, -0.9, 1.9), 1.0), ((1.6, 1.2, 1.0), 0.35))
         ),
         viewpoints=(Viewpoint(T_world_camera),),
         ambient=0.35 * _ILLUMINANCE,
@@ -112,11 +112,13 @@ def _thumbnail_scene(model: ObjectModel, T_world_camera: Transform) -> SceneSpec
     )
 
 
-def _light(place: tuple[float, float, float], share: float, reach: float) -> Light:
-    """Return a spot at ``place`` times ``reach`` (m) that gives ``share`` of the illuminance at the origin."""
+def _light(place: tuple[float, float, float], fraction: float, reach: float) -> Light:
+    """Return a spot at ``place`` times ``reach`` (m) that gives ``fraction`` of the illuminance at the origin."""
     position = np.array(place) * 1.5 * reach
     distance = float(np.linalg.norm(position))
-    return Light("spot", position, -position / distance, share * _ILLUMINANCE * distance**2, (1.0, 1.0, 1.0), 0.8, 1.2)
+    return Light(
+        "spot", position, -position / distance, fraction * _ILLUMINANCE * distance**2, (1.0, 1.0, 1.0), 0.8, 1.2
+    )
 
 
 def _vertices(model: ObjectModel) -> Float[np.ndarray, "n 3"]:

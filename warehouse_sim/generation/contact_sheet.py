@@ -54,7 +54,7 @@ def render_contact_sheet(
 
 
 def contact_sheet(observation: Observation) -> Image:
-    """Return captioned panels in two columns: RGB, depth, ids, boxes, LiDAR from above and in the image.
+    """Return captioned panels in two columns: RGB, depth, instance masks, boxes, LiDAR from above and in the image.
 
     The second camera, LiDARs beside the main one and sensors of any other kind follow, one panel each.
     """

@@ -11,7 +11,7 @@ Skip = Callable[[int, str], None]
 
 _TRIES = 2
 """What one scene may cost: the first death may be another program's doing."""
-_MOST_LOST, _SHARE_LOST = 3, 10
+_MOST_LOST, _FRACTION_LOST = 3, 10
 """Scenes that are given up before machine or recipe are to blame and no other is begun; where they are skipped, that
 many and one for every ten that are made."""
 _NOT_OF_A_SCENE = (OutputError, MissingPackageError, ConfigError, UnknownNameError)
@@ -58,7 +58,7 @@ class Failures:
     @property
     def stop(self) -> bool:
         """Whether no other scene is to be begun."""
-        allowed = _MOST_LOST + (0 if self._skip is None else self._made // _SHARE_LOST)
+        allowed = _MOST_LOST + (0 if self._skip is None else self._made // _FRACTION_LOST)
         return self.problem is not None or len(self._lost) >= allowed
 
     def raise_them(self) -> None:

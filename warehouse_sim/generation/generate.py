@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest
@@ -42,7 +42,7 @@ def generate(
     """Make the dataset folder ``out``; its manifest is written last, that of a shard by ``dataset.shards.merge`` alone.
 
     Args:
-        recipe: Where scenes are drawn from.
+        recipe: Where scenes are sampled from.
         out: Folder to make; it must be empty unless ``config.resume``.
         config: Seed, number of scenes, formats, workers.
         progress: Called after each scene.
@@ -58,7 +58,7 @@ def generate(
     """
     BACKENDS.get(config.backend)
     draft = draft_manifest(recipe, config)
-    # A store's formats refuse here what they cannot hold: to measure scenes for the split can take long.
+    # A store's formats reject here what they cannot hold: to measure scenes for the split can take long.
     DatasetStore(out, draft)
     manifest = with_stratified_splits(draft, recipe, config)
     with one_writer(out):
@@ -97,8 +97,8 @@ def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
         to_mapping(prepared.settle),
         renderer.description,
         occlusion=None if prepared.occlusion is None else to_mapping(prepared.occlusion),
-        twins=[(variant.name, variant.scene) for variant in prepared.variants[1:]],
-        reachability=reachability(prepared.scene, TRUCKS[prepared.truck]),
+        paired_variants=[(variant.name, variant.scene) for variant in prepared.variants[1:]],
+        accessibility=accessibility(prepared.scene, TRUCKS[prepared.truck]),
     )
 
 

@@ -22,11 +22,11 @@ class Instruments:
 
     @classmethod
     def of(cls, scene: SceneSpec, base: "Instruments | None", change: SceneChange) -> "Instruments":
-        """Return those of a scene; what ``change`` leaves alone is that of the base, whose twin the scene is.
+        """Return those of a scene; what ``change`` leaves alone is that of the base, whose paired variant the scene is.
 
         Args:
             scene: Settled and lit.
-            base: Those of the scene that it is a twin of; None when it is no twin.
+            base: Those of the scene that it is a paired variant of; None when it is no paired variant.
             change: What differs from the base's scene.
         """
         unmoved = base if base and not (change.objects or change.surfaces) else None

@@ -29,7 +29,7 @@ def texture_licence() -> str:
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """Yield all texts of plain data; keys, too, since mixtures name objects as keys of their shares."""
+    """Yield all texts of plain data; keys, too, since mixtures name objects as keys of their fractions."""
     if isinstance(data, dict):
         for key, value in data.items():
             yield from _texts(key)

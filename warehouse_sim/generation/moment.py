@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from warehouse_sim.generation.instruments import Instruments
-from warehouse_sim.generation.twins import Variant
+from warehouse_sim.generation.paired_variants import Variant
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.renderer import Renderer
@@ -41,7 +41,7 @@ class Stage:
         self._camera = camera
         self._renderer = renderer if camera.distortion is None else LensRenderer(renderer)
         self._base: Instruments | None = None
-        """Those of the first scene, whose twins the others are."""
+        """Those of the first scene, whose paired variants the others are."""
         self._last: Instruments | None = None
         """Those of the last moment."""
         self._loaded: SceneSpec | None = None

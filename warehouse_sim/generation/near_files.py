@@ -11,8 +11,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-PIXEL_SHARE = 0.02
-"""Images are near where at most that share of their pixels is off."""
+PIXEL_FRACTION = 0.02
+"""Images are near where at most that fraction of their pixels is off."""
 COLOR_CODES = 8
 """Pixels of colours and masks are off by more codes of 256."""
 DEPTH_M, DEPTH_RATIO = 0.005, 0.005
@@ -30,8 +30,8 @@ _MILLIMETRES = 1000.0
 _CODES_PER_M = {"depth_2": 256.0, "depth_clean_2": 256.0}
 """KITTI's unit of depth; all others store millimetres."""
 _READINGS = ("depth", "depth_2")
-"""Folders of what a depth camera has read; truth and disparities take no step."""
-_DRAWN_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
+"""Folders of what a depth camera has read; ground truth and disparities take no step."""
+_SAMPLED_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
 _EXACT_SUFFIXES = (".json", ".txt", ".bin", ".npz", ".md", ".yaml")
 _EXACT_FOLDERS = ("models/", "models_eval/", "worn/")
 _RUNS = "scene_gt_coco.json"
@@ -47,7 +47,7 @@ def comparison(name: str) -> Callable[[Path, Path], bool] | None:
         return None
     if "label_2/" in name:
         return near_labels
-    if any(part in name for part in _DRAWN_TEXT) or name.startswith("yolo/"):
+    if any(part in name for part in _SAMPLED_TEXT) or name.startswith("yolo/"):
         return near_numbers
     if name.endswith(_EXACT_SUFFIXES) or any(part in name for part in _EXACT_FOLDERS):
         return equal_bytes
@@ -64,13 +64,13 @@ def is_image(name: str) -> bool:
     return name.endswith((".png", ".jpg"))
 
 
-def share_off(path: Path, other: Path, step: float = 0.0) -> float:
-    """Return which share of the pixels of two images is off, 0-1; 1 where they cannot be compared.
+def fraction_off(path: Path, other: Path, step: float = 0.0) -> float:
+    """Return which fraction of the pixels of two images is off, 0-1; 1 where they cannot be compared.
 
     Args:
         path: One image.
         other: The other one.
-        step: Of readings of depth, see ``DEPTH_STEP``; truth and disparities take none.
+        step: Of readings of depth, see ``DEPTH_STEP``; ground truth and disparities take none.
     """
     one, two = (cv2.imread(str(item), cv2.IMREAD_UNCHANGED) for item in (path, other))
     if one is None or two is None or one.shape != two.shape or one.dtype != two.dtype:

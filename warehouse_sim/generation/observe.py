@@ -1,4 +1,4 @@
-"""A settled scene becomes observations: render -> sense -> annotate, one viewpoint after the other, twin after twin."""
+"""A settled scene becomes observations: render -> sense -> annotate, viewpoint by viewpoint, variant by variant."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,10 +11,10 @@ from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.light import measure_conditions, target_illuminance
 from warehouse_sim.generation.moment import Moment, Stage
-from warehouse_sim.generation.twins import Variant, base_variant
+from warehouse_sim.generation.paired_variants import Variant, base_variant
 from warehouse_sim.geometry.level_view import level_view
 from warehouse_sim.geometry.pose import invert
-from warehouse_sim.render.renderer import Renderer, Silhouette
+from warehouse_sim.render.renderer import AmodalMask, Renderer
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import (
     CAMERA,
@@ -39,18 +39,18 @@ def observe_scene(
 ) -> Iterator[Observation]:
     """Yield one observation for each viewpoint of a settled scene; with variants, all viewpoints for each of them.
 
-    Twins, observations of one viewpoint in several variants, share a ``twin_group``. What differs between the scene and
-    a variant of it is one ``SceneChange``; what that leaves alone is taken from the first twin.
+    Paired variants, observations of one viewpoint in several variants, share a ``variant_group``. What differs between
+    the scene and a variant of it is one ``SceneChange``; what that leaves alone is taken from the first paired variant.
 
     Args:
         scene: What to look at.
         rig: Its sensors.
         renderer: Draws; the scene is loaded into it here.
-        variants: The scene and its twins, see ``make_variants``; by default the scene alone.
+        variants: The scene and its paired variants, see ``make_variants``; by default the scene alone.
         level: Whether observations of a tilted camera have that of a level one, too.
 
     Raises:
-        ValueError: A level camera is asked for, but does not see what the tilted one sees.
+        ValueError: A level camera is requested, but does not see what the tilted one sees.
     """
     variants = variants or (base_variant(scene, SensorChoice("", rig.rgbd)),)
     stage = Stage(renderer, rig.make_camera())
@@ -72,12 +72,12 @@ def observe_scene(
             yield replace(
                 _numbered(observation, place, group),
                 level=upright and _numbered(upright, place, group),
-                stated=None if errors is None else errors.stated(observation, viewpoint),
+                nominal=None if errors is None else errors.nominal(observation, viewpoint),
             )
 
 
 def _numbered(observation: Observation, index: int, group: int | None) -> Observation:
-    conditions = replace(observation.conditions, twin_group=group)
+    conditions = replace(observation.conditions, variant_group=group)
     return replace(observation, observation_index=index, conditions=conditions)
 
 
@@ -86,7 +86,7 @@ class _Unlit:
     """What of an observation does not depend on light."""
 
     targets: list[ObjectInstance]
-    silhouettes: list[Silhouette]
+    amodal_masks: list[AmodalMask]
     film: Bool[np.ndarray, "h w"] | None
     """Pixels in which targets are seen through film."""
     readings: Readings
@@ -96,13 +96,13 @@ class _Unlit:
 def _observe(
     moment: Moment, sensors: Mapping[str, MountedSensor], first: _Unlit | None, change: SceneChange
 ) -> tuple[Observation, _Unlit]:
-    """Return the observation of a moment, and what of it its twins may take over.
+    """Return the observation of a moment, and what of it its paired variants may take over.
 
     Args:
         moment: What is observed.
         sensors: What observes it.
-        first: That of the first twin; None when this is the first.
-        change: What differs from the first twin's scene.
+        first: That of the first paired variant; None when this is the first.
+        change: What differs from the first paired variant's scene.
     """
     known = {} if first is None or change.objects or change.surfaces else first.readings
     readings = _read(moment, sensors, known)
@@ -125,7 +125,7 @@ def _observe_level(
 ) -> tuple[Observation | None, _Unlit | None]:
     """Return the observation of the level virtual camera at the place of a tilted one, None where it is not needed.
 
-    Its images are rendered and read anew, from random streams of their own; what other sensors read is the same and
+    Its images are rendered and read again, from random streams of their own; what other sensors read is the same and
     seen from the level camera.
     """
     camera, T_world_level = level_view(moment.camera, moment.viewpoint.T_world_camera) if wanted else (None, None)
@@ -178,9 +178,9 @@ def _see_targets(moment: Moment, buffers: RenderBuffers, readings: Readings) -> 
     """Return which targets are in view, and how; ``buffers`` are the camera's."""
     camera, T_world_camera = moment.camera, moment.viewpoint.T_world_camera
     targets = targets_in_view(moment.variant.scene, camera, T_world_camera)
-    silhouettes = moment.renderer.silhouettes(camera, T_world_camera, targets)
+    amodal_masks = moment.renderer.amodal_masks(camera, T_world_camera, targets)
     film = moment.instruments.film.image(camera, T_world_camera, buffers, targets)
-    return _Unlit(targets, silhouettes, film, readings)
+    return _Unlit(targets, amodal_masks, film, readings)
 
 
 def _annotated(moment: Moment, readings: Readings, buffers: RenderBuffers, unlit: _Unlit) -> Observation:
@@ -191,7 +191,7 @@ def _annotated(moment: Moment, readings: Readings, buffers: RenderBuffers, unlit
     assert isinstance(camera_reading, RgbdReading)
     labels = annotate(
         variant.scene, camera, T_world_camera, buffers, camera_reading.depth,
-        unlit.silhouettes, unlit.targets, unlit.film,
+        unlit.amodal_masks, unlit.targets, unlit.film,
     )  # fmt: skip
     visible = [item.instance_id for item in labels if item.pixels_visible > 0]
     lux = target_illuminance(meter, viewpoint, camera, buffers.instance_ids, visible)

@@ -16,7 +16,7 @@ from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
-from warehouse_sim.dataset.manifest import Manifest, Twin, package_versions
+from warehouse_sim.dataset.manifest import Manifest, PairedVariant, package_versions
 from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
@@ -86,13 +86,13 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     return Manifest(
         seed=config.seed,
         scenes=scenes,
-        observations_per_scene=recipe.scene.observations_per_scene * len(recipe.twins.names()),
+        observations_per_scene=recipe.scene.observations_per_scene * len(recipe.paired_variants.names()),
         splits={name: indices for name, indices in split_scenes(scenes, recipe.split).items()},
         formats=tuple(config.formats),
         targets=recipe.scene.targets,
         recipe=plain,
         packages=package_versions(),
-        twins=_twins(recipe),
+        paired_variants=_paired_variants(recipe),
         contents=contents,
         backend=config.backend,
         backend_options=config.backend_options,
@@ -123,9 +123,9 @@ def with_stratified_splits(draft: Manifest, recipe: Recipe, config: GenerateConf
     return replace(draft, splits={name: indices for name, indices in splits.items()})
 
 
-def _twins(recipe: Recipe) -> tuple[Twin, ...]:
-    names, groups = recipe.twins.names(), range(recipe.scene.observations_per_scene)
-    return tuple(Twin(group, name) for name in names for group in groups) if len(names) > 1 else ()
+def _paired_variants(recipe: Recipe) -> tuple[PairedVariant, ...]:
+    names, groups = recipe.paired_variants.names(), range(recipe.scene.observations_per_scene)
+    return tuple(PairedVariant(group, name) for name in names for group in groups) if len(names) > 1 else ()
 
 
 def target_models(recipe: Recipe) -> list[ObjectModel]:
@@ -145,7 +145,7 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
 
 def _opens(recipe: Recipe) -> bool:
     """Return whether cartons of the recipe may stand open."""
-    return recipe.scene.carton_wear.open_share > 0
+    return recipe.scene.carton_wear.open_fraction > 0
 
 
 def _features(recipe: Recipe, config: GenerateConfig, scenes: int) -> Float[np.ndarray, "n k"]:

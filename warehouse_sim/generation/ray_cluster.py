@@ -35,7 +35,7 @@ def generate_on_ray(
     dataset of the archives.
 
     Args:
-        recipe: Where scenes are drawn from.
+        recipe: Where scenes are sampled from.
         place: Folder of any file system that fsspec knows and all nodes reach.
         config: As for ``generate``; workers, resume and shard are not used.
         address: Of the cluster; None = the one that Ray is connected to, else a new one on this machine.

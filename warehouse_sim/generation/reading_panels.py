@@ -60,9 +60,9 @@ def _draw_bars(area: Image, values: np.ndarray[Any, Any]) -> None:
     heights = np.nan_to_num(np.abs(values[:_MOST_BARS].astype(float)), posinf=0.0)
     heights /= max(float(heights.max()), 1e-12)
     step = area.shape[1] / len(heights)
-    for number, share in enumerate(heights):
+    for number, fraction in enumerate(heights):
         left, right = round(number * step) + 1, max(round((number + 1) * step) - 1, round(number * step) + 2)
-        area[area.shape[0] - round(share * area.shape[0]) :, left:right] = _BAR
+        area[area.shape[0] - round(fraction * area.shape[0]) :, left:right] = _BAR
 
 
 def _write(panel: Image, text: str, bottom: int) -> None:

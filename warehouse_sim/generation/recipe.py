@@ -8,7 +8,7 @@ from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import ConfigError, RecipeError
 from warehouse_sim.generation.extends import overlay, read_chain
 from warehouse_sim.generation.occlusion.config import OcclusionConfig
-from warehouse_sim.generation.twins.config import TwinsConfig, overlaid
+from warehouse_sim.generation.paired_variants.config import PairedVariantsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.resources import find_recipe
@@ -25,17 +25,17 @@ class Recipe:
     description: str
     """One sentence on what the scenes show."""
     scene: SceneRecipe
-    """The distribution that scenes are drawn from."""
+    """The distribution that scenes are sampled from."""
     settle: SettleConfig = field(default_factory=SettleConfig)
     """How loads come to rest."""
     sensors: RigConfig = field(default_factory=RigConfig)
     """The sensor rig of every observation."""
     occlusion: OcclusionConfig | None = None
     """How much of the target of each observation shall be visible; null = as it comes."""
-    twins: TwinsConfig = field(default_factory=TwinsConfig)
+    paired_variants: PairedVariantsConfig = field(default_factory=PairedVariantsConfig)
     """Which observations come again with one thing changed."""
     split: SplitConfig = field(default_factory=SplitConfig)
-    """Shares of the scenes for training, validation and test."""
+    """Fractions of the scenes for training, validation and test."""
     scenes: Annotated[int, Range(1, 1_000_000)] = 10
     """Number of scenes when the command does not say, 1-1,000,000."""
     name: str = ""
@@ -67,8 +67,10 @@ def _checked(settings: dict[str, Any], where: str) -> Recipe:
     """
     try:
         recipe = from_mapping(Recipe, settings, where)
-        for twin in recipe.twins.lights:
-            overlaid(recipe.scene.lights, twin.settings, f"{where}: twins.lights {twin.name!r}")
+        for paired_variant in recipe.paired_variants.lights:
+            overlaid(
+                recipe.scene.lights, paired_variant.settings, f"{where}: paired variants.lights {paired_variant.name!r}"
+            )
     except ConfigError as problem:
         raise RecipeError(str(problem)) from problem
     return recipe

@@ -1,14 +1,14 @@
-"""One scene, ready to be observed: drawn and settled, seen from where the recipe asks for, lit, with its twins."""
+"""One scene, ready to be observed: sampled, settled, with viewpoints, light and paired variants."""
 
 from dataclasses import dataclass
 from typing import Any
 
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import OcclusionReport, request_views
+from warehouse_sim.generation.paired_variants import Variant, make_variants
+from warehouse_sim.generation.paired_variants.config import overlaid
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.twins import Variant, make_variants
-from warehouse_sim.generation.twins.config import overlaid
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.physics.settle import SettleReport
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.layouts.site import Truck
@@ -17,7 +17,7 @@ from warehouse_sim.schema import SceneSpec
 
 @dataclass(frozen=True, eq=False)
 class PreparedScene:
-    """A scene with its twins."""
+    """A scene with its paired variants."""
 
     variants: tuple[Variant, ...]
     """The scene itself first."""
@@ -39,22 +39,22 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
 
     Raises:
         SettleError: No attempt gave a scene that stands.
-        RecipeError: The light that is asked for cannot be reached.
+        RecipeError: The light that is requested cannot be reached.
     """
-    drawn = draw_scene(recipe, seed, scene_index)
-    camera, settings = recipe.sensors.make_camera(), drawn.settings
-    scene, caster, occlusion = drawn.scene, RayCaster(drawn.scene), None
+    sampled = sample_settled_scene(recipe, seed, scene_index)
+    camera, settings = recipe.sensors.make_camera(), sampled.settings
+    scene, caster, occlusion = sampled.scene, RayCaster(sampled.scene), None
     if recipe.occlusion is not None:
-        rng = drawn.stream("occlusion")
+        rng = sampled.stream("occlusion")
         scene, occlusion = request_views(scene, settings, camera, recipe.occlusion, caster, rng)
-    if len(scene.instances) > len(drawn.scene.instances):
+    if len(scene.instances) > len(sampled.scene.instances):
         caster = RayCaster(scene)
 
     def relight(dark: SceneSpec, changed: dict[str, Any]) -> SceneSpec:
-        lights = overlaid(settings.lights, changed, f"{recipe.name}: twins.lights")
-        return light_scene(dark, lights, caster, camera, drawn.stream("lighting"))
+        lights = overlaid(settings.lights, changed, f"{recipe.name}: paired variants.lights")
+        return light_scene(dark, lights, caster, camera, sampled.stream("lighting"))
 
-    sensor = recipe.sensors.draw_sensor(drawn.stream("sensor"))
+    sensor = recipe.sensors.draw_sensor(sampled.stream("sensor"))
     occluders = [() for _ in scene.viewpoints] if occlusion is None else [item.placed for item in occlusion.requests]
-    variants = make_variants(relight(scene, {}), recipe.twins, sensor, occluders, relight)
-    return PreparedScene(variants, drawn.report, occlusion, settings.layout.truck)
+    variants = make_variants(relight(scene, {}), recipe.paired_variants, sensor, occluders, relight)
+    return PreparedScene(variants, sampled.report, occlusion, settings.layout.truck)

@@ -1,4 +1,4 @@
-"""What a scene's targets are like on average, measured by rays before anything is drawn: for splits that are alike."""
+"""What a scene's targets are like on average, measured by rays before rendering: for splits that are alike."""
 
 import numpy as np
 from jaxtyping import Float

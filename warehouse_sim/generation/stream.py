@@ -38,11 +38,11 @@ def stream(
 ) -> Iterator[Observation]:
     """Yield the observations of a dataset in order, scene after scene, each array as files would hold it.
 
-    Nothing is made before it is asked for, but for what other workers make meanwhile: two scenes a worker at most are
+    Nothing is made before it is requested, but for what other workers make meanwhile: two scenes a worker at most are
     in memory. Number ``n`` is always the same: ``start=n`` goes on where a stream was left after ``n``.
 
     Args:
-        recipe: Where scenes are drawn from.
+        recipe: Where scenes are sampled from.
         seed: Seed of the dataset, >= 0.
         workers: Processes, >= 1; 1 works in this one.
         start: Observations to leave out at the beginning, >= 0; those of the same scene are made all the same.
@@ -60,7 +60,7 @@ def stream(
     BACKENDS.get(backend)
     if start < 0 or workers < 1:
         raise ValueError(f"start must be >= 0 and workers >= 1, found {start} and {workers}")
-    per_scene = recipe.scene.observations_per_scene * len(recipe.twins.names())
+    per_scene = recipe.scene.observations_per_scene * len(recipe.paired_variants.names())
     job = _Job(recipe, seed, backend, backend_options or {})
     first, skipped = divmod(start, per_scene)
     indices = count(first) if scenes is None else range(first, scenes)

@@ -19,12 +19,12 @@ from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.generation.generate import Job, make_scene
 from warehouse_sim.generation.near_files import (
     DEPTH_STEP,
-    PIXEL_SHARE,
+    PIXEL_FRACTION,
     comparison,
     equal_bytes,
+    fraction_off,
     is_image,
     lasting,
-    share_off,
 )
 from warehouse_sim.generation.plan import GenerateConfig, target_models
 from warehouse_sim.generation.recipe import Recipe
@@ -143,13 +143,13 @@ def _same(root: Path, again: Path, made: str) -> Check:
 
 
 def _near(root: Path, again: Path, made: str, step: float) -> list[Check]:
-    """Compare what another driver may not change, and what it draws within a tolerance; ``step``: see share_off."""
+    """Compare what another driver may not change, and what it draws within a tolerance; ``step``: see fraction_off."""
     exact, near, left, worst = Findings(), Findings(), 0, (0.0, "all")
     for name in _names(again):
         compare = comparison(name)
         if is_image(name):
-            off = share_off(root / name, again / name, step)
-            same, worst = off <= PIXEL_SHARE, max(worst, (off, name))
+            off = fraction_off(root / name, again / name, step)
+            same, worst = off <= PIXEL_FRACTION, max(worst, (off, name))
         elif name.startswith("scenes/"):
             same = lasting(read_json(root / name)) == lasting(read_json(again / name))
         elif compare is not None:

@@ -38,8 +38,8 @@ def box_edges() -> list[tuple[int, int]]:
 def along_edges(corners: Float[np.ndarray, "8 3"], count: int = 9) -> Float[np.ndarray, "n 3"]:
     """Return ``count`` points on each edge of a box, ends included, from its ``box_corners`` in any frame."""
     a, b = np.array(box_edges()).T
-    share = np.linspace(0.0, 1.0, count)[:, None, None]
-    return (corners[a] + share * (corners[b] - corners[a])).reshape(-1, 3)
+    fraction = np.linspace(0.0, 1.0, count)[:, None, None]
+    return (corners[a] + fraction * (corners[b] - corners[a])).reshape(-1, 3)
 
 
 def mask_box_xyxy(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int, int, int] | None:

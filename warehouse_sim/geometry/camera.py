@@ -101,7 +101,7 @@ class PinholeCamera:
         )
 
     def require_clear_lens(self) -> None:
-        """Refuse a lens whose formula does not hold, one to one, in the whole image.
+        """Reject a lens whose formula does not hold, one to one, in the whole image.
 
         Raises:
             ValueError: It folds, or nearly so.

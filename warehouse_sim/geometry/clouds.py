@@ -55,7 +55,7 @@ def depth_normals(
     Args:
         depth: Metres along the optical axis, 0 = no reading.
         camera: Intrinsics.
-        max_jump: Share of the depth, > 0.
+        max_jump: Fraction of the depth, > 0.
     """
     points = camera.unproject(depth)
     across = points[1:-1, 2:] - points[1:-1, :-2]

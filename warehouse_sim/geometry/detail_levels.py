@@ -9,7 +9,7 @@ from warehouse_sim.geometry.facets import Facets, facets, parallelograms, plane_
 from warehouse_sim.geometry.mesh import TriangleMesh
 
 _FEWER = 0.8
-"""A level must have at most this share of the triangles of the level before."""
+"""A level must have at most this fraction of the triangles of the level before."""
 _FIRST = 0.25e-3
 """Error up to which the first coarser level may go (m); each next one may go twice as far."""
 _MOST = 6

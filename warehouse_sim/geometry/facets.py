@@ -39,8 +39,8 @@ def facets(mesh: TriangleMesh) -> Facets:
     plane = _numbered(normals)
     _, edge = np.unique(edge, return_inverse=True)
     in_plane = edge * (plane.max(initial=0) + 1) + np.repeat(plane, 3)
-    across, _ = _twins(edge)
-    partner, shared = _twins(in_plane)
+    across, _ = _paired_variants(edge)
+    partner, shared = _paired_variants(in_plane)
     shape = faces.shape
     points = mesh.vertices[faces]
     return Facets(faces, points, normals, across.reshape(shape), shared.reshape(shape), partner.reshape(shape))
@@ -56,9 +56,9 @@ def parallelograms(found: Facets) -> tuple[Int[np.ndarray, "q 2"], Int[np.ndarra
     edges = points[:, [2, 0, 1]] - points[:, [1, 2, 0]]
     longest = np.round(np.linalg.norm(edges, axis=2), 9).argmax(axis=1)
     rows = np.arange(len(points))
-    twin = found.partner[rows, longest]
-    other = np.where(twin >= 0, twin // 3, rows)
-    mutual = (twin >= 0) & (longest[other] == twin % 3) & (rows < other)
+    paired_variant = found.partner[rows, longest]
+    other = np.where(paired_variant >= 0, paired_variant // 3, rows)
+    mutual = (paired_variant >= 0) & (longest[other] == paired_variant % 3) & (rows < other)
     pair = np.column_stack([rows[mutual], other[mutual]])
     turn = longest[pair]
     a, b, row = points[pair[:, 0]], points[pair[:, 1]], np.arange(len(pair))
@@ -82,11 +82,11 @@ def _numbered(rows: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
     return np.unique(whole, return_inverse=True)[1].reshape(-1)
 
 
-def _twins(key: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+def _paired_variants(key: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Return for each key the place of the only other equal one, or -1, and whether it occurs more than once."""
     _, group, count = np.unique(key, return_inverse=True, return_counts=True)
-    twin = np.full(len(key), -1)
+    paired_variant = np.full(len(key), -1)
     two = np.flatnonzero(count[group] == 2)
     pairs = two[np.argsort(group[two], kind="stable")].reshape(-1, 2)
-    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    return twin, count[group] > 1
+    paired_variant[pairs[:, 0]], paired_variant[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    return paired_variant, count[group] > 1

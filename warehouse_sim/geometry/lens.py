@@ -73,7 +73,7 @@ class Distortion:
         Newton's method from a table of radii, to 1e-12 of the plane.
         """
         flat = np.asarray(distorted, float).reshape(-1, 2)
-        beyond = np.maximum(self._share_of_rim(flat), 1.0)[:, None]
+        beyond = np.maximum(self._fraction_of_rim(flat), 1.0)[:, None]
         inside, found = flat / beyond, np.empty_like(flat)
         for start in range(0, len(flat), _CHUNK):
             found[start : start + _CHUNK] = self._solve(inside[start : start + _CHUNK])
@@ -92,7 +92,7 @@ class Distortion:
 
     def covers(self, distorted: Float[np.ndarray, "n 2"]) -> bool:
         """Return whether the formula holds, one to one, for all that the image shows at ``distorted``."""
-        if (self._share_of_rim(distorted) > 1.0).any():
+        if (self._fraction_of_rim(distorted) > 1.0).any():
             return False
         return bool((np.linalg.det(self.jacobian(self._solve(distorted))) > 0).all())
 
@@ -113,7 +113,7 @@ class Distortion:
         order = np.argsort(np.arctan2(y, x))
         return np.arctan2(y, x)[order], np.hypot(x, y)[order]
 
-    def _share_of_rim(self, distorted: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
+    def _fraction_of_rim(self, distorted: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
         """Return the distance from the axis in units of that at which the image shows the circle of ``radius``."""
         if math.isinf(self.radius):
             return np.zeros(len(distorted))

@@ -12,7 +12,7 @@ def box_ious(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[
 
 
 def box_coverage(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "n m"]:
-    """Return the share of each box of ``a`` that lies in a box of ``b``: COCO's overlap with crowds."""
+    """Return the fraction of each box of ``a`` that lies in a box of ``b``: COCO's overlap with crowds."""
     shared, area = _shared(a, b), np.broadcast_to(box_areas(a)[:, None], (len(a), len(b)))
     return np.divide(shared, area, out=np.zeros_like(shared), where=area > 0)
 

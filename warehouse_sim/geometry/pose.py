@@ -17,7 +17,7 @@ def make_transform(
         batch = rotation.shape[:-2]
     elif translation is not None:
         batch = np.shape(translation)[:-1]
-    # One pose is what is asked for most, tens of thousands of times a scene.
+    # One pose is what is requested most, tens of thousands of times a scene.
     T = np.broadcast_to(_IDENTITY, (*batch, 4, 4)).copy() if batch else _IDENTITY.copy()
     if rotation is not None:
         T[..., :3, :3] = rotation

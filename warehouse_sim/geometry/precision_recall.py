@@ -16,7 +16,7 @@ class Matches:
     scores: Float[np.ndarray, " n"]
     right: Bool[np.ndarray, " n"]
     ignored: Bool[np.ndarray, " n"]
-    """Neither right nor wrong: on what is not asked for."""
+    """Neither right nor wrong: on what is not requested."""
     wanted: int
     """How many were to be found."""
 
@@ -32,7 +32,7 @@ def match(
     Args:
         scores: Of each detection.
         overlaps: Intersection over union of each detection with each true object; for what is not wanted, COCO takes
-            the covered share of the detection, since it may stand for many.
+            the covered fraction of the detection, since it may stand for many.
         wanted: Which true objects are to be found; others may be found by any number of detections without harm.
         least_overlap: From here on a detection is right.
     """

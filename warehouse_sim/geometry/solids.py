@@ -91,7 +91,7 @@ def superellipsoid(
         profile: Exponent of the section: 2 is a ball, larger values come near a brick.
         segments: Points around, a multiple of 4.
         rings: Bands from pole to pole, even.
-        dent: How far the pole regions are pressed in, as a share of the half height, 0-0.5.
+        dent: How far the pole regions are pressed in, as a fraction of the half height, 0-0.5.
     """
     around = np.array([(_power(c, 2 / side), _power(s, 2 / side)) for c, s in _directions(segments)])
     vertices: list[np.ndarray] = []

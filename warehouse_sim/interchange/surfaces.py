@@ -104,8 +104,8 @@ def draw_surface_image(image: SurfaceImage, material: Material) -> UInt8[np.ndar
         assert found is not None
         return np.ascontiguousarray(found[..., ::-1])
     if image.kind == "albedo":
-        share = np.minimum(albedo_factor(image.source) / image.ceiling, 1.0)
-        return _coded(share)
+        fraction = np.minimum(albedo_factor(image.source) / image.ceiling, 1.0)
+        return _coded(fraction)
     found = _optional(image.source, "roughness")
     assert found is not None
     return np.rint(255.0 * np.minimum(found / image.ceiling, 1.0)).astype(np.uint8)

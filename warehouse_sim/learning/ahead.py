@@ -12,11 +12,11 @@ class MadeAhead(Generic[Key, Made]):
     """What keys stand for, made by threads.
 
     What is made depends on its key alone, so that neither the number of threads nor a wrong guess of what comes next
-    changes it: what was guessed and is not asked for is thrown away.
+    changes it: what was guessed and is not requested is thrown away.
 
     Args:
         make: Makes what a key stands for; called in several threads at once.
-        workers: Threads; 1 makes everything when it is asked for, in the thread that asks.
+        workers: Threads; 1 makes everything when it is requested, in the thread that asks.
     """
 
     def __init__(self, make: Callable[[Key], Made], workers: int) -> None:
@@ -25,7 +25,7 @@ class MadeAhead(Generic[Key, Made]):
         self._begun: dict[Key, Future[Made]] = {}
 
     def take(self, keys: Sequence[Key], following: Sequence[Key] = ()) -> list[Made]:
-        """Return what ``keys`` stand for, in their order, and begin to make what probably is asked for next."""
+        """Return what ``keys`` stand for, in their order, and begin to make what probably is requested next."""
         if self._pool is None:
             return [self._make(key) for key in keys]
         begun, self._begun = self._begun, {}

@@ -30,7 +30,7 @@ def kept_arrays(entry: Path, what: str, chunks: Iterable[Arrays]) -> Arrays | No
     Args:
         entry: Folder of the entry.
         what: What its rows are, in the plural ("crops"); names its table of contents.
-        chunks: Asked for only if the entry is missing or damaged.
+        chunks: Requested only if the entry is missing or damaged.
 
     Returns:
         The arrays, or None when there are no rows.

@@ -12,18 +12,18 @@ class MovingAverage(AveragedModel):
 
     Args:
         network: Whose weights; the average begins with them.
-        decay: Share of the average that stays at each step, below 1. The first steps count more, (1 + n) / (10 + n)
+        decay: Fraction of the average that stays at each step, below 1. The first steps count more, (1 + n) / (10 + n)
             after n steps, so that a short run forgets its random start; 0 makes the average the weights themselves.
     """
 
     def __init__(self, network: nn.Module, decay: float) -> None:
         super().__init__(network, multi_avg_fn=self._blend, use_buffers=True)
-        self._decay, self._share = decay, 1.0
+        self._decay, self._fraction = decay, 1.0
         self.update_parameters(network)  # the first update copies
 
     def follow(self, network: nn.Module, step: int) -> None:
         """Move the average towards the weights after ``step`` steps."""
-        self._share = 1.0 - min(self._decay, (1.0 + step) / (10.0 + step))
+        self._fraction = 1.0 - min(self._decay, (1.0 + step) / (10.0 + step))
         # What update_parameters does, without its copy of a counter to the GPU, for which it waits at each step.
         pairs = list(zip(_tensors(self.module), _tensors(network), strict=True))
         for kind in {average.dtype for average, _ in pairs}:
@@ -35,7 +35,7 @@ class MovingAverage(AveragedModel):
     def _blend(self, averages: Tensors, values: Tensors, _: Tensor | int) -> None:
         """Take over the counters among the buffers, and mix the rest in; tensors of one type at a time."""
         if averages[0].is_floating_point():
-            torch._foreach_lerp_(averages, values, self._share)
+            torch._foreach_lerp_(averages, values, self._fraction)
         else:
             torch._foreach_copy_(averages, values)
 

@@ -49,28 +49,28 @@ class Clock:
         """Return the seconds that are left for training, >= 0; infinity without a limit."""
         return math.inf if self.max_seconds is None else max(0.0, self.max_seconds - self.reserved - self.spent())
 
-    def share_of_time(self) -> float:
-        """Return the share of the training that is over by the wall time, 0-1; 0 without a limit."""
+    def fraction_of_time(self) -> float:
+        """Return the fraction of the training that is over by the wall time, 0-1; 0 without a limit."""
         if self.max_seconds is None:
             return 0.0
         left = self.left()
         return min(1.0, self.trained() / (self.trained() + left)) if left else 1.0
 
-    def agree(self, share_of_time: float) -> None:
-        """Go by this share of the time from now on, instead of the own one."""
-        self._agreed = share_of_time
+    def agree(self, fraction_of_time: float) -> None:
+        """Go by this fraction of the time from now on, instead of the own one."""
+        self._agreed = fraction_of_time
 
     def fraction(self, step: int) -> float:
-        """Return the share of the training that is over after ``step`` steps, 0-1."""
+        """Return the fraction of the training that is over after ``step`` steps, 0-1."""
         by_steps = step / self.max_steps if self.max_steps else 0.0
-        return min(1.0, max(by_steps, self.share_of_time() if self._agreed is None else self._agreed))
+        return min(1.0, max(by_steps, self.fraction_of_time() if self._agreed is None else self._agreed))
 
 
 def learning_rate_factor(fraction: float, step: int, warmup_steps: int, floor: float = 0.01) -> float:
     """Return the factor on the learning rate: linear over the first steps, then half a cosine down to ``floor``.
 
     Args:
-        fraction: Share of the run that is over, 0-1.
+        fraction: Fraction of the run that is over, 0-1.
         step: Steps done.
         warmup_steps: Length of the linear part, which ends after a tenth of the run at the latest.
         floor: Factor at the end.

@@ -10,14 +10,14 @@ from warehouse_sim.learning.observer import Observer, TrainingState
 LEAST_STEPS = 100
 """Fewer hardly train anything."""
 _MEASURED_STEPS = 5
-_MEASURED_SHARE = 0.05
+_MEASURED_FRACTION = 0.05
 """As many steps, or as much of the time, are measured before the forecast."""
 
 log = logging.getLogger(__name__)
 
 
 class StepForecast(Observer):
-    """Warn when fewer than ``LEAST_STEPS`` steps will fit into the time; refuse when none does.
+    """Warn when fewer than ``LEAST_STEPS`` steps will fit into the time; reject when none does.
 
     Stands behind the other observers, whose time counts.
 
@@ -43,7 +43,7 @@ class StepForecast(Observer):
 
     def on_step(self, state: TrainingState) -> None:
         """Report once the pace is known, with all that comes between two steps."""
-        if state.step >= _MEASURED_STEPS or state.clock.share_of_time() > _MEASURED_SHARE:
+        if state.step >= _MEASURED_STEPS or state.clock.fraction_of_time() > _MEASURED_FRACTION:
             self._report(state)
 
     def on_end(self, state: TrainingState) -> None:

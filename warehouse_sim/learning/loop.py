@@ -33,14 +33,14 @@ class Task(nn.Module, ABC):
         self.network = network
 
     @abstractmethod
-    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss of a step.
 
         Args:
             index: Samples of the step.
-            share: Those of them that this process takes.
+            part: Those of them that this process takes.
             step: Steps done before this one.
-            fraction: Share of the training that is over, 0-1.
+            fraction: Fraction of the training that is over, 0-1.
         """
 
     @abstractmethod
@@ -168,7 +168,7 @@ class _Loop:
         # One stream a step, so that layers that drop at random do so in a resumed run as in an uninterrupted one.
         torch.manual_seed(step_seed(config.seed, state.step, config.devices, self._worker.rank))
         with mixed(state.precision, self._device):
-            loss = self._forward(self._order.indices(state.step), self._worker.share, state.step, fraction)
+            loss = self._forward(self._order.indices(state.step), self._worker.fraction, state.step, fraction)
         self._optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), config.clip_norm)

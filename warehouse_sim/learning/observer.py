@@ -39,7 +39,7 @@ class TrainingState:
 
     @property
     def fraction(self) -> float:
-        """Share of the training that is over, 0-1."""
+        """Fraction of the training that is over, 0-1."""
         return self.clock.fraction(self.step)
 
 

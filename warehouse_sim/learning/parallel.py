@@ -1,4 +1,4 @@
-"""Several processes that train one network: each takes its share of every step, and all agree on the time."""
+"""Several processes that train one network: each takes its fraction of every step, and all agree on the time."""
 
 import multiprocessing
 import socket
@@ -35,7 +35,7 @@ class Worker:
         return torch.device("cuda", self.rank) if torch.cuda.is_available() else torch.device("cpu")
 
     @property
-    def share(self) -> slice:
+    def fraction(self) -> slice:
         """The samples of a step that this process takes."""
         return slice(self.rank, None, self.world_size)
 
@@ -63,9 +63,9 @@ def synchronise_clock(clock: Clock, worker: Worker, device: torch.device) -> Non
     """Let several processes go by the clock of rank 0, so that they end and change what they do at the same step."""
     if worker.world_size == 1:
         return
-    share = torch.tensor(clock.share_of_time(), dtype=torch.float64, device=device)
-    torch.distributed.broadcast(share, 0)
-    clock.agree(float(share))
+    fraction = torch.tensor(clock.fraction_of_time(), dtype=torch.float64, device=device)
+    torch.distributed.broadcast(fraction, 0)
+    clock.agree(float(fraction))
 
 
 @contextmanager

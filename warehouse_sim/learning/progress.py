@@ -3,4 +3,4 @@
 from collections.abc import Callable
 
 Progress = Callable[[float, str], None]
-"""Takes the share that is done (0-1) and one line that says what is going on."""
+"""Takes the fraction that is done (0-1) and one line that says what is going on."""

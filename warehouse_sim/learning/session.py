@@ -73,8 +73,8 @@ def job_clock(job: Job) -> Clock:
 
 def job_threads(job: Job) -> AbstractContextManager[None]:
     """Use the CPU threads of one process."""
-    share = 1 if job.is_small else max(1, (os.cpu_count() or 1) // job.config.devices)
-    return cpu_threads(job.config.threads or share)
+    fraction = 1 if job.is_small else max(1, (os.cpu_count() or 1) // job.config.devices)
+    return cpu_threads(job.config.threads or fraction)
 
 
 def train_session(
@@ -88,7 +88,7 @@ def train_session(
         clock: Progress of the run.
         log: Log of the run folder.
         watched: What is reported.
-        progress: Called with the share that is done and what is going on.
+        progress: Called with the fraction that is done and what is going on.
 
     Raises:
         TrainingError: A checkpoint cannot be read, another process failed, or the time does not suffice for a step.
@@ -125,7 +125,7 @@ def _work(worker: Worker, job: Job) -> None:
 
 
 def _observers(job: Job, log: RunLog, watched: Watched, progress: Progress | None) -> Sequence[Observer]:
-    """Return what writes the curves; those of a session that left no checkpoint are begun anew."""
+    """Return what writes the curves; those of a session that left no checkpoint are begun again."""
     curves, minutes = job.run / run_folder.CURVES, job.config.max_minutes
     if latest_checkpoint(job.run) is None:
         with writing(curves):

@@ -27,7 +27,7 @@ class LoopConfig:
     clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 1.0
     """Largest norm of the gradient, 0.000001-1,000,000."""
     ema: Annotated[float, Range(0, 0.999999)] = 0.999
-    """Share of the running average of the weights that stays at each step, 0-0.999999; validation and the run folder
+    """Fraction of the running average of the weights that stays at each step, 0-0.999999; validation and the run folder
     have the average. 0 for the last weights themselves."""
     validations: Annotated[int, Range(1, 10_000)] = 8
     """Validations, checkpoints included, spread evenly over the run, 1-10,000."""
@@ -36,8 +36,8 @@ class LoopConfig:
     devices: Annotated[int, Range(1, 1024)] = 1
     """Processes that share each step, one a GPU where there are any, else on the CPU, 1-1,024; divides ``batch``."""
     threads: Annotated[int, Range(1, 1024)] | None = None
-    """CPU threads of each process, 1-1,024; by default one for nano, which more would slow down, else its share of all
-    processors."""
+    """CPU threads of each process, 1-1,024; by default one for nano, which more would slow down, else its fraction of
+    all processors."""
     seed: Seed = 0
     """Decides initial weights, order and disturbance of the samples, >= 0."""
 

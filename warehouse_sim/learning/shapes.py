@@ -8,7 +8,7 @@ import torch
 from torch.overrides import TorchFunctionMode
 
 
-class _Undrawn(TorchFunctionMode):
+class _Unsampled(TorchFunctionMode):
     """Leave tensors without the first values that they would be given."""
 
     def __torch_function__(
@@ -30,5 +30,5 @@ def shapes_only() -> Iterator[None]:
     Normal values and unit matrices would be made there, too, of no use, by code that imports PyTorch's compiler, which
     takes seconds.
     """
-    with torch.device("meta"), _Undrawn():
+    with torch.device("meta"), _Unsampled():
         yield

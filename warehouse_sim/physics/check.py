@@ -13,7 +13,7 @@ _SEARCH = 0.03
 _LEAST_CLEARANCE = 0.2
 """Least distance from a camera to any object (m)."""
 _UPRIGHT = 0.7
-"""Least vertical share of the axis between two boxes for the lower one to carry the upper one."""
+"""Least vertical fraction of the axis between two boxes for the lower one to carry the upper one."""
 
 
 @dataclass(frozen=True, eq=False)

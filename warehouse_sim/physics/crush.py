@@ -15,7 +15,7 @@ from warehouse_sim.schema import SceneSpec
 
 FaultKind = Literal["overload", "heavy on light", "layer not full", "not secured"]
 LEAST_LAYER = 0.85
-"""Least share of the base of a load, or of a layer, that rests on the layer below it."""
+"""Least fraction of the base of a load, or of a layer, that rests on the layer below it."""
 HIGH_STACK = 3
 """Stacks of so many loads are wrapped or strapped."""
 _ROUNDING, _HEAVIER = 1.01, 1.05
@@ -23,9 +23,9 @@ _ROUNDING, _HEAVIER = 1.01, 1.05
 _SAME_LEVEL = 0.01
 """Bases that differ by less than this (m) are of one layer."""
 _IN_LINE = 0.9
-"""Two pieces are in line where their contact is at least this share of the larger outline."""
+"""Two pieces are in line where their contact is at least this fraction of the larger outline."""
 _SLIVER = 0.05
-"""A neighbour that reaches over by less than this share of itself, a little off its cell, is no joint."""
+"""A neighbour that reaches over by less than this fraction of itself, a little off its cell, is no joint."""
 _BONDS = ("wrap", "strap")
 
 
@@ -39,7 +39,7 @@ class CrushFault:
     lower: int
     """Instance id of what bears it; of a layer the first piece below."""
     value: float
-    """What was found: kg carried, mass ratio, share of the base, loads in the stack."""
+    """What was found: kg carried, mass ratio, fraction of the base, loads in the stack."""
     limit: float
     """What it must keep to, in the same unit."""
     text: str
@@ -55,7 +55,7 @@ class CrushState:
     layers: int
     """Layers and loads that stand on goods."""
     highest: float
-    """Largest share of its strength that a piece carries, 0 where nothing carries anything."""
+    """Largest fraction of its strength that a piece carries, 0 where nothing carries anything."""
     faults: tuple[CrushFault, ...]
 
     def to_plain(self) -> dict[str, Any]:
@@ -63,9 +63,9 @@ class CrushState:
         return asdict(self)
 
 
-def crush_state(scene: SceneSpec, knocked: tuple[int, ...] = ()) -> CrushState:
-    """Ask the rule of every contact in a settled ``scene``, but those in loads that were ``knocked`` (their groups)."""
-    weights = weights_of(scene, frozenset(knocked))
+def crush_state(scene: SceneSpec, struck: tuple[int, ...] = ()) -> CrushState:
+    """Ask the rule of every contact in a settled ``scene``, but those in loads that were ``struck`` (their groups)."""
+    weights = weights_of(scene, frozenset(struck))
     on_goods = [contact for contact in weights.contacts if is_goods(contact.lower.model)]
     overloads, highest = _overloads(on_goods, weights)
     layers = _layers(on_goods)
@@ -79,7 +79,7 @@ def crush_state(scene: SceneSpec, knocked: tuple[int, ...] = ()) -> CrushState:
 
 
 def _overloads(contacts: list[Contact], weights: Weights) -> tuple[list[CrushFault], float]:
-    """Return pieces that carry more than they bear, and the largest share of its strength that one carries."""
+    """Return pieces that carry more than they bear, and the largest fraction of its strength that one carries."""
     by_lower: dict[int, list[Contact]] = defaultdict(list)
     for contact in contacts:
         by_lower[contact.lower.item.instance_id].append(contact)

@@ -18,9 +18,9 @@ class SettleReport:
     max_speed: float
     """Largest speed of a body at the end (m/s)."""
     max_drift: float
-    """Largest distance between a body's first and last place (m), before knocks."""
+    """Largest distance between a body's first and last place (m), before impulses."""
     max_tilt: float
-    """Largest angle between a body's z axis before and after (rad), before knocks."""
+    """Largest angle between a body's z axis before and after (rad), before impulses."""
     max_overlap: float
     """Largest depth of one object in another (m)."""
     max_gap: float
@@ -28,15 +28,15 @@ class SettleReport:
     lowest: float
     """Lowest point of a loose object over the floor (m); negative is below it."""
     toppled: tuple[int, ...]
-    """Instance ids of the bodies that tilted too far, before knocks."""
-    knocked: tuple[int, ...]
-    """Groups of the unit loads that got a knock."""
+    """Instance ids of the bodies that tilted too far, before impulses."""
+    struck: tuple[int, ...]
+    """Groups of the unit loads that got an impulse."""
     shifted: tuple[int, ...]
-    """Instance ids of the pieces that a knock pushed aside by more than 20 mm, and no further."""
+    """Instance ids of the pieces that an impulse pushed aside by more than 20 mm, and no further."""
     leaning: tuple[int, ...]
-    """Instance ids of the pieces that a knock left leaning."""
+    """Instance ids of the pieces that an impulse left leaning."""
     fallen: tuple[int, ...]
-    """Instance ids of the pieces that a knock brought down."""
+    """Instance ids of the pieces that an impulse brought down."""
     problems: tuple[str, ...]
     """One line each, naming the instances; empty = good."""
 

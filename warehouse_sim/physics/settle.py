@@ -8,10 +8,10 @@ from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.physics.check import contact_state
-from warehouse_sim.physics.knocks import KnockConfig, knock_loads
-from warehouse_sim.physics.proof import bring_stack_to_rest
+from warehouse_sim.physics.impulses import ImpulseConfig, impulse_loads
 from warehouse_sim.physics.report import SettleReport
 from warehouse_sim.physics.rest import Rest, RestLimits, boxes_around, bring_to_rest
+from warehouse_sim.physics.stability_check import bring_stack_to_rest
 from warehouse_sim.physics.stacks import find_stacks
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.solids import Solids
@@ -21,7 +21,7 @@ _REACH = (0.03, 0.03, 0.06)
 """How far around a stack (m, along each axis) the fixed things are that it may touch while it settles."""
 
 _SHIFT, _FALL = 0.02, 0.25
-"""A knocked piece that ends further than the first from its place was pushed aside (m), than the second has fallen."""
+"""A struck piece that ends further than the first from its place was pushed aside (m), than the second has fallen."""
 _LIE = np.deg2rad(60.0)
 """So has one that is tilted further than this (rad)."""
 
@@ -45,9 +45,9 @@ class SettleConfig:
     """Largest way allowed from first to last place (mm), 0.001-10,000."""
     max_tilt_deg: Annotated[float, Range(0.001, 180, "deg")] = 3.0
     """Largest tilt allowed against the first orientation (deg), 0.001-180; beyond it a body has toppled."""
-    proofs: bool = False
-    """Whether what is proved to rest is placed and not simulated; what is drawn stays, poses differ by under 1 mm."""
-    knocks: KnockConfig = field(default_factory=KnockConfig)
+    stability_check: bool = False
+    """Whether what is proved to rest is placed and not simulated; what is sampled stays, poses differ by under 1 mm."""
+    impulses: ImpulseConfig = field(default_factory=ImpulseConfig)
     """Loads that were run into: where leaning and fallen goods come from."""
 
 
@@ -61,17 +61,17 @@ def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, Sett
     stacks = find_stacks(spec.instances, solids)
     poses: dict[int, Transform] = {}
     rests: list[Rest] = []
-    bring = bring_stack_to_rest if config.proofs else bring_to_rest
+    bring = bring_stack_to_rest if config.stability_check else bring_to_rest
     for stack in stacks:
         rest = bring(spec, stack, boxes_around(solids, stack, _REACH), limits)
         solids = solids.moved(rest.moved(stack), spec.models)
         poses |= rest.poses
         rests.append(rest)
     at_rest = _moved(spec, poses)
-    knocks = knock_loads(at_rest, stacks, solids, limits, config.knocks)
-    settled = replace(_moved(at_rest, knocks.poses), settled=True)
-    rests += knocks.rests
-    return settled, _report(spec, at_rest, settled, rests, len(stacks), knocks.groups, config)
+    impulses = impulse_loads(at_rest, stacks, solids, limits, config.impulses)
+    settled = replace(_moved(at_rest, impulses.poses), settled=True)
+    rests += impulses.rests
+    return settled, _report(spec, at_rest, settled, rests, len(stacks), impulses.groups, config)
 
 
 def _moved(scene: SceneSpec, poses: dict[int, Transform]) -> SceneSpec:
@@ -95,12 +95,12 @@ def _report(
     settled: SceneSpec,
     rests: list[Rest],
     stacks: int,
-    knocked: tuple[int, ...],
+    struck: tuple[int, ...],
     config: SettleConfig,
 ) -> SettleReport:
     ids, drift, tilt = _displacements(spec, at_rest)
     _, way, lean = _displacements(at_rest, settled)
-    hit = np.isin([item.group for item in settled.instances if item.dynamic], knocked)
+    hit = np.isin([item.group for item in settled.instances if item.dynamic], struck)
     state = contact_state(settled)
     toppled = tilt > np.deg2rad(config.max_tilt_deg)
     fallen = hit & ((way > _FALL) | (lean > _LIE))
@@ -132,7 +132,7 @@ def _report(
         max_gap=state.max_gap,
         lowest=state.lowest,
         toppled=_as_ids(ids, toppled),
-        knocked=knocked,
+        struck=struck,
         shifted=_as_ids(ids, shifted),
         leaning=_as_ids(ids, leaning),
         fallen=_as_ids(ids, fallen),

@@ -18,9 +18,9 @@ Outline = Float[np.ndarray, "n 2"]
 _TOUCH = 0.003
 """Faces that differ by less than this (m) in height are in contact."""
 LEVEL = 0.006
-"""Tops that differ by less than this (m) are one level: boards of worn pallets and sacks give way."""
+"""Tops that differ by less than this (m) are one level: boards of damaged pallets and sacks give way."""
 _UPRIGHT = 0.998
-"""Least vertical share of an object's z axis; what leans more than this is not stacked."""
+"""Least vertical fraction of an object's z axis; what leans more than this is not stacked."""
 _LEAST_PATCH = 1e-5
 """Contacts smaller than this (m^2) carry nothing."""
 
@@ -141,13 +141,13 @@ def _reactions(
     while patches:
         areas = np.array([area(patch) for _, patch in patches])
         places = np.array([centroid(patch) for _, patch in patches])
-        share = _pressures(areas, places, np.array([_second_moments(patch) for _, patch in patches]), point) * areas
-        if share.min() >= 0.0 or len(patches) == 1:
+        fraction = _pressures(areas, places, np.array([_second_moments(patch) for _, patch in patches]), point) * areas
+        if fraction.min() >= 0.0 or len(patches) == 1:
             return [
                 (contact, total * float(part), place)
-                for (contact, _), part, place in zip(patches, share / share.sum(), places, strict=True)
+                for (contact, _), part, place in zip(patches, fraction / fraction.sum(), places, strict=True)
             ]
-        patches = [patch for patch, part in zip(patches, share, strict=True) if part >= 0.0]
+        patches = [patch for patch, part in zip(patches, fraction, strict=True) if part >= 0.0]
     return []
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.render.options import BACKENDS, backend_options, option_settings, with_shortcuts
-from warehouse_sim.render.renderer import Capabilities, Renderer, Silhouette
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, Renderer
 
 
 def open_renderer(name: str = "raster", options: Any = None, **settings: Any) -> Renderer:
@@ -31,9 +31,9 @@ def open_renderer(name: str = "raster", options: Any = None, **settings: Any) ->
 
 __all__ = [
     "BACKENDS",
+    "AmodalMask",
     "Capabilities",
     "Renderer",
-    "Silhouette",
     "backend_options",
     "open_renderer",
     "option_settings",

@@ -1,4 +1,4 @@
-"""Silhouettes for backends that draw one object alone at a time: the canvas around the image, one image at a time."""
+"""Amodal masks for backends that draw one object alone at a time: the canvas around the image, one image at a time."""
 
 from collections.abc import Callable
 
@@ -8,11 +8,11 @@ from jaxtyping import Bool, Float64
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, transform_points
-from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import ObjectModel, SceneSpec
 
 _MARGIN_PX = 2.0
-_EMPTY = Silhouette((0, 0), np.zeros((0, 0), bool))
+_EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
 
 
 def solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "k 3"]:
@@ -27,16 +27,16 @@ def solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "
     return np.concatenate(corners) if corners else np.zeros((0, 3))
 
 
-def silhouette_by_tiles(
+def amodal_mask_by_tiles(
     camera: PinholeCamera,
     T_camera_object: Transform,
     corners: Float64[np.ndarray, "k 3"],
     near: float,
     draw: Callable[[PinholeCamera], Bool[np.ndarray, "h w"]],
-) -> Silhouette:
-    """Return the silhouette of one object on the canvas of 3 x 3 images with the image in the middle.
+) -> AmodalMask:
+    """Return the amodal mask of one object on the canvas of 3 x 3 images with the image in the middle.
 
-    The middle tile is drawn with the camera of the image itself, so that it covers the same pixels there.
+    The middle tile is rendered with the camera of the image itself, so that it covers the same pixels there.
 
     Args:
         camera: Intrinsics of the image.
@@ -55,7 +55,7 @@ def silhouette_by_tiles(
     if len(rows) == 0:
         return _EMPTY
     mask = canvas[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
-    return Silhouette((int(columns[0]) - width, int(rows[0]) - height), mask)
+    return AmodalMask((int(columns[0]) - width, int(rows[0]) - height), mask)
 
 
 def _touched_tiles(camera: PinholeCamera, points: Float64[np.ndarray, "k 3"], near: float) -> list[tuple[int, int]]:

@@ -20,7 +20,7 @@ _SMALL = 0.75
 _SLENDER = 0.25
 """Parts of many faces that are thinner than this (m) along two axes, as perforated uprights are, are boxes, too."""
 _MANY_FACES = 64
-_FULL = 0.15  # share of its bounding box that such a part must fill
+_FULL = 0.15  # fraction of its bounding box that such a part must fill
 _EMPTY = 0.01
 """Small parts of many faces that fill less of their bounding box are print, or the heads of nails: left out."""
 
@@ -34,7 +34,7 @@ class CoarseHits:
     normals: Float32[np.ndarray, "n 3"]
     """Unit outward normals in the world."""
     albedo: Float32[np.ndarray, "n 3"]
-    """Share of light that is returned, linear RGB."""
+    """Fraction of light that is returned, linear RGB."""
 
 
 class CoarseScene:
@@ -88,7 +88,7 @@ def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3
         for part in parts:
             if scene.materials[part.material].opacity >= 1.0:
                 groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
-    returned = {name: returned_share(material) for name, material in scene.materials.items()}
+    returned = {name: returned_fraction(material) for name, material in scene.materials.items()}
     vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
     for mesh, members in groups.items():
         scale = np.stack([part.scale for _, part in members])
@@ -123,15 +123,15 @@ def _as_box(part: Part) -> Part:
 
 
 def _fill(mesh: TriangleMesh) -> float:
-    """Return the share of its bounding box that a closed mesh fills; 0 where the box is flat."""
+    """Return the fraction of its bounding box that a closed mesh fills; 0 where the box is flat."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     volume = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
     box = float(np.prod(np.ptp(mesh.vertices, axis=0)))
     return volume / box if box > 0.0 else 0.0
 
 
-def returned_share(material: Material) -> tuple[float, float, float]:
-    """Return the share of light that a surface gives back, linear RGB, whatever side it comes from.
+def returned_fraction(material: Material) -> tuple[float, float, float]:
+    """Return the fraction of light that a surface gives back, linear RGB, whatever side it comes from.
 
     Those are the means over the half space of what ``lighting.glsl`` computes: Burley's scattering (2015), and the
     mirrored part by the split-sum fit (Karis 2014) at the mean cosine of 2/3.

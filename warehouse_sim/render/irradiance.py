@@ -10,8 +10,8 @@ Glowing materials light nothing here: in a warehouse they are the faces of lumin
 The light meter of ``generation`` solves the same equation and stays apart: it is an instrument, this is a part of a
 image. The meter asks for a few points of exact triangles by random walks, to scale the lights and to label targets,
 and must not change with what draws; this needs thousands of points at once, on coarse geometry, smooth enough for the
-eye and cheap enough for every scene. They share the falloff of lights (``photometry``), the ground's share of the sky
-(``light_selection.GROUND``) and the one binding of Embree, so that a light means the same to both.
+eye and cheap enough for every scene. They share the falloff of lights (``photometry``), the ground's fraction of the
+sky (``light_selection.GROUND``) and the one binding of Embree, so that a light means the same to both.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.render.coarse_scene import CoarseScene
 from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, lay_grid, neighbours
-from warehouse_sim.render.light_selection import GROUND, light_geometry, wide_share
+from warehouse_sim.render.light_selection import GROUND, light_geometry, wide_fraction
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
@@ -32,10 +32,10 @@ FARTHEST_REACH = 1.5
 """Spacings beyond which nothing is interpolated between points, and a little more."""
 _CONE = 0.8  # cosine with an axis of the rays that tell how far a point sees along it
 _BOUNCES = 8  # followed
-_SHARES = 3  # that the rays are split into, one for each bounce in turn
+_FRACTIONS = 3  # that the rays are split into, one for each bounce in turn
 _NO_TRUST = 1e-3  # weight of a point that lies inside something
 _NEAREST = 1.0  # metres from a lamp within which points get no more of it
-_SHARE = np.float32(0.4)  # of a neighbour in the mean that a point becomes
+_FRACTION = np.float32(0.4)  # of a neighbour in the mean that a point becomes
 _REACH = 4  # points that values are carried into things
 
 
@@ -100,7 +100,7 @@ class LightGatherer:
             reach = self._fills[key]
             towards = light.position.astype(np.float32) - points[reach.lit]
             towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-            along = np.maximum(towards @ AXES.T, 0.0) * reach.share[:, None]
+            along = np.maximum(towards @ AXES.T, 0.0) * reach.fraction[:, None]
             total[reach.lit] += along[..., None] * (light.intensity * np.asarray(light.color, np.float32))
         return np.concatenate([_filled(total[level.rows], level.trusted) for level in self._grid.levels])
 
@@ -127,7 +127,7 @@ class LightReach:
 
     lit: Int[np.ndarray, " k"]
     """Numbers of the points that it lights."""
-    share: Float32[np.ndarray, " k"]
+    fraction: Float32[np.ndarray, " k"]
     """Their irradiance (lx) for each candela of the light."""
 
 
@@ -154,7 +154,7 @@ def direct_irradiance(
         if key not in known:
             known[key] = _reach_of(light, solid, points, normals)
         reach = known[key]
-        total[reach.lit] += light.intensity * reach.share[:, None] * np.asarray(light.color, np.float32)
+        total[reach.lit] += light.intensity * reach.fraction[:, None] * np.asarray(light.color, np.float32)
     return total
 
 
@@ -174,18 +174,18 @@ def _reach_of(
     cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
     if normals is None:
         # Such a point stands for a cell about it, of which a lamp beside it lights a part only.
-        share = wide_share(light, cosine) / np.maximum(squared, _NEAREST**2)
+        fraction = wide_fraction(light, cosine) / np.maximum(squared, _NEAREST**2)
     else:
-        share = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
-    share *= relative_intensity(light, cosine, -to_light / distance[:, None])
-    lit = np.flatnonzero(share > 0.0)
+        fraction = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
+    fraction *= relative_intensity(light, cosine, -to_light / distance[:, None])
+    lit = np.flatnonzero(fraction > 0.0)
     if light.casts_shadow:
         lit = lit[~solid.blocked(points[lit], to_light[lit])]
-    return LightReach(lit, share[lit].astype(np.float32))
+    return LightReach(lit, fraction[lit].astype(np.float32))
 
 
 @dataclass(frozen=True, eq=False)
-class _RayShare:
+class _RayFraction:
     """Some of the rays of each point, spread as evenly as all, and what they hit."""
 
     kernel: Float32[np.ndarray, "p 6 k"]
@@ -200,35 +200,35 @@ class _RayShare:
     """Their luminance for each lux, linear RGB."""
     seen: Int[np.ndarray, "n 3"]
     """The values that reach them, of the six of all points in a row: those of the point before them."""
-    share: Float32[np.ndarray, "n 3"]
+    fraction: Float32[np.ndarray, "n 3"]
     """By how much each counts: the squares of their normals."""
 
     def gather(self, grid: LightGrid, before: Float32[np.ndarray, "p 6 3"]) -> Float32[np.ndarray, "p 6 3"]:
         """Return the irradiance along ``AXES`` when ``before`` is what reaches surfaces beside the lights' light."""
         luminance, table = self.sky.copy(), before.reshape(-1, 3)
-        arriving = sum(table[self.seen[:, axis]] * self.share[:, axis, None] for axis in range(3))
+        arriving = sum(table[self.seen[:, axis]] * self.fraction[:, axis, None] for axis in range(3))
         luminance.reshape(-1, 3)[self.slots] = self.returned + self.albedo * arriving
         gathered = self.kernel @ luminance
         return np.concatenate([_filled(gathered[level.rows], level.trusted) for level in grid.levels])
 
 
-def _ray_share(
+def _ray_fraction(
     grid: LightGrid, sky: Float32[np.ndarray, "p j 3"], direct: Float32[np.ndarray, "n 3"], first: int, step: int
-) -> _RayShare:
+) -> _RayFraction:
     """Return every ``step``-th ray from ``first`` on; arguments as those of ``_all_bounces``."""
     kernel = np.maximum(grid.rays[:, first::step] @ AXES.T, 0.0)
     kernel *= np.pi / kernel.sum(axis=1, keepdims=True)  # an even environment of luminance 1 gives exactly pi
     point, ray = np.divmod(grid.hit, RAYS)
     rows = slice(None) if step == 1 else np.flatnonzero(ray % step == first)
     albedo, normals = grid.albedo[rows] / np.float32(np.pi), grid.normals[rows]
-    return _RayShare(
+    return _RayFraction(
         kernel=np.ascontiguousarray(np.swapaxes(kernel, 1, 2)),
         sky=np.ascontiguousarray(sky[:, first::step]),
         slots=(point * kernel.shape[1] + ray // step)[rows],
         returned=albedo * direct[rows],
         albedo=albedo,
         seen=grid.nearest[rows, None] * 6 + np.where(normals >= 0.0, [0, 1, 2], [3, 4, 5]),
-        share=normals**2,
+        fraction=normals**2,
     )
 
 
@@ -260,11 +260,11 @@ def _all_bounces(
         sky: Luminance where a ray leaves the scene (cd/m^2), else zero.
         direct: Irradiance from the lights where rays hit (lx).
     """
-    shares = [_ray_share(grid, sky, direct, number, _SHARES) for number in range(_SHARES)]
+    fractions = [_ray_fraction(grid, sky, direct, number, _FRACTIONS) for number in range(_FRACTIONS)]
     values = np.broadcast_to(_even_guess(grid, sky, direct), (len(grid.rays), len(AXES), 3))
     for number in range(_BOUNCES):
-        values = shares[number % _SHARES].gather(grid, values)
-    return _ray_share(grid, sky, direct, 0, 1).gather(grid, values)
+        values = fractions[number % _FRACTIONS].gather(grid, values)
+    return _ray_fraction(grid, sky, direct, 0, 1).gather(grid, values)
 
 
 def _smoothed(cubes: Float32[np.ndarray, "nx ny nz 6 3"], level: GridLevel) -> Float32[np.ndarray, "nx ny nz 6 3"]:
@@ -274,7 +274,7 @@ def _smoothed(cubes: Float32[np.ndarray, "nx ny nz 6 3"], level: GridLevel) -> F
     sums = cubes * weights
     for axis, way in enumerate(level.ways):
         near, far = neighbours(axis)
-        joined = _SHARE * way[..., None, None]
+        joined = _FRACTION * way[..., None, None]
         for here, there in ((near, far), (far, near)):
             sums[here] += joined * trusted[there] * cubes[there]
             weights[here] += joined * trusted[there]

@@ -24,7 +24,7 @@ _AROUND, _ABOVE = 3.0, 1.0  # metres beside and over a target from where it may 
 _SIDES = 8  # of a target
 _BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
 _LIFT = 2e-3  # metres by which points on surfaces are lifted off them
-_SOLID = 0.25  # share of rays that meet the inner side of a face from which on a point lies in something
+_SOLID = 0.25  # fraction of rays that meet the inner side of a face from which on a point lies in something
 
 
 @dataclass(frozen=True, eq=False)

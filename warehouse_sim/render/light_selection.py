@@ -11,7 +11,7 @@ from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
 GROUND = 0.3
-"""How bright the lower half of the even environment is, as a share of the upper half."""
+"""How bright the lower half of the even environment is, as a fraction of the upper half."""
 WIDE_FROM, WIDE_TO = np.deg2rad(64.0), np.deg2rad(70.0)
 """Angles from a light's axis over which shadow maps hand it over to what is gathered on a grid: a flat map that went on
 to 85 deg would have four times as large texels all over, and a lamp sends a few percent of its light there."""
@@ -26,12 +26,12 @@ def even_illuminance(scene: SceneSpec) -> float:
 def light_geometry(light: Light) -> bytes:
     """Return all of a light but its intensity and colour: lights that agree in it light and shade the same places."""
     numbers = [*light.position, *light.direction, light.cone_inner, light.cone_outer, light.radius, light.casts_shadow]
-    own = b"" if light.distribution is None else light.distribution.share.tobytes() + np.array(light.along).tobytes()
+    own = b"" if light.distribution is None else light.distribution.fraction.tobytes() + np.array(light.along).tobytes()
     return light.kind.encode() + np.array(numbers, float).tobytes() + own
 
 
-def wide_share(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """Return the share of a light that is gathered on a grid, by the cosine between its axis and where it shines.
+def wide_fraction(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return the fraction of a light that is gathered on a grid, by the cosine between its axis and where it shines.
 
     All of a light that fills the hall, what goes far aside of one that has a shadow map, and nothing of others.
     """
@@ -42,7 +42,7 @@ def wide_share(light: Light, cosine: Float[np.ndarray, " n"]) -> Float[np.ndarra
 
 
 def map_ramp(light: Light) -> tuple[float, float]:
-    """Return scale and offset of the share that shadow maps keep: saturate(cosine * scale + offset)."""
+    """Return scale and offset of the fraction that shadow maps keep: saturate(cosine * scale + offset)."""
     if light.kind != "spot" or not light.casts_shadow:
         return 0.0, 1.0
     near, far = float(np.cos(WIDE_FROM)), float(np.cos(WIDE_TO))

@@ -30,7 +30,8 @@ class RayHits:
 class RayCaster:
     """All solid parts of a scene, each model's triangles held once.
 
-    Film, that is materials with an opacity below 1, lets rays through, as it does the camera's depth and ids.
+    Film, that is materials with an opacity below 1, lets rays through, as it does the camera's depth and instance
+    masks.
 
     Args:
         scene: The scene; later changes to it are not seen.

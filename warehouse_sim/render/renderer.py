@@ -15,7 +15,7 @@ from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
 @dataclass(frozen=True, eq=False)
-class Silhouette:
+class AmodalMask:
     """The pixels that one object would cover if it stood alone, on the pixel grid of the image."""
 
     offset: tuple[int, int]
@@ -30,8 +30,8 @@ class Capabilities:
 
     normals: bool = True
     """Surface normals in ``RenderBuffers.normals``; ``render(normals=True)`` raises otherwise."""
-    silhouettes: bool = True
-    """Unoccluded silhouettes; ``silhouettes`` raises otherwise."""
+    amodal_masks: bool = True
+    """Unoccluded amodal masks; ``amodal_masks`` raises otherwise."""
     film: bool = True
     """Parts with an opacity below 1 in the colours; they are left out otherwise."""
     textures: bool = True
@@ -41,14 +41,14 @@ class Capabilities:
     global_illumination: bool = False
     """Light that surfaces send each other, followed and not approximated."""
     max_lights: int | None = None
-    """Lights that are drawn, the most important ones; None = all."""
+    """Lights that are rendered, the most important ones; None = all."""
 
 
 class Renderer(Protocol):
     """Draw loaded scenes; not to be shared between threads.
 
     Parts whose material has an opacity below 1 are film. Film tints the colour and shines, and is hidden by what stands
-    before it; depth, instance ids, normals, silhouettes and shadows are those of the scene without it, so that labels
+    before it; depth, instance ids, normals, amodal masks and shadows are those of the scene without it, so that labels
     speak of the goods that it is wrapped around.
     """
 
@@ -58,10 +58,10 @@ class Renderer(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What this backend can draw; asked for more, it raises RenderError and names a backend that can."""
+        """What this backend can draw; requested more, it raises RenderError and names a backend that can."""
 
     def load(self, scene: SceneSpec) -> None:
-        """Make ``scene`` the one that is drawn, replacing the one before.
+        """Make ``scene`` the one that is rendered, replacing the one before.
 
         Raises:
             RenderError: The scene names a material, model or texture that does not exist.
@@ -81,12 +81,12 @@ class Renderer(Protocol):
             RenderError: See ``require_view``.
         """
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
-        """Return the unoccluded silhouette of each of ``instances``, which belong to the loaded scene.
+    ) -> list[AmodalMask]:
+        """Return the unoccluded amodal mask of each of ``instances``, which belong to the loaded scene.
 
-        A silhouette may leave the image: it lives on a canvas of three image widths by three image heights with
+        An amodal mask may leave the image: it lives on a canvas of three image widths by three image heights with
         the image in the middle, as BOP counts it, and is cut at the border of that canvas and at the near plane.
         """
 
@@ -103,13 +103,13 @@ class Renderer(Protocol):
 
 
 _WIDEST = 1e3
-"""Tangent of the largest angle to the optical axis that is drawn; beyond it, single precision fails."""
+"""Tangent of the largest angle to the optical axis that is rendered; beyond it, single precision fails."""
 _NARROWEST = 1e-6
 """Least extent of an image at a distance of 1 (m); below it, neighbouring pixels are one place."""
 
 
 def require_view(camera: PinholeCamera, T_world_camera: Transform) -> None:
-    """Refuse what graphics libraries cannot draw: a lens that distorts, and a view that is no view.
+    """Reject what graphics libraries cannot draw: a lens that distorts, and a view that is no view.
 
     Raises:
         RenderError: The camera has a lens, its angles are far too small or large, or its pose is not finite.
@@ -120,7 +120,7 @@ def require_view(camera: PinholeCamera, T_world_camera: Transform) -> None:
     if max(map(abs, (left, right, top, bottom))) > _WIDEST or min(right - left, bottom - top) < _NARROWEST:
         raise RenderError(
             f"a camera of {camera.width} x {camera.height} px with fx={camera.fx:g}, fy={camera.fy:g}, "
-            f"cx={camera.cx:g}, cy={camera.cy:g} cannot be drawn; check its focal lengths and principal point"
+            f"cx={camera.cx:g}, cy={camera.cy:g} cannot be rendered; check its focal lengths and principal point"
         )
     if not np.isfinite(T_world_camera).all():
         raise RenderError(f"the camera's pose is not finite: {T_world_camera[:3, 3]}")

@@ -1,6 +1,6 @@
 """What stands in racks behind the ones along the aisle: seen, labelled, and fixed, since nothing there can move it.
 
-A few loads are drawn a scene and stand in many slots, so that their geometry is shared. They rest by construction:
+A few loads are sampled a scene and stand in many slots, so that their geometry is shared. They rest by construction:
 every piece is lowered onto what carries it, and the pallet onto its slot.
 """
 
@@ -46,7 +46,7 @@ def fill_backdrop(
     apart: bool,
     rng: np.random.Generator,
 ) -> None:
-    """Put fixed loads into a share of the slots, of which there may be none.
+    """Put fixed loads into a fraction of the slots, of which there may be none.
 
     Args:
         draft: Where to add them.
@@ -61,7 +61,7 @@ def fill_backdrop(
     looks = rng.spawn(1)[0]
     headroom, most_mass = min(slot.headroom for slot in slots), min(slot.most_mass for slot in slots)
     kinds = [_draw(headroom, most_mass, loads, apart, number, rng, looks) for number in range(_KINDS)]
-    taken = rng.random(len(slots)) >= config.empty_slot_share
+    taken = rng.random(len(slots)) >= config.empty_slot_fraction
     for slot in (slot for slot, is_taken in zip(slots, taken, strict=True) if is_taken):
         pieces = kinds[int(rng.integers(_KINDS))]
         shift = np.array([*rng.uniform(-_SLACK, _SLACK, 2), 0.0])
@@ -91,12 +91,12 @@ def _draw(
     looks: np.random.Generator,
 ) -> Pieces:
     """Draw a load at rest, its goods one object unless they stay ``apart``; ``looks`` sticks labels on its cartons."""
-    config = replace(loads, max_cartons=min(loads.max_cartons, _MOST_PIECES), worn_share=0.0, mixed_share=0.0)
+    config = replace(loads, max_cartons=min(loads.max_cartons, _MOST_PIECES), damaged_fraction=0.0, mixed_fraction=0.0)
     pieces = lowered_load(build_unit_load(headroom, config, rng, most_mass=most_mass).pieces)
     if apart:
         return pieces
     pieces = [(sack(model.name, every=2) if model.name in SACKS | SACK_SHAPES else model, T) for model, T in pieces]
-    return _joined(_stuck(pieces, looks) if loads.prints == "drawn" else pieces, number)
+    return _joined(_stuck(pieces, looks) if loads.prints == "sampled" else pieces, number)
 
 
 def _stuck(pieces: Pieces, rng: np.random.Generator) -> Pieces:

@@ -64,12 +64,12 @@ def _stock(draft: SceneDraft, strip: Strip, own: list[Way], cartons: list[Way], 
     x, chosen = -strip.length / 2 + rng.uniform(*_PLAY), None
     while True:
         if chosen is None or not strip.one_kind:
-            kinds = own if rng.random() < strip.own_share else cartons
+            kinds = own if rng.random() < strip.own_fraction else cartons
             if not kinds:
                 listed = "goods" if kinds is own else "cartons"
                 raise PlacementError(
                     f"nothing of loads.{listed} fits a surface {strip.depth:.2f} m deep with {strip.headroom:.2f} m of "
-                    "free height; list something smaller or lower layout.goods_share"
+                    "free height; list something smaller or lower layout.goods_fraction"
                 )
             chosen = kinds[int(rng.integers(len(kinds)))]
         model, turned = chosen

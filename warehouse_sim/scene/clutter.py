@@ -11,7 +11,7 @@ from warehouse_sim.catalog.clutter import CLUTTER
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.site import Strip
@@ -35,8 +35,8 @@ class ClutterConfig:
 
     count: Annotated[Distribution, Range(0, 60, whole=True)] = field(default=Distribution.constant(0))
     """Things on the floor of the aisle, 0-60; fewer where no more find a place."""
-    beside_share: Share = 0.85
-    """Share of them that stand along the aisle's sides, 0-1; the others stand anywhere."""
+    beside_fraction: Fraction = 0.85
+    """Fraction of them that stand along the aisle's sides, 0-1; the others stand anywhere."""
     on_shelves: Annotated[Distribution, Range(0, 200, whole=True)] = field(default=Distribution.constant(0))
     """Things left on shelves and on rack decks, 0-200; fewer where no more find a place."""
     clearance: Annotated[float, Range(0.02, 1, "m")] = 0.05
@@ -61,7 +61,7 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
     placed: list[OrientedBox] = []
     for _ in range(count):
         model = catalog_object(sorted(CLUTTER)[int(rng.integers(len(CLUTTER)))])
-        beside = bool(rng.random() < config.beside_share)
+        beside = bool(rng.random() < config.beside_fraction)
         for _ in range(_TRIES):
             T_world_object = _draw_place(float(model.size[2]), area, beside, rng)
             box = OrientedBox(T_world_object, model.size)

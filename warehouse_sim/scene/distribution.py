@@ -102,10 +102,10 @@ class Distribution:
             raise ConfigError(f"{where}: {problem}") from problem
 
     def check_within(self, allowed: Range, name: str) -> None:
-        """Refuse draws outside of ``allowed``: all that can come must lie in it.
+        """Reject draws outside of ``allowed``: all that can come must lie in it.
 
         Raises:
-            ValueError: Some lies outside, is not whole where only whole numbers are drawn, or the bell has no end.
+            ValueError: Some lies outside, is not whole where only whole numbers are sampled, or the bell has no end.
         """
         ends = self.values or (self.low, self.high)
         outside = next((end for end in ends if end not in allowed), None)
@@ -135,8 +135,8 @@ class Distribution:
         if self.kind == "uniform":
             return float(rng.uniform(self.low, self.high))
         if self.kind == "choices":
-            shares = np.array(self.weights) / sum(self.weights) if self.weights else None
-            return float(rng.choice(np.array(self.values), p=shares))
+            fractions = np.array(self.weights) / sum(self.weights) if self.weights else None
+            return float(rng.choice(np.array(self.values), p=fractions))
         return self._draw_bell(rng)
 
     def _draw_bell(self, rng: np.random.Generator) -> float:
@@ -144,10 +144,10 @@ class Distribution:
         if self.std == 0.0:
             return self.mean
         bell = NormalDist(self.mean, self.std)
-        share = rng.uniform(bell.cdf(self.low), bell.cdf(self.high))
-        if not 0.0 < share < 1.0:  # beyond eight sigma the share rounds to 0 or 1
+        fraction = rng.uniform(bell.cdf(self.low), bell.cdf(self.high))
+        if not 0.0 < fraction < 1.0:  # beyond eight sigma the fraction rounds to 0 or 1
             return self.mean
-        return float(np.clip(bell.inv_cdf(share), self.low, self.high))
+        return float(np.clip(bell.inv_cdf(fraction), self.low, self.high))
 
     def draw_count(self, rng: np.random.Generator) -> int:
         """Return one value as a whole number; an even range gives each whole number in it as often."""

@@ -10,7 +10,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
@@ -41,13 +41,13 @@ class LanesConfig:
     """How full lanes are and how carefully stacks stand in them."""
 
     fill: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.3, 1.0))
-    """Share of a lane's places that are taken, from its far end, 0-1."""
+    """Fraction of a lane's places that are taken, from its far end, 0-1."""
     stack: Annotated[Distribution, Range(1, 4, whole=True)] = field(default=Distribution.uniform(1, 3))
     """Loads on each other, a whole number 1-4; what pallets and goods bear and the clear height limit it too."""
-    one_kind_share: Share = 0.7
-    """Share of the lanes that hold one article on one type of pallet, 0-1; the others hold what comes."""
-    empties_share: Share = 0.1
-    """Share of the lanes that hold stacks of empty pallets, 0-1."""
+    one_kind_fraction: Fraction = 0.7
+    """Fraction of the lanes that hold one article on one type of pallet, 0-1; the others hold what comes."""
+    empties_fraction: Fraction = 0.1
+    """Fraction of the lanes that hold stacks of empty pallets, 0-1."""
     empties: Annotated[Distribution, Range(1, 15, whole=True)] = field(default=Distribution.uniform(4, 10))
     """Pallets in a stack of empty ones, a whole number 1-15."""
     lateral_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
@@ -81,9 +81,9 @@ def fill_lanes(
     standing: list[OrientedBox] = []
     for number, lane in enumerate(lanes):
         count = round(config.fill.draw(rng) * len(lane.T_world_places))
-        empty = rng.random() < config.empties_share
+        empty = rng.random() < config.empties_fraction
         stacked = config.stack.high > 1
-        kind = _of_one_article(lane, loads, rng, stacked) if rng.random() < config.one_kind_share else loads
+        kind = _of_one_article(lane, loads, rng, stacked) if rng.random() < config.one_kind_fraction else loads
         kind = _of_one_carrier(lane, kind, rng)
         draw = _empty_stack if empty else _draw_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
@@ -108,8 +108,8 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
     wanted, rule = max(1, config.stack.draw_count(rng)), loads.stacking.crush_rule
     pallet = _choose_pallet(lane, loads, rng)
     top = on_these(loads, [pallet])
-    level = replace(top.stacking, top_layer_share=Distribution.constant(1.0))
-    full = replace(top, empty_share=0.0, mixed_share=0.0, stacking=level)
+    level = replace(top.stacking, top_layer_fraction=Distribution.constant(1.0))
+    full = replace(top, empty_fraction=0.0, mixed_fraction=0.0, stacking=level)
     if rule:
         full = that_carry(full, _deck(pallet))
         full = replace(full, height=Distribution.uniform((full.height.low + full.height.high) / 2, full.height.high))
@@ -142,7 +142,7 @@ def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.
 
 def _is_of(load: UnitLoad, loads: UnitLoadConfig) -> bool:
     """Return whether a load is a carrier where the lane holds nothing else."""
-    return loads.carrier_share < 1.0 or any(model.name in loads.carriers for model, _ in load.pieces)
+    return loads.carrier_fraction < 1.0 or any(model.name in loads.carriers for model, _ in load.pieces)
 
 
 def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: Transform) -> bool:
@@ -152,7 +152,7 @@ def _stands_on(below: tuple[UnitLoad, Transform], load: UnitLoad, T_stack_load: 
 
 def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw a stack of empty pallets of one kind."""
-    bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_share=1.0, carrier_share=0.0)
+    bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_fraction=1.0, carrier_fraction=0.0)
     stack: Stack = []
     height = 0.0
     for _ in range(max(1, config.empties.draw_count(rng))):
@@ -188,14 +188,14 @@ def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator,
 
 
 def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
-    """Return ``loads`` with one carrier alone in the recipe's share of the lanes, and with none in the others."""
-    if loads.carrier_share <= 0.0:
+    """Return ``loads`` with one carrier alone in the recipe's fraction of the lanes, and with none in the others."""
+    if loads.carrier_fraction <= 0.0:
         return loads
-    if rng.random() < loads.carrier_share:
-        drawn = draw_carrier(loads, rng, lane.clear_height, lane.footprint, STACKING_LOAD, on_floor=True)
-        if drawn is not None:
-            return replace(loads, carrier_share=1.0, carriers=(drawn[0].name,))
-    return replace(loads, carrier_share=0.0)
+    if rng.random() < loads.carrier_fraction:
+        sampled = draw_carrier(loads, rng, lane.clear_height, lane.footprint, STACKING_LOAD, on_floor=True)
+        if sampled is not None:
+            return replace(loads, carrier_fraction=1.0, carriers=(sampled[0].name,))
+    return replace(loads, carrier_fraction=0.0)
 
 
 def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:

@@ -20,12 +20,12 @@ _BONDS = ("wrap", "corner_post")
 _WAYS = {sku: [name for name, (one, _) in OPEN_CARTONS.items() if one == sku] for sku, _ in OPEN_CARTONS.values()}
 
 
-def open_flaps(draft: SceneDraft, share: float, rng: np.random.Generator) -> None:
-    """Open a share (0-1) of the cartons up to picking height, where there is room above; ids and places stay.
+def open_flaps(draft: SceneDraft, fraction: float, rng: np.random.Generator) -> None:
+    """Open a fraction (0-1) of the cartons up to picking height, where there is room above; ids and places stay.
 
     Loads with film or posts around them, and what is fixed behind the aisle, stay closed.
     """
-    if share == 0.0:
+    if fraction == 0.0:
         return
     held = {item.group for item in draft.instances if draft.models[item.model].class_name in _BONDS}
     solids = draft.solids()
@@ -35,7 +35,7 @@ def open_flaps(draft: SceneDraft, share: float, rng: np.random.Generator) -> Non
         low = item.T_world_object[2, 3] - draft.models[item.model].size[2] / 2
         if item.model not in _WAYS or behind or (item.group > 0 and item.group in held) or low > _PICKED_BELOW:
             continue
-        if rng.random() >= share:
+        if rng.random() >= fraction:
             continue
         model, closed = catalog_object(_WAYS[item.model][int(rng.integers(2))]), draft.models[item.model]
         room = _room_of_flaps(item, closed, model)

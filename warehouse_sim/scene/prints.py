@@ -1,4 +1,4 @@
-"""Labels and prints drawn anew for each carton of a scene: from a pool, so that memory and uploads stay small."""
+"""Labels and prints drawn again for each carton of a scene: from a pool, so that memory and uploads stay small."""
 
 from dataclasses import replace
 
@@ -14,17 +14,17 @@ WAYS = 6
 """Ways in which the cartons of one SKU are labelled in a scene."""
 _NUMBERS = 4096
 """Labels and prints that there are in all."""
-_ARTICLE_SHARE = 0.4
+_ARTICLE_FRACTION = 0.4
 
 
 def print_cartons(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     """Return ``scene`` with other labels and prints on its cartons; all but their look stays.
 
     Args:
-        scene: As drawn and painted.
+        scene: As sampled and painted.
         rng: Stream of its own.
     """
-    kinds = np.where(rng.random(LABELS) < _ARTICLE_SHARE, "article_label", "shipping_label")
+    kinds = np.where(rng.random(LABELS) < _ARTICLE_FRACTION, "article_label", "shipping_label")
     labels = [f"{kind}:{number}" for kind, number in zip(kinds, rng.integers(_NUMBERS, size=LABELS), strict=True)]
     print_of = {sku: f"carton_print:{rng.integers(_NUMBERS)}" for sku in ALL_SKUS}
     ways: dict[str, list[ObjectModel]] = {}

@@ -1,7 +1,7 @@
 """Settings that a recipe randomises: where a number is expected, a distribution may stand, and a choice for a name.
 
-``Distribution`` settings are drawn anew for every object. All other settings are drawn once a scene; this module finds
-them and replaces each by one value.
+``Distribution`` settings are sampled again for every object. All other settings are sampled once a scene; this module
+finds them and replaces each by one value.
 """
 
 import dataclasses
@@ -50,13 +50,13 @@ class Choice:
 
     def draw(self, rng: np.random.Generator) -> Any:
         """Return one of the values."""
-        shares = np.array(self.weights) / sum(self.weights) if self.weights else None
-        return self.values[int(rng.choice(len(self.values), p=shares))]
+        fractions = np.array(self.weights) / sum(self.weights) if self.weights else None
+        return self.values[int(rng.choice(len(self.values), p=fractions))]
 
 
 @dataclass(frozen=True)
 class RandomSetting:
-    """One setting of a recipe that is drawn for each scene."""
+    """One setting of a recipe that is sampled for each scene."""
 
     path: tuple[str | int, ...]
     """Keys and list positions that lead to it."""

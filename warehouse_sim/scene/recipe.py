@@ -1,4 +1,4 @@
-"""A scene recipe: the distribution that scenes are drawn from. Every setting has a default."""
+"""A scene recipe: the distribution that scenes are sampled from. Every setting has a default."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
@@ -61,11 +61,11 @@ class SceneRecipe:
     targets: tuple[str, ...] = ("pallet",)
     """Class names whose objects get full labels."""
     random_settings: tuple[RandomSetting, ...] = ()
-    """Filled in on reading: the settings that are drawn anew for each scene."""
+    """Filled in on reading: the settings that are sampled again for each scene."""
 
     def __post_init__(self) -> None:
         if self.layout.wants_goods and not self.loads.goods:
-            raise ValueError("layout.goods_share needs articles; list them under loads.goods")
+            raise ValueError("layout.goods_fraction needs articles; list them under loads.goods")
         own = {catalog_object(name).class_name for name in (*self.traffic.objects, *self.loads.goods)}
         shipped = {"pallet", "carton", *WORKING_CLASSES}
         known = shipped | own
@@ -103,7 +103,7 @@ class SceneRecipe:
         del plain["random_settings"]
         return with_values(plain, [(setting.path, setting.source.to_plain()) for setting in self.random_settings])
 
-    def drawn(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
+    def sampled(self, stream: Callable[[str], np.random.Generator]) -> "SceneRecipe":
         """Return the recipe of one scene: every random setting has one value.
 
         Args:

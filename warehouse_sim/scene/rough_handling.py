@@ -13,13 +13,13 @@ _VARIANTS = 3
 
 
 def batter_cartons(draft: SceneDraft, wear: CartonWearConfig, rng: np.random.Generator) -> None:
-    """Give a share of the cartons that can move a battered mesh; instance ids and places stay."""
-    if wear.share == 0.0:
+    """Give a fraction of the cartons that can move a battered mesh; instance ids and places stay."""
+    if wear.fraction == 0.0:
         return
     variants: dict[tuple[str, int], ObjectModel] = {}
     for place, item in enumerate(draft.instances):
         model = draft.models[item.model]
-        if model.class_name != "carton" or not item.dynamic or rng.random() >= wear.share:
+        if model.class_name != "carton" or not item.dynamic or rng.random() >= wear.fraction:
             continue
         key = (model.name, int(rng.integers(_VARIANTS)))
         if key not in variants:

@@ -32,7 +32,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     Args:
         recipe: Distribution to draw from.
         seed: Seed of the dataset, >= 0.
-        scene_index: Number of the scene, >= 0; any scene can be drawn alone.
+        scene_index: Number of the scene, >= 0; any scene can be sampled alone.
         attempt: Number of the try, >= 0; another try is another scene.
 
     Raises:
@@ -44,7 +44,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     def stream(stage: str) -> np.random.Generator:
         return scene_rng(seed, scene_index, stage, attempt)
 
-    draft, recipe = SceneDraft(), recipe.drawn(stream)
+    draft, recipe = SceneDraft(), recipe.sampled(stream)
     try:
         site = build_site(draft, recipe.layout, recipe.hall, stream("layout"))
         area = site.aisle
@@ -63,7 +63,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         add_clutter(draft, recipe.clutter, area, stream("clutter"))
         clutter_shelves(draft, recipe.clutter, site.strips, stream("shelf clutter"))
         batter_cartons(draft, recipe.carton_wear, stream("carton wear"))
-        open_flaps(draft, recipe.carton_wear.open_share, stream("open flaps"))
+        open_flaps(draft, recipe.carton_wear.open_fraction, stream("open flaps"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
         viewpoints = choose_viewpoints(
@@ -84,6 +84,6 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         aisle=(area.x_min, area.x_max, area.y_min, area.y_max),
     )
     scene = paint_scene(scene, recipe.appearance, stream)
-    if recipe.loads.prints == "drawn":
+    if recipe.loads.prints == "sampled":
         scene = print_cartons(scene, stream("prints"))
     return light_without_shadows(scene, recipe.lights, stream("lighting"))

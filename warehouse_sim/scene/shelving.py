@@ -13,7 +13,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
@@ -33,8 +33,8 @@ _REACH = 4.0
 class ShelvingConfig:
     """How pallets stand in their slots."""
 
-    empty_slot_share: Share = 0.35
-    """Share of the slots left free, 0-1; at least one slot is taken."""
+    empty_slot_fraction: Fraction = 0.35
+    """Fraction of the slots left free, 0-1; at least one slot is taken."""
     lateral_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
         default=Distribution.normal(0.0, 12.0, -40.0, 40.0)
     )
@@ -46,8 +46,8 @@ class ShelvingConfig:
 
     heavier_below: bool = False
     """Whether the loads drawn for slots above each other are sorted: the heavier ones stand below, as they should."""
-    one_kind_share: Share = 0.0
-    """Share of the lanes of drive-in racks that hold one article on one type of pallet, 0-1."""
+    one_kind_fraction: Fraction = 0.0
+    """Fraction of the lanes of drive-in racks that hold one article on one type of pallet, 0-1."""
     hanging_film: Annotated[Distribution, Range(0, 20, whole=True)] = field(default=Distribution.constant(0))
     """Loads on beams with torn film that hangs down before what is below, a whole number 0-20."""
 
@@ -55,14 +55,14 @@ class ShelvingConfig:
 def fill_rack(
     draft: SceneDraft, slots: Sequence[Slot], config: ShelvingConfig, loads: UnitLoadConfig, rng: np.random.Generator
 ) -> None:
-    """Put unit loads into a share of the slots, of which there may be none.
+    """Put unit loads into a fraction of the slots, of which there may be none.
 
     Raises:
         PlacementError: A bay's pallets fit in no try, or no carton fits under the beam above.
     """
     if not slots:
         return
-    count = max(1, round((1.0 - config.empty_slot_share) * len(slots)))
+    count = max(1, round((1.0 - config.empty_slot_fraction) * len(slots)))
     taken = _from_the_far_end(slots, [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])])
     structure = draft.solids().boxes
     first = sorted_loads(taken, loads, rng) if config.heavier_below else {}
@@ -70,10 +70,10 @@ def fill_rack(
     for bay, members in groupby(taken, key=lambda slot: slot.bay):
         bay_slots = list(members)
         kind = loads
-        if bay_slots[0].in_line and rng.random() < config.one_kind_share:
+        if bay_slots[0].in_line and rng.random() < config.one_kind_fraction:
             kind = one_kind(min(slot.headroom for slot in bay_slots), bay_slots[0].footprint, loads, rng)
-        drawn = [first[slot] for slot in bay_slots] if first else None
-        for load, T_world_load in _fill_bay(bay, bay_slots, structure, config, kind, rng, drawn):
+        sampled = [first[slot] for slot in bay_slots] if first else None
+        for load, T_world_load in _fill_bay(bay, bay_slots, structure, config, kind, rng, sampled):
             load.add_to(draft, T_world_load)
 
 
@@ -95,14 +95,14 @@ def sorted_loads(slots: Sequence[Slot], loads: UnitLoadConfig, rng: np.random.Ge
     for slot in slots:
         columns[round(float(slot.T_world_slot[0, 3]), 3), round(float(slot.T_world_slot[1, 3]), 3)].append(slot)
     for column in columns.values():
-        drawn = [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in column]
+        sampled = [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in column]
         upwards = sorted(column, key=lambda slot: float(slot.T_world_slot[2, 3]))
-        by_mass = sorted(drawn, key=lambda load: -load.mass)
+        by_mass = sorted(sampled, key=lambda load: -load.mass)
         fits = all(
             load.height <= slot.headroom and load.mass <= slot.most_mass
             for slot, load in zip(upwards, by_mass, strict=True)
         )
-        found |= zip(upwards if fits else column, by_mass if fits else drawn, strict=True)
+        found |= zip(upwards if fits else column, by_mass if fits else sampled, strict=True)
     return found
 
 
@@ -131,19 +131,22 @@ def _fill_bay(
     rng: np.random.Generator,
     first: list[UnitLoad] | None = None,
 ) -> list[tuple[UnitLoad, Transform]]:
-    """Draw neighbouring loads, ``first`` those given, and their poses; loads that fit in no try are drawn again.
+    """Draw neighbouring loads, ``first`` those given, and their poses; loads that fit in no try are sampled again.
 
-    What is drawn again is no carrier of its own: those on pallets of 1,000 mm along the beams leave no room for three.
+    What is sampled again is no carrier of its own: those on pallets of 1,000 mm along the beams leave no room for
+    three.
     """
     to_slots = [structure.distances_to(slot.T_world_slot[:3, 3]) for slot in slots]
     near = structure.subset(np.min(to_slots, axis=0) < _REACH)
     for _ in range(_LOAD_TRIES):
-        drawn = first or [build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in slots]
-        first, loads = None, replace(loads, carrier_share=0.0)
+        sampled = first or [
+            build_unit_load(slot.headroom, loads, rng, slot.footprint, slot.most_mass) for slot in slots
+        ]
+        first, loads = None, replace(loads, carrier_fraction=0.0)
         for _ in range(_BAY_TRIES):
-            poses = _place_all(slots, drawn, near, config, rng)
+            poses = _place_all(slots, sampled, near, config, rng)
             if poses is not None:
-                return list(zip(drawn, poses, strict=True))
+                return list(zip(sampled, poses, strict=True))
     raise PlacementError(
         f"no room for {len(slots)} pallets in bay {bay} with {_LOAD_TRIES} draws of loads and {_BAY_TRIES} x {_TRIES} "
         "tries of each; lower shelving.yaw_deg or shelving.lateral_mm, or take narrower loads"
@@ -151,12 +154,12 @@ def _fill_bay(
 
 
 def _place_all(
-    slots: list[Slot], drawn: list[UnitLoad], structure: BoxStack, config: ShelvingConfig, rng: np.random.Generator
+    slots: list[Slot], sampled: list[UnitLoad], structure: BoxStack, config: ShelvingConfig, rng: np.random.Generator
 ) -> list[Transform] | None:
     """Draw the poses of neighbouring loads one after the other; None for a dead end."""
     poses: list[Transform] = []
     envelopes: list[OrientedBox] = []
-    for slot, load in zip(slots, drawn, strict=True):
+    for slot, load in zip(slots, sampled, strict=True):
         T_world_load = _place(slot, load, structure, BoxStack.of(envelopes), config, rng)
         if T_world_load is None:
             return None

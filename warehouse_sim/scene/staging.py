@@ -52,7 +52,7 @@ def stage_loads(
     standing: list[OrientedBox] = []
     fixed = draft.solids().boxes  # bins, rails and signs stand on the floor before loads come
     for number in range(count):
-        headroom = _CARRIER_HEADROOM if loads.carrier_share > 0.0 else _HEADROOM
+        headroom = _CARRIER_HEADROOM if loads.carrier_fraction > 0.0 else _HEADROOM
         load, stack = build_unit_load(headroom, loads, rng, on_floor=True), BoxStack.of(standing)
         for _ in range(_TRIES):
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])

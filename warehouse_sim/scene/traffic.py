@@ -12,7 +12,7 @@ from warehouse_sim.errors import PlacementError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.trucks_at_work import KINDS, add_trucks_at_work
@@ -65,8 +65,8 @@ class TrafficConfig:
     """Trucks at work in the aisles between the racks behind (``layout.rows_behind``), 0-20."""
     truck_kinds: tuple[str, ...] = tuple(KINDS)
     """What they are: counterbalance, reach, stacker, order_picker, tugger, amr, pallet_truck."""
-    laden_share: Share = 0.7
-    """Share of them that carry a load of the recipe's, 0-1."""
+    laden_fraction: Fraction = 0.7
+    """Fraction of them that carry a load of the recipe's, 0-1."""
     clearance: Annotated[float, Range(0.05, 2, "m")] = 0.3
     """Least distance between any two of these and to everything else (m), 0.05-2."""
 
@@ -85,8 +85,8 @@ def add_trucks(
 ) -> None:
     """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
     count = config.trucks.draw_count(rng)
-    kinds, share = config.truck_kinds, config.laden_share
-    add_trucks_at_work(draft, count, kinds, share, config.clearance, loads, area, rng)
+    kinds, fraction = config.truck_kinds, config.laden_fraction
+    add_trucks_at_work(draft, count, kinds, fraction, config.clearance, loads, area, rng)
 
 
 def add_side_trucks(
@@ -97,10 +97,10 @@ def add_side_trucks(
     rng: np.random.Generator,
 ) -> None:
     """Put trucks at work into ``aisles`` drawn at random, of which there may be none."""
-    kinds, share = config.truck_kinds, config.laden_share
+    kinds, fraction = config.truck_kinds, config.laden_fraction
     for _ in range(config.side_trucks.draw_count(rng) if aisles else 0):
         area = aisles[int(rng.integers(len(aisles)))]
-        add_trucks_at_work(draft, 1, kinds, share, config.clearance, loads, area, rng)
+        add_trucks_at_work(draft, 1, kinds, fraction, config.clearance, loads, area, rng)
 
 
 def add_traffic(

@@ -29,8 +29,8 @@ KINDS = {
 }
 """Name in a recipe -> name in the catalog."""
 _TRIES, _LOAD_TRIES = 60, 4
-_ALONG_SHARE = 0.6
-"""Share of the trucks that drive along the aisle; the others face a side, as when they pick up or put away."""
+_ALONG_FRACTION = 0.6
+"""Fraction of the trucks that drive along the aisle; the others face a side, as when they pick up or put away."""
 _HEADING_SPREAD = 0.04
 """Standard deviation of the heading (rad)."""
 _BEFORE_SIDE = (0.15, 1.2)
@@ -79,7 +79,7 @@ def add_trucks_at_work(
     draft: SceneDraft,
     count: int,
     kinds: Sequence[str],
-    laden_share: float,
+    laden_fraction: float,
     clearance: float,
     loads: UnitLoadConfig,
     area: Area,
@@ -91,7 +91,7 @@ def add_trucks_at_work(
         draft: Where to add them.
         count: How many.
         kinds: Keys of ``KINDS`` to draw from.
-        laden_share: Share that carries a load.
+        laden_fraction: Fraction that carries a load.
         clearance: Least distance to all else (m).
         loads: What the recipe says of loads.
         area: Floor of the aisle.
@@ -104,7 +104,7 @@ def add_trucks_at_work(
     in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
     placed: list[OrientedBox] = []
     for _ in range(count):
-        crew = draw_crew(str(rng.choice(list(kinds))), laden_share, loads, rng)
+        crew = draw_crew(str(rng.choice(list(kinds))), laden_fraction, loads, rng)
         for _ in range(_TRIES):
             T_world_truck = _draw_pose(crew.boxes(), area, rng)
             boxes = [box.placed(T_world_truck) for box in crew.boxes()]
@@ -116,7 +116,7 @@ def add_trucks_at_work(
                 break
 
 
-def draw_crew(kind: str, laden_share: float, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
+def draw_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
     """Draw a truck of this kind with its driver and, by chance, its load."""
     name = KINDS[kind]
     truck = WORKING[name]
@@ -135,7 +135,7 @@ def draw_crew(kind: str, laden_share: float, loads: UnitLoadConfig, rng: np.rand
             x -= CART_HITCH
     for carrier, T_truck_place in places:
         place = WORKING[carrier].place
-        if place is not None and rng.random() < laden_share:
+        if place is not None and rng.random() < laden_fraction:
             load = _draw_load(place, _boxes_of(carrier), loads, rng)
             if load is not None:
                 crew.loads.append([(model, T_truck_place @ T) for model, T in load])
@@ -145,11 +145,15 @@ def draw_crew(kind: str, laden_share: float, loads: UnitLoadConfig, rng: np.rand
 def _draw_load(place: Place, carrier: BoxStack, loads: UnitLoadConfig, rng: np.random.Generator) -> Pieces | None:
     """Draw a unit load and lift it onto ``place``; None where no pallet of a few draws goes onto the ``carrier``."""
     config = replace(
-        loads, max_cartons=min(loads.max_cartons, _MOST_PIECES), worn_share=0.0, mixed_share=0.0, carrier_share=0.0
+        loads,
+        max_cartons=min(loads.max_cartons, _MOST_PIECES),
+        damaged_fraction=0.0,
+        mixed_fraction=0.0,
+        carrier_fraction=0.0,
     )
     for _ in range(_LOAD_TRIES):
-        drawn = build_unit_load(_LOAD_HEIGHT, config, rng, most_mass=place.most_mass)
-        load = UnitLoad(tuple(lowered_load(drawn.pieces)))
+        sampled = build_unit_load(_LOAD_HEIGHT, config, rng, most_mass=place.most_mass)
+        load = UnitLoad(tuple(lowered_load(sampled.pieces)))
         ways = [pose for pose in _ways_on(load, place) if _is_free(load, pose, carrier)]
         if ways:
             T_place_load = ways[int(rng.integers(len(ways)))]
@@ -211,7 +215,7 @@ def _draw_pose(boxes: Sequence[OrientedBox], area: Area, rng: np.random.Generato
     corners = np.concatenate([box.corners() for box in boxes])
     x, y = rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max)
     turn = rng.normal(0.0, _HEADING_SPREAD)
-    if rng.random() < _ALONG_SHARE:
+    if rng.random() < _ALONG_FRACTION:
         turn += np.pi * rng.integers(2)
     else:
         side = 1.0 if rng.random() < 0.5 else -1.0

@@ -9,12 +9,12 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SLIP_SHEETS
 from warehouse_sim.catalog.loads.strength import is_goods
-from warehouse_sim.catalog.pallets.wear import worn
+from warehouse_sim.catalog.pallets.wear import damaged
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_share
+from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_fraction
 from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
@@ -34,7 +34,7 @@ EPAL 6 and 7 and of the GMA pallet (about 2,800 lb) are common and unverified.""
 _COMMON_SAFE_LOAD = 1000.0
 """What is taken for any other pallet (kg)."""
 _AS_HEAVY = 1.03
-"""Loads whose masses differ by less than this factor, as those of one article on worn pallets, are equally heavy."""
+"""Loads whose masses differ by less than this factor, as those of one article on damaged pallets, are equally heavy."""
 _SECURING_MASS = 5.0
 """More than sheet, posts and film weigh together (kg)."""
 
@@ -103,7 +103,7 @@ class UnitLoad:
 
     def supports(self, pallet: ObjectModel, T_load_pallet: Transform) -> bool:
         """Return whether its uppermost pieces are level and broad enough for a pallet to stand on them."""
-        return supported_share(self.pieces, pallet.size[:2].tolist(), T_load_pallet) >= LEAST_SUPPORT
+        return supported_fraction(self.pieces, pallet.size[:2].tolist(), T_load_pallet) >= LEAST_SUPPORT
 
     @cached_property
     def envelope(self) -> OrientedBox:
@@ -150,17 +150,17 @@ def build_unit_load(
     Raises:
         PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
     """
-    if _happens(config.carrier_share, rng):
-        drawn = draw_carrier(config, rng, headroom, footprint, most_mass, on_floor)
-        if drawn is not None:
-            return _of_carrier(*drawn)
-    pallet = _worn_by_chance(draw_pallet(config, rng, footprint), config, rng)
+    if _happens(config.carrier_fraction, rng):
+        sampled = draw_carrier(config, rng, headroom, footprint, most_mass, on_floor)
+        if sampled is not None:
+            return _of_carrier(*sampled)
+    pallet = _damaged_by_chance(draw_pallet(config, rng, footprint), config, rng)
     height = float(pallet.size[2])
     pieces: Goods = [(pallet, make_transform(translation=np.array([0.0, 0.0, height / 2 + INITIAL_AIR])))]
-    if rng.random() < config.empty_share:
+    if rng.random() < config.empty_fraction:
         return UnitLoad(tuple(pieces))
     floor = height + INITIAL_AIR
-    sheet = _slip_sheet(pallet) if _happens(config.slip_sheet_share, rng) else None
+    sheet = _slip_sheet(pallet) if _happens(config.slip_sheet_fraction, rng) else None
     if sheet is not None:
         model, turn = sheet
         centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
@@ -209,9 +209,9 @@ def _around(boxes: Sequence[OrientedBox]) -> OrientedBox:
     return OrientedBox(make_transform(translation=(low + high) / 2), high - low)
 
 
-def _worn_by_chance(pallet: ObjectModel, config: UnitLoadConfig, rng: np.random.Generator) -> ObjectModel:
+def _damaged_by_chance(pallet: ObjectModel, config: UnitLoadConfig, rng: np.random.Generator) -> ObjectModel:
     """Return the pallet, as use has left it where chance says so."""
-    return worn(pallet, config.wear.drawn(rng), rng) if _happens(config.worn_share, rng) else pallet
+    return damaged(pallet, config.wear.sampled(rng), rng) if _happens(config.damaged_fraction, rng) else pallet
 
 
 def _slip_sheet(pallet: ObjectModel) -> tuple[ObjectModel, float] | None:
@@ -227,7 +227,7 @@ def _securing(
     goods: Goods, pallet: ObjectModel, floor: float, config: UnitLoadConfig, rng: np.random.Generator
 ) -> Goods:
     """Draw posts and film for ``goods``, which stand on ``floor`` (m)."""
-    posts, film = _happens(config.corner_post_share, rng), _happens(config.wrap_share, rng)
+    posts, film = _happens(config.corner_post_fraction, rng), _happens(config.wrap_fraction, rng)
     extras: Goods = []
     # Posts need corners: goods of one size with a full block of layers.
     if posts and len({model.name for model, _ in goods}) == 1 and goods[0][0].class_name == "carton":
@@ -238,6 +238,6 @@ def _securing(
     return extras
 
 
-def _happens(share: float, rng: np.random.Generator) -> bool:
-    """Draw whether something with this share happens; what never happens uses up nothing of the stream."""
-    return share > 0.0 and bool(rng.random() < share)
+def _happens(fraction: float, rng: np.random.Generator) -> bool:
+    """Draw whether something with this fraction happens; what never happens uses up nothing of the stream."""
+    return fraction > 0.0 and bool(rng.random() < fraction)

@@ -3,13 +3,13 @@
 Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
 """
 
-from warehouse_sim.schema.calibration import StatedCalibration
+from warehouse_sim.schema.accessibility import FREE, UNDER_A_STACK, Accessibility
+from warehouse_sim.schema.calibration import NominalCalibration
 from warehouse_sim.schema.change import SceneChange
-from warehouse_sim.schema.front import PalletFront
+from warehouse_sim.schema.face import PalletFace
 from warehouse_sim.schema.intensity import IntensityDistribution
 from warehouse_sim.schema.labels import Agreement, ObjectAnnotation, PoseEstimate
 from warehouse_sim.schema.observation import Conditions, Observation
-from warehouse_sim.schema.reachability import FREE, UNDER_A_STACK, Reachability
 from warehouse_sim.schema.readings import (
     CAMERA,
     IMU,
@@ -34,6 +34,7 @@ __all__ = [
     "LIDAR",
     "RIGHT",
     "UNDER_A_STACK",
+    "Accessibility",
     "Agreement",
     "ChannelReading",
     "Channels",
@@ -44,21 +45,20 @@ __all__ = [
     "LuminousFace",
     "Material",
     "MountedReading",
+    "NominalCalibration",
     "ObjectAnnotation",
     "ObjectInstance",
     "ObjectModel",
     "Observation",
-    "PalletFront",
+    "PalletFace",
     "Part",
     "Pocket",
     "PoseEstimate",
-    "Reachability",
     "Reading",
     "RenderBuffers",
     "RgbdReading",
     "SceneChange",
     "SceneSpec",
-    "StatedCalibration",
     "StereoReading",
     "Viewpoint",
 ]

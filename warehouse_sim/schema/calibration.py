@@ -8,7 +8,7 @@ from warehouse_sim.geometry.pose import Transform
 
 
 @dataclass(frozen=True, eq=False)
-class StatedCalibration:
+class NominalCalibration:
     """The calibration of one observation that an estimator is told; images and labels are those of the true one."""
 
     camera: PinholeCamera

@@ -9,7 +9,7 @@ from warehouse_sim.schema.scene import Light, ObjectInstance, SceneSpec
 
 @dataclass(frozen=True)
 class SceneChange:
-    """What a renderer or a sensor must make anew when one scene follows another."""
+    """What a renderer or a sensor must make again when one scene follows another."""
 
     objects: bool
     """Which geometries stand where, under which instance id and in which paint."""

@@ -18,14 +18,14 @@ class IntensityDistribution:
     """Of the file that it comes from."""
     peak: float
     """Greatest intensity of the luminaire as measured (cd)."""
-    share: Float32[np.ndarray, "144 181"]
+    fraction: Float32[np.ndarray, "144 181"]
     """Intensity over the greatest: row by half plane C from the luminaire's length on, column by angle to its axis."""
 
     @cached_property
     def flux_per_candela(self) -> float:
         """Luminous flux (lm) where the greatest intensity is 1 cd: the exact integral of what lies between the grid."""
         angle = np.deg2rad(np.linspace(0.0, 180.0, ANGLES))
-        mean = self.share.mean(axis=0, dtype=float)  # of the piecewise linear function around the axis
+        mean = self.fraction.mean(axis=0, dtype=float)  # of the piecewise linear function around the axis
         low, high, step = angle[:-1], angle[1:], angle[1] - angle[0]
         slope = np.diff(mean) / step
         # Integral of (a + s (t - t0)) sin t over one step.
@@ -35,12 +35,12 @@ class IntensityDistribution:
     @cached_property
     def widest(self) -> float:
         """Greatest angle (rad) from the axis at which there is a thousandth of the greatest intensity."""
-        return float(np.deg2rad(np.flatnonzero(self.share.max(axis=0) >= 1e-3).max()))
+        return float(np.deg2rad(np.flatnonzero(self.fraction.max(axis=0) >= 1e-3).max()))
 
     @cached_property
     def half_angle(self) -> float:
         """Angle (rad) from the axis beyond which less than half of the greatest mean over all half planes is left."""
-        mean = self.share.mean(axis=0)
+        mean = self.fraction.mean(axis=0)
         return float(np.deg2rad(np.flatnonzero(mean >= mean.max() / 2).max()))
 
     def at(self, directions: Float[np.ndarray, "n 3"], axis: np.ndarray, along: np.ndarray) -> Float[np.ndarray, " n"]:
@@ -58,8 +58,8 @@ class IntensityDistribution:
         i, j = row.astype(int), column.astype(int)
         down, right = row - i, column - j
         i, below = i % PLANES, (i + 1) % PLANES
-        share = self.share
-        near = share[i, j] * (1.0 - right) + share[i, j + 1] * right
-        far = share[below, j] * (1.0 - right) + share[below, j + 1] * right
+        fraction = self.fraction
+        near = fraction[i, j] * (1.0 - right) + fraction[i, j + 1] * right
+        far = fraction[below, j] * (1.0 - right) + fraction[below, j + 1] * right
         mixed: Float[np.ndarray, " n"] = near * (1.0 - down) + far * down
         return mixed

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema.front import PalletFront
+from warehouse_sim.schema.face import PalletFace
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,40 +20,41 @@ class ObjectAnnotation:
     T_camera_object: Transform
     size: Float[np.ndarray, "3"]
     box_amodal_xyxy: tuple[float, float, float, float]
-    """Box of the whole silhouette, inclusive pixel corners; may leave the image."""
+    """Box of the whole amodal mask, inclusive pixel corners; may leave the image."""
     box_visible_xyxy: tuple[int, int, int, int] | None
     """Box of the visible pixels, inclusive; None when nothing is visible."""
-    silhouette_offset: tuple[int, int]
-    """Column and row of the silhouette's first pixel in the image; may be negative."""
-    silhouette: Bool[np.ndarray, "sh sw"]
-    """The unoccluded silhouette, also beyond the image border."""
+    amodal_mask_offset: tuple[int, int]
+    """Column and row of the amodal mask's first pixel in the image; may be negative."""
+    amodal_mask: Bool[np.ndarray, "sh sw"]
+    """The unoccluded amodal mask, also beyond the image border."""
     pixels_all: int
-    """Pixels of the unoccluded silhouette, inside the image or not."""
+    """Pixels of the unoccluded amodal mask, inside the image or not."""
     pixels_in_image: int
-    """Pixels of the unoccluded silhouette inside the image."""
+    """Pixels of the unoccluded amodal mask inside the image."""
     pixels_visible: int
     pixels_valid: int
     """Visible pixels at which the depth sensor gives a reading."""
     hidden_by: dict[str, float] = field(default_factory=dict)
-    """Share of the silhouette that each kind of occluder hides: load, rack, traffic, pallet, building, border, ..."""
+    """Fraction of the amodal mask that each kind of occluder hides: load, rack, traffic, pallet, building, border,
+    ..."""
     illuminance: float | None = None
     """Mean illuminance of its visible surface (lx); None = not measured."""
 
     @property
     def visible_fraction(self) -> float:
-        """Visible pixels over unoccluded silhouette, truncation included."""
+        """Visible pixels over unoccluded amodal mask, truncation included."""
         return self.pixels_visible / self.pixels_all if self.pixels_all else 0.0
 
     @property
     def truncation(self) -> float:
-        """Share of the silhouette outside the image."""
+        """Fraction of the amodal mask outside the image."""
         return 1.0 - self.pixels_in_image / self.pixels_all if self.pixels_all else 1.0
 
     @property
     def occlusion_level(self) -> Literal[0, 1, 2]:
-        """KITTI's level by the visible share of what lies in the image: 0 from 0.9, 1 from 0.5, 2 below."""
-        share = self.pixels_visible / self.pixels_in_image if self.pixels_in_image else 0.0
-        return 0 if share >= 0.9 else 1 if share >= 0.5 else 2
+        """KITTI's level by the visible fraction of what lies in the image: 0 from 0.9, 1 from 0.5, 2 below."""
+        fraction = self.pixels_visible / self.pixels_in_image if self.pixels_in_image else 0.0
+        return 0 if fraction >= 0.9 else 1 if fraction >= 0.5 else 2
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Agreement:
     moved: float | None = None
     """From the hypotheses' mean to the estimate (m)."""
     margin: float | None = None
-    """By how much the evidence for the estimate exceeds that for the next best pose; 1 where there is no other."""
+    """By how much the verification for the estimate exceeds that for the next best pose; 1 where there is no other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +99,12 @@ class PoseEstimate:
     """RMS distance (m) of the surface from its true place that is as likely exceeded as not; None = not calibrated."""
     error_bound: float | None = None
     """The same distance (m) that is exceeded in one case of ten; None = not calibrated."""
-    front: PalletFront | None = None
+    face: PalletFace | None = None
     """Where a fork goes in; None = not estimated."""
     covariance: Float[np.ndarray, "6 6"] | None = None
     """Of the position of the object's origin (m) and a small turn about it (rad), (x, y, z, about x, about y, about z)
     along the axes of the camera frame, as in ROS's PoseWithCovariance; None = unknown."""
     agreement: Agreement | None = None
     """Of the estimator's hypotheses; None = unknown."""
-    refused: bool = False
+    rejected: bool = False
     """Whether the risk was above what was allowed; then the score is 0, and files of poses leave the estimate out."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema.calibration import StatedCalibration
+from warehouse_sim.schema.calibration import NominalCalibration
 from warehouse_sim.schema.labels import ObjectAnnotation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -26,7 +26,7 @@ from warehouse_sim.schema.scene import Viewpoint
 
 @dataclass(frozen=True)
 class Conditions:
-    """Under which circumstances an observation was made: what was measured, and which twin it is."""
+    """Under which circumstances an observation was made: what was measured, and which paired variant it is."""
 
     lighting: str = "nominal"
     """Name of the light preset."""
@@ -35,9 +35,9 @@ class Conditions:
     exposure_ev: float | None = None
     """Exposure value at ISO 100 that the camera was set to."""
     variant: str = "base"
-    """What was changed against the first twin, in a word."""
-    twin_group: int | None = None
-    """Observations of a scene with the same number differ in the variant only; None = no twins."""
+    """What was changed against the first paired variant, in a word."""
+    variant_group: int | None = None
+    """Observations of a scene with the same number differ in the variant only; None = no paired variants."""
     absent: tuple[int, ...] = ()
     """Instance ids of the scene's objects that are taken away in this variant."""
     sensor: str = ""
@@ -55,18 +55,18 @@ class Observation:
     readings: Mapping[str, MountedReading[Reading]]
     """What each sensor of the rig read, by its name there; the camera's is always among them."""
     buffers: RenderBuffers
-    """The clean truth behind the camera's reading."""
+    """The clean ground truth behind the camera's reading."""
     annotations: tuple[ObjectAnnotation, ...]
-    """Targets whose silhouette touches the image, in order of instance id."""
+    """Targets whose amodal mask touches the image, in order of instance id."""
     viewpoint: Viewpoint | None = None
     """Where it was taken from."""
     conditions: Conditions = Conditions()
     """Under which circumstances."""
-    stated: StatedCalibration | None = None
-    """What the rig says of its calibration; None = the truth."""
+    nominal: NominalCalibration | None = None
+    """What the rig says of its calibration; None = the ground truth."""
     level: "Observation | None" = None
     """The same moment through the level virtual camera at the same place, for formats that know no other; None where
-    the camera itself serves, or none was asked for."""
+    the camera itself serves, or none was requested."""
 
     @property
     def rgbd(self) -> RgbdReading:

@@ -20,7 +20,7 @@ class Reading(Protocol):
 
     @property
     def channels(self) -> Channels:
-        """All that a sensor of this kind would give, the simulation's truth left out, as arrays by name."""
+        """All that a sensor of this kind would give, the simulation's ground truth left out, as arrays by name."""
 
 
 AnyReading = TypeVar("AnyReading", bound=Reading, covariant=True)
@@ -101,7 +101,7 @@ class StereoReading:
     rgb: UInt8[np.ndarray, "h w 3"]
     """The right image as read."""
     buffers: RenderBuffers
-    """The clean truth behind it."""
+    """The clean ground truth behind it."""
     disparity: Float32[np.ndarray, "h w"]
     """True disparity of the left image, f b / z (px), 0 = nothing there."""
     in_both: Bool[np.ndarray, "h w"]

@@ -17,7 +17,7 @@ class ObjectInstance:
     """One object of a scene."""
 
     instance_id: int
-    """Unique in the scene, >= 1; the value in instance-id images."""
+    """Unique in the scene, >= 1; the value in instance-instance masks."""
     model: str
     """Key of ``SceneSpec.models``."""
     T_world_object: Transform
@@ -89,7 +89,7 @@ class Viewpoint:
     target: int | None = None
     """Instance id of the object that it was chosen for."""
     visible_request: tuple[float, float] | None = None
-    """Least and largest visible fraction asked for of that object, 0-1."""
+    """Least and largest visible fraction requested of that object, 0-1."""
     lights: tuple[Light, ...] = ()
     """Lights that the vehicle carries, in the world; they shine for this viewpoint only."""
     exposure: float | None = None

@@ -35,7 +35,7 @@ class Material:
     emission: float = 0.0
     """Luminance (cd/m^2) that it emits, in the colour ``base_color``."""
     opacity: float = 1.0
-    """Share of light that the surface stops, 0-1; below 1 it is a film that what lies behind shines through."""
+    """Fraction of light that the surface stops, 0-1; below 1 it is a film that what lies behind shines through."""
     picture: str | None = None
     """Name of a generated colour picture ("shipping_label:4711", see catalog/pictures) that is laid once over the
     largest faces of each part: upright along the part's z, or along its y where it lies; it covers colour and texture

@@ -1,4 +1,4 @@
-"""Config and clean truth -> what a real sensor would read; every sensor draws from a random stream of its own."""
+"""Config and clean images -> what a real sensor would read; every sensor has a random stream of its own."""
 
 from warehouse_sim.registry import Registry
 

@@ -9,7 +9,7 @@ from warehouse_sim.render.raycaster import RayCaster, RayHits
 
 Image = Float32[np.ndarray, "h w"]
 _LEAST = 0.02
-"""Share of light thrown on below which a surface is not followed: matt ones seen straight on."""
+"""Fraction of light thrown on below which a surface is not followed: matt ones seen straight on."""
 _SMOOTH = 0.35
 """Perceptual roughness at which 1/e of the Fresnel reflection still goes the mirror's way; no source: a prior."""
 _OFF = 1e-3
@@ -25,7 +25,7 @@ class Reflected:
     ranges: Image
     """Half the length of its way there and back (m); 0 where there is none."""
     kept: Image
-    """Share of its diffuse light that a surface still sends back, as what it throws on never enters it."""
+    """Fraction of its diffuse light that a surface still sends back, as what it throws on never enters it."""
 
 
 def reflected_light(
@@ -70,10 +70,10 @@ def reflected_light(
     whole = first[found] + second.distance[found]
     back = origin - there
     direct = np.linalg.norm(back, axis=1)
-    share, rho = thrown[taken][found], second.remission[found]
-    over = share * np.abs(np.einsum("ni,ni->n", onward[found], second.normals[found])) / whole**2
+    fraction, rho = thrown[taken][found], second.remission[found]
+    over = fraction * np.abs(np.einsum("ni,ni->n", onward[found], second.normals[found])) / whole**2
     straight_there = np.clip(np.einsum("ni,ni->n", back, second.normals[found]) / direct, 0.0, None) / direct**2
     both = over + straight_there
-    result[taken[found], 0] = share * rho * both
+    result[taken[found], 0] = fraction * rho * both
     result[taken[found], 1] = (over * whole + straight_there * (whole + direct) / 2) / np.maximum(both, 1e-9)
     return result

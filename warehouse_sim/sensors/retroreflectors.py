@@ -38,6 +38,6 @@ def returned_by_retroreflectors(
         return None
     light = np.zeros_like(depth)
     angle = np.maximum(np.degrees(np.arctan2(offset, depth[back].astype(float))), _CENTRED_DEG)
-    shares = np.exp(np.interp(np.log(angle), np.log(_ANGLES_DEG), np.log(_OVER_WHITE)))
-    light[back] = shares * cosine[back].astype(float) ** 6
+    fractions = np.exp(np.interp(np.log(angle), np.log(_ANGLES_DEG), np.log(_OVER_WHITE)))
+    light[back] = fractions * cosine[back].astype(float) ** 6
     return light

@@ -12,8 +12,8 @@ class Sensor(Protocol):
     """A frozen dataclass with the settings of a sensor; its fields, or its ``from_plain``, are what a recipe may set.
 
     Two class attributes may say more of it. With ``reads_light = False`` its reading does not depend on lights,
-    exposure and emission: twins in another light or with other noise share it. With ``is_camera = True`` its frame
-    is that of a camera, x right, y down, z forward; that of any other sensor is x forward, y left, z up.
+    exposure and emission: paired variants in another light or with other noise share it. With ``is_camera = True`` its
+    frame is that of a camera, x right, y down, z forward; that of any other sensor is x forward, y left, z up.
     """
 
     def read(self, view: SensorView, rng: np.random.Generator) -> Reading:

@@ -16,7 +16,7 @@ from warehouse_sim.sensors.surfaces import Surfaces, see_surfaces
 
 
 class CleanImages:
-    """What the rig's camera would see without errors at one moment; each place is rendered when first asked for.
+    """What the rig's camera would see without errors at one moment; each place is rendered when first requested.
 
     Args:
         renderer: The scene is loaded into it in the light of the moment.
@@ -28,7 +28,7 @@ class CleanImages:
         self._rendered: dict[bytes, RenderBuffers] = {}
 
     def seen_from(self, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Return the buffers of a camera at ``T_world_camera``; normals are among them at least where asked for."""
+        """Return the buffers of a camera at ``T_world_camera``; normals are among them at least where requested."""
         place = (T_world_camera + 0.0).tobytes()  # the sum has no negative zeros
         known = self._rendered.get(place)
         if known is None or (normals and known.normals is None):
@@ -55,7 +55,7 @@ class SensorView:
     readings: Mapping[str, Reading]
     """What the sensors of the rig before this one read at the same moment, by name."""
     name: str = ""
-    """Of the sensor in the rig, by which the constant errors of its unit are drawn."""
+    """Of the sensor in the rig, by which the constant errors of its unit are rendered."""
     film: FilmSight | None = None
     """Exact rays against the scene's film; None = there is none."""
 
@@ -83,7 +83,7 @@ class SensorView:
         """Return the clean images of the rig's camera, or of one like it at ``T_world_camera``.
 
         Raises:
-            RenderError: The backend draws no normals, but they are asked for.
+            RenderError: The backend draws no normals, but they are requested.
         """
         return self.images.seen_from(self.T_world_camera if T_world_camera is None else T_world_camera, normals)
 

@@ -4,9 +4,9 @@
     python -m benchmarks.acceptance.active_stereo --write     # and stores results/active_stereo.json
     python -m benchmarks.acceptance.active_stereo --held-out --write   # cases that the model was not fitted to
 
-Of walls: the share of pixels that is read, and the standard deviation of disparity. Of boards before walls: holes and
-growth beside their edges, a row. The reference has no formula of the model: it draws two infrared images (dots from the
-projector's place, Lambert and GGX, light of the hall, blur, speckle, shot and read noise, 8 bits) and matches them.
+Of walls: the fraction of pixels that is read, and the standard deviation of disparity. Of boards before walls: holes
+and growth beside their edges, a row. The reference has no formula of the model: it draws two infrared images (dots from
+the projector's place, Lambert and GGX, light of the hall, blur, speckle, shot and read noise, 8 bits) and matches them.
 """
 
 import sys
@@ -50,7 +50,12 @@ def worst_residuals(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     found = []
     for which, far in (("0-75 deg", False), ("80-84 deg", True)):
         some = [row["residuals"] for row in rows if row["name"].endswith((" 80 deg", " 84 deg")) == far]
-        for name, unit in (("fill", "share"), ("sigma", "share of the reference"), ("holes", "px"), ("wider", "px")):
+        for name, unit in (
+            ("fill", "fraction"),
+            ("sigma", "fraction of the reference"),
+            ("holes", "px"),
+            ("wider", "px"),
+        ):
             values = [abs(item[name]) for item in some if item.get(name) is not None]
             if values:
                 found.append({"name": f"worst residual of {name}, {which}", "value": max(values), "unit": unit})
@@ -58,7 +63,7 @@ def worst_residuals(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _with_residuals(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row with fast less reference; sigma as a share, None where too little is read to have one."""
+    """Return a row with fast less reference; sigma as a fraction, None where too little is read to have one."""
     reference, fast = row["reference"], row["fast"]
     if "fill" in reference:
         sigma = fast["sigma_px"] / reference["sigma_px"] - 1.0 if reference["sigma_px"] and fast["sigma_px"] else None

@@ -24,9 +24,9 @@ class Board:
     roughness: float = 1.0
     """Perceptual roughness."""
     metallic: float = 0.0
-    """Share of metal."""
+    """Fraction of metal."""
     texture: float = 0.0
-    """Standard deviation of its albedo, as a share of it."""
+    """Standard deviation of its albedo, as a fraction of it."""
     grain: float = 0.012
     """Size of its finest texture (m)."""
 
@@ -98,5 +98,5 @@ class Place:
         return sum_ * np.sqrt(2.0 / count)
 
     def seen(self, hits: Hits, other: Hits, slack: float = 1e-3) -> Bool[np.ndarray, "*s"]:
-        """Return where two casts met the same board at the same share of the way, 1 of ``other``'s rays."""
+        """Return where two casts met the same board at the same fraction of the way, 1 of ``other``'s rays."""
         return (hits.board >= 0) & (other.board == hits.board) & (np.abs(other.distance - 1.0) < slack)

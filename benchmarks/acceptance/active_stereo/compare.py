@@ -54,7 +54,7 @@ def by_model(case: Case, seed: int) -> Depth:
 
 
 def wall_figures(case: Case, found: list[Depth]) -> dict[str, float | None]:
-    """Return the share that is read, and the sigma of its disparity (px; None where too little is)."""
+    """Return the fraction that is read, and the sigma of its disparity (px; None where too little is)."""
     rig, part = RIGS[case.preset], middle(case)
     unit = rig.focal_px * rig.baseline
     true = unit / true_depth(case.place, rig)[part]

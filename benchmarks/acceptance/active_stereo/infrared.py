@@ -133,7 +133,7 @@ def _returned(
     place: Place, hits: Hits, albedo: Float[np.ndarray, "*s"], way: Float[np.ndarray, "*s 3"],
     look: Float[np.ndarray, "*s 3"],
 ) -> Float[np.ndarray, "*s"]:  # fmt: skip
-    """Return what share of the projector's light goes to the eye, white plaster facing both = 1: Lambert and GGX."""
+    """Return what fraction of the projector's light goes to the eye, white plaster facing both = 1: Lambert and GGX."""
     to_light = -way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
     to_eye = -look / np.maximum(np.linalg.norm(look, axis=-1, keepdims=True), 1e-9)
     half = to_light + to_eye

@@ -35,7 +35,7 @@ class Matcher:
     left_right_px: float = 1.0
     """Largest difference between matching from the left and from the right (px)."""
     least_alike: float = 0.42
-    """Share of bits that may differ at the best place."""
+    """Fraction of bits that may differ at the best place."""
 
 
 def match(left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"], how: Matcher) -> Float32[np.ndarray, "h w"]:
@@ -130,11 +130,11 @@ def _refined(
     return np.where(np.abs(stepped - found) < 1.0, stepped, found).astype(np.float32)
 
 
-def _unique(cost: Cost, best: np.ndarray, share: float) -> Bool[np.ndarray, "h w"]:
+def _unique(cost: Cost, best: np.ndarray, fraction: float) -> Bool[np.ndarray, "h w"]:
     """Return where no disparity that is not beside the best is nearly as good."""
     least = np.take_along_axis(cost, best[..., None], axis=-1)[..., 0]
     others = np.where(np.abs(np.arange(cost.shape[-1]) - best[..., None]) > 2, cost, np.inf).min(axis=-1)
-    unique: Bool[np.ndarray, "h w"] = least < (1.0 - share) * others
+    unique: Bool[np.ndarray, "h w"] = least < (1.0 - fraction) * others
     return unique
 
 

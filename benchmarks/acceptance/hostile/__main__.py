@@ -1,4 +1,4 @@
-"""Try hostile input on every verb that reads it, and judge what comes of it.
+"""Try hostile input on every command that reads it, and judge what comes of it.
 
     python -m benchmarks.acceptance.hostile                        # about ten minutes on two cores
     python -m benchmarks.acceptance.hostile --only 'recipe/*nan*'  # some cases, with all that they print
@@ -19,7 +19,7 @@ from rich.console import Console
 from benchmarks.acceptance.hostile.cases import all_cases
 from benchmarks.acceptance.hostile.pick import only as matching
 from benchmarks.acceptance.hostile.pick import pick
-from benchmarks.acceptance.hostile.run import VERB, Result, try_cases
+from benchmarks.acceptance.hostile.run import COMMAND, Result, try_cases
 from benchmarks.acceptance.hostile.stock import Stock, make_stock
 from benchmarks.acceptance.hostile.table import as_json, count_table, fault_lines
 from benchmarks.acceptance.hostile.watch import Limits, Watched
@@ -69,7 +69,7 @@ def _stock(root: Path, limits: Limits, console: Console) -> Stock:
     whole = root / "whole"
     if whole.is_file():
         return Stock(root.resolve())
-    with Watched(VERB, limits, root / "scratch") as watched:
+    with Watched(COMMAND, limits, root / "scratch") as watched:
         stock = make_stock(root.resolve(), watched, lambda text: console.print(text, style="dim"))
     whole.touch()
     return stock

@@ -30,24 +30,24 @@ def damages(content: bytes, seed: str, body: Expectation = "either") -> Iterator
     """
     half = len(content) // 2
     for name, changed, expect in (
-        ("emptied", b"", "refuse"),
-        ("cut after the header", content[:_HEADER], "refuse"),
-        ("cut in half", content[:half], "refuse"),
+        ("emptied", b"", "reject"),
+        ("cut after the header", content[:_HEADER], "reject"),
+        ("cut in half", content[:half], "reject"),
         ("last byte gone", content[:-1], "either"),
-        ("zeroed", bytes(len(content)), "refuse"),
+        ("zeroed", bytes(len(content)), "reject"),
         ("zeroed from the middle", content[:half] + bytes(len(content) - half), body),
         ("a bit of the header flipped", _flipped(content, seed, 0, min(_HEADER, len(content))), "either"),
         ("a bit of the body flipped", _flipped(content, seed, half // 2, len(content)), body),
-        ("text instead", b"not what you think\n" * 20, "refuse"),
+        ("text instead", b"not what you think\n" * 20, "reject"),
         ("doubled", content + content, "either"),
     ):
         if changed != content:
             yield Damage(name, _writes(changed), expect)
-    yield Damage("missing", _remove, "refuse")
-    yield Damage("a folder in its place", _make_folder, "refuse")
-    yield Damage("a dangling link", _dangle, "refuse")
-    yield Damage("a link to a device", _link_to(os.devnull), "refuse")
-    yield Damage("a link to a file elsewhere", _link_to("/etc/passwd"), "refuse")
+    yield Damage("missing", _remove, "reject")
+    yield Damage("a folder in its place", _make_folder, "reject")
+    yield Damage("a dangling link", _dangle, "reject")
+    yield Damage("a link to a device", _link_to(os.devnull), "reject")
+    yield Damage("a link to a file elsewhere", _link_to("/etc/passwd"), "reject")
 
 
 def replace(path: Path, content: bytes) -> None:

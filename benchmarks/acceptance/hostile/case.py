@@ -7,8 +7,8 @@ from typing import Literal
 
 from benchmarks.acceptance.hostile.watch import Outcome
 
-Expectation = Literal["refuse", "either", "accept"]
-"""Must be refused; may be taken if what comes of it is sane; must be taken."""
+Expectation = Literal["reject", "either", "accept"]
+"""Must be rejected; may be taken if what comes of it is sane; must be taken."""
 Check = Callable[[Path, Sequence[Outcome]], str | None]
 """Takes the case's folder and the outcomes; says what is wrong with what came of it, if anything."""
 
@@ -36,14 +36,14 @@ class Case:
     expect: Expectation = "either"
     check: Check = nothing_to_check
     names: tuple[str, ...] = ()
-    """Words of which a refusal must hold one: the file, the key, the value."""
+    """Words of which a rejection must hold one: the file, the key, the value."""
 
     @property
     def id(self) -> str:
         """One word that ``--only`` takes."""
-        return "/".join([self.kind, self.what, self.mutation, self.verb]).replace(" ", "_")
+        return "/".join([self.kind, self.what, self.mutation, self.command]).replace(" ", "_")
 
     @property
-    def verb(self) -> str:
-        """The verb that is judged."""
+    def command(self) -> str:
+        """The command that is judged."""
         return self.steps[0][0]

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import yaml
 
 from benchmarks.acceptance.hostile.case import Expectation
-from benchmarks.acceptance.hostile.quantities import Path, expectation, is_share
+from benchmarks.acceptance.hostile.quantities import Path, expectation, is_fraction
 
 Language = Literal["yaml", "json"]
 _MARK = "HOSTILE_MARK"
@@ -59,17 +59,17 @@ def mutated_leaf(data: Any, path: Path, language: Language) -> Iterator[Mutant]:
 def mutated_document(content: bytes, language: Language) -> Iterator[Mutant]:
     """Yield what can happen to a whole text file: nesting, digits, aliases, encodings, bytes of something else."""
     whole: dict[str, tuple[bytes, Expectation]] = {
-        "empty file": (b"", "refuse"),
-        "one scalar": (b"7", "refuse"),
-        "a list": (b"[1, 2, 3]", "refuse"),
-        "binary": (bytes(range(256)) * 16, "refuse"),
-        "UTF-16": (content.decode().encode("utf-16-le"), "refuse"),
-        "a byte that is no UTF-8": (content.replace(b":", b": \xff", 1), "refuse"),
+        "empty file": (b"", "reject"),
+        "one scalar": (b"7", "reject"),
+        "a list": (b"[1, 2, 3]", "reject"),
+        "binary": (bytes(range(256)) * 16, "reject"),
+        "UTF-16": (content.decode().encode("utf-16-le"), "reject"),
+        "a byte that is no UTF-8": (content.replace(b":", b": \xff", 1), "reject"),
         "first half": (content[: len(content) // 2], "either"),
-        "nested 3,000 deep": (b"[" * _DEPTH + b"]" * _DEPTH, "refuse"),
-        "nested mappings": (b'{"a": ' * _DEPTH + b"1" + b"}" * _DEPTH, "refuse"),
-        "control bytes": (content.replace(b":", b":\x00", 1), "refuse"),
-        "an integer of 5,001 digits": (b"9" * 5001, "refuse"),
+        "nested 3,000 deep": (b"[" * _DEPTH + b"]" * _DEPTH, "reject"),
+        "nested mappings": (b'{"a": ' * _DEPTH + b"1" + b"}" * _DEPTH, "reject"),
+        "control bytes": (content.replace(b":", b":\x00", 1), "reject"),
+        "an integer of 5,001 digits": (b"9" * 5001, "reject"),
     }
     if language == "yaml":
         whole |= _yaml_documents(content)
@@ -85,16 +85,16 @@ def _yaml_documents(content: bytes) -> dict[str, tuple[bytes, Expectation]]:
         "blank lines at the end": (content + b"\n\n\n", "accept"),
         "Windows line ends": (content.replace(b"\n", b"\r\n"), "accept"),
         "a comment before": ("# größer\n".encode() + content, "accept"),
-        "aliases of aliases": (b"\n".join(rows) + b"\n" + content, "refuse"),
-        "an alias of itself": (b"&a [*a]", "refuse"),
-        "a Python tag": (b"description: !!python/object/apply:os.getcwd []\n", "refuse"),
-        "two documents": (content + b"\n---\n" + content, "refuse"),
-        "tabs": (content.replace(b"  ", b"\t"), "refuse"),
-        "a nested key": (b"description: " + b"[" * _DEPTH + b"]" * _DEPTH + b"\n" + content, "refuse"),
-        "keys that are no words": (b"1: 2\nnull: 3\n" + content, "refuse"),
-        "a list as key": (b"? [1, 2]\n: 3\n" + content, "refuse"),
-        "a merge key": (b"<<: [1]\n" + content, "refuse"),
-        "a date": (b"scenes: 2020-01-01\n", "refuse"),
+        "aliases of aliases": (b"\n".join(rows) + b"\n" + content, "reject"),
+        "an alias of itself": (b"&a [*a]", "reject"),
+        "a Python tag": (b"description: !!python/object/apply:os.getcwd []\n", "reject"),
+        "two documents": (content + b"\n---\n" + content, "reject"),
+        "tabs": (content.replace(b"  ", b"\t"), "reject"),
+        "a nested key": (b"description: " + b"[" * _DEPTH + b"]" * _DEPTH + b"\n" + content, "reject"),
+        "keys that are no words": (b"1: 2\nnull: 3\n" + content, "reject"),
+        "a list as key": (b"? [1, 2]\n: 3\n" + content, "reject"),
+        "a merge key": (b"<<: [1]\n" + content, "reject"),
+        "a date": (b"scenes: 2020-01-01\n", "reject"),
     }
 
 
@@ -127,7 +127,7 @@ def _values(before: Any, path: Path, language: Language) -> dict[str, str]:
     }
     if whole:
         values["fraction"] = f"{number + 0.5}"
-    if is_share(path):
+    if is_fraction(path):
         values["above_one"] = "1.5"
     return {name: token for name, token in values.items() if not _same(token, before)}
 

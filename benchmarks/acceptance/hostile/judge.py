@@ -55,24 +55,24 @@ def judge(case: Case, outcomes: Sequence[Outcome], folder: Path) -> Verdict:
     first = outcomes[0]
     if first.code == 0:
         return _accepted(case, outcomes, folder)
-    return _refused(case, first)
+    return _rejected(case, first)
 
 
 def _broken(outcome: Outcome) -> Verdict | None:
-    verb = outcome.argv[0]
+    command = outcome.argv[0]
     if outcome.death == "hang":
-        return Verdict("hang", f"{verb} was still at work after {outcome.seconds:.0f} s", f"{verb} never ends")
+        return Verdict("hang", f"{command} was still at work after {outcome.seconds:.0f} s", f"{command} never ends")
     if outcome.death:
-        return Verdict("crash", f"{verb} died: {outcome.death}", f"{verb}: {outcome.death}")
+        return Verdict("crash", f"{command} died: {outcome.death}", f"{command}: {outcome.death}")
     if _TRACEBACK in outcome.err + outcome.out:
         text = outcome.err + outcome.out
         places = [place for place in _PLACE.findall(text) if "warehouse_sim" in place[0]]
         file, line, function = places[-1] if places else ("?", "0", "?")
         file = file.partition("warehouse_sim/")[2] or file
         said = [row for row in text.strip().splitlines() if row and not row.startswith(" ")]
-        return Verdict("traceback", f"{verb}: {said[-1][:200]}", f"{file}:{line} in {function}: {_kind(said[-1])}")
+        return Verdict("traceback", f"{command}: {said[-1][:200]}", f"{file}:{line} in {function}: {_kind(said[-1])}")
     if outcome.code not in (0, 1, 2):
-        return Verdict("crash", f"{verb} left with exit code {outcome.code}", f"{verb}: exit code {outcome.code}")
+        return Verdict("crash", f"{command} left with exit code {outcome.code}", f"{command}: exit code {outcome.code}")
     return None
 
 
@@ -81,9 +81,9 @@ def _kind(line: str) -> str:
 
 
 def _accepted(case: Case, outcomes: Sequence[Outcome], folder: Path) -> Verdict:
-    if case.expect == "refuse" and not _second_opinion(outcomes):
+    if case.expect == "reject" and not _second_opinion(outcomes):
         return Verdict(
-            "silent nonsense", f"{case.verb} takes what nobody can mean", f"{case.verb} takes {case.mutation}"
+            "silent nonsense", f"{case.command} takes what nobody can mean", f"{case.command} takes {case.mutation}"
         )
     unwell = _WARNING.search(outcomes[0].err)
     if unwell:
@@ -92,7 +92,9 @@ def _accepted(case: Case, outcomes: Sequence[Outcome], folder: Path) -> Verdict:
         )
     problem = case.check(folder, outcomes)
     if problem:
-        return Verdict("silent nonsense", f"{case.verb} succeeds, but {problem}", f"{case.verb}: {_general(problem)}")
+        return Verdict(
+            "silent nonsense", f"{case.command} succeeds, but {problem}", f"{case.command}: {_general(problem)}"
+        )
     return Verdict("correct", "succeeds, and what came of it is sane")
 
 
@@ -106,21 +108,23 @@ def _general(problem: str) -> str:
     return re.sub(r"-?\d[\d.e+-]*", "N", problem)[:100]
 
 
-def _refused(case: Case, outcome: Outcome) -> Verdict:
+def _rejected(case: Case, outcome: Outcome) -> Verdict:
     problem = unclear(outcome, case.names)
     if problem:
-        return Verdict("traceback", f"{case.verb}: {problem}", f"unclear error of {case.verb}: {_general(problem)}")
+        return Verdict(
+            "traceback", f"{case.command}: {problem}", f"unclear error of {case.command}: {_general(problem)}"
+        )
     if case.expect == "accept":
         return Verdict(
             "silent nonsense",
-            f"refuses what is right: {_message(outcome)[:300]}",
-            f"{case.verb} refuses {case.mutation}",
+            f"rejects what is right: {_message(outcome)[:300]}",
+            f"{case.command} rejects {case.mutation}",
         )
     return Verdict("clear error", _message(outcome)[:300])
 
 
 def unclear(outcome: Outcome, names: Sequence[str]) -> str | None:
-    """Return what keeps a refusal from being one clear line that names what is wrong, if anything."""
+    """Return what keeps a rejection from being one clear line that names what is wrong, if anything."""
     if outcome.code == 1:
         said = [
             line

@@ -59,28 +59,28 @@ def _duplicate_faces() -> Body:
 
 SHAPES: dict[str, Shape] = {
     "as it is": Shape(crate_mesh, "accept"),
-    "a vertex is NaN": Shape(lambda: _with_vertex(np.nan), "refuse"),
-    "a vertex is infinite": Shape(lambda: _with_vertex(np.inf), "refuse"),
-    "a vertex 1e30 m away": Shape(lambda: _with_vertex(1e30), "refuse"),
-    "an index out of range": Shape(lambda: _with_face(999), "refuse"),
-    "a negative index": Shape(lambda: _with_face(-5), "refuse"),
-    "one triangle": Shape(lambda: (crate_mesh()[0][:3], np.array([[0, 1, 2]])), "refuse"),
-    "no triangle": Shape(lambda: (crate_mesh()[0], np.zeros((0, 3), int)), "refuse"),
-    "no vertex": Shape(lambda: (np.zeros((0, 3)), np.zeros((0, 3), int)), "refuse"),
-    "zero area": Shape(lambda: (crate_mesh()[0], np.zeros((12, 3), int)), "refuse"),
-    "triangles of two corners": Shape(_of_two_corners, "refuse"),
+    "a vertex is NaN": Shape(lambda: _with_vertex(np.nan), "reject"),
+    "a vertex is infinite": Shape(lambda: _with_vertex(np.inf), "reject"),
+    "a vertex 1e30 m away": Shape(lambda: _with_vertex(1e30), "reject"),
+    "an index out of range": Shape(lambda: _with_face(999), "reject"),
+    "a negative index": Shape(lambda: _with_face(-5), "reject"),
+    "one triangle": Shape(lambda: (crate_mesh()[0][:3], np.array([[0, 1, 2]])), "reject"),
+    "no triangle": Shape(lambda: (crate_mesh()[0], np.zeros((0, 3), int)), "reject"),
+    "no vertex": Shape(lambda: (np.zeros((0, 3)), np.zeros((0, 3), int)), "reject"),
+    "zero area": Shape(lambda: (crate_mesh()[0], np.zeros((12, 3), int)), "reject"),
+    "triangles of two corners": Shape(_of_two_corners, "reject"),
     "flat": Shape(lambda: _scaled(1.0, 1.0, 0.0), "either"),
-    "a line": Shape(lambda: _scaled(1.0, 0.0, 0.0), "refuse"),
-    "a point": Shape(lambda: _scaled(0.0, 0.0, 0.0), "refuse"),
-    "400 m long": Shape(lambda: _scaled(1000.0, 1000.0, 1000.0), "refuse"),
-    "0.4 mm long": Shape(lambda: _scaled(0.001, 0.001, 0.001), "refuse"),
+    "a line": Shape(lambda: _scaled(1.0, 0.0, 0.0), "reject"),
+    "a point": Shape(lambda: _scaled(0.0, 0.0, 0.0), "reject"),
+    "400 m long": Shape(lambda: _scaled(1000.0, 1000.0, 1000.0), "reject"),
+    "0.4 mm long": Shape(lambda: _scaled(0.001, 0.001, 0.001), "reject"),
     "inside out": Shape(lambda: (crate_mesh()[0], crate_mesh()[1][:, ::-1]), "accept"),
     "half inside out": Shape(
         lambda: (crate_mesh()[0], np.vstack([crate_mesh()[1][:6], crate_mesh()[1][6:, ::-1]])), "either"
     ),
     "every face twice": Shape(_duplicate_faces, "either"),
     "a side is missing": Shape(lambda: (crate_mesh()[0], crate_mesh()[1][2:]), "either"),
-    "5 million triangles": Shape(_many, "refuse"),
+    "5 million triangles": Shape(_many, "reject"),
 }
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from benchmarks.acceptance.hostile.case import Case
 from benchmarks.acceptance.hostile.draw import stream
 
-# Shares of a run, by how much there is to get wrong.
-_SHARES = {
+# Fractions of a run, by how much there is to get wrong.
+_FRACTIONS = {
     "recipe": 0.38,
     "rig": 0.07,
     "object": 0.12,
@@ -29,7 +29,7 @@ def pick(cases: Iterable[Case], count: int, seed: int) -> list[Case]:
     for kind, groups in by_kind.items():
         for group in groups.values():
             rng.shuffle(group)
-        chosen += _in_turn(list(groups.values()), round(count * _SHARES[kind]))
+        chosen += _in_turn(list(groups.values()), round(count * _FRACTIONS[kind]))
     rng.shuffle(chosen)
     return chosen[:count]
 

@@ -13,9 +13,9 @@ _SIGNED = re.compile(
     r"|^(forward|left|up|overhang_mm|c[xy]|[kp]\d|direction|velocity|bias|mean)$|_ev$|^(T|cam)_|rotation|translation"
     r"|centroid|covariance|symmetries|location|alpha|white_balance"
 )
-# The light of a hall is given as a share of that in its aisle, and may be more.
-_SHARE = re.compile(
-    r"^(?!hall_share$).*share|probability|^(train|val|test|age|missing|broken|displaced|twisted|stains|stamps|fill)$"
+# The light of a hall is given as a fraction of that in its aisle, and may be more.
+_FRACTION = re.compile(
+    r"^(?!hall_fraction$).*fraction|probability|^(train|val|test|age|missing|broken|displaced|twisted|stains|stamps|fill)$"
 )
 # Without any of these there is no image, no rack, no truck: zero means nothing.
 _NEVER_ZERO = re.compile(
@@ -37,13 +37,13 @@ def expectation(path: Path, value: Any, mutation: str) -> Expectation:
     words = [word for word in path if isinstance(word, str)]
     last = words[-1] if words else ""
     if mutation in ("misspelt", "duplicated"):
-        return "refuse"
+        return "reject"
     if isinstance(value, str):
         return _of_text(last, mutation)
     if isinstance(value, bool):
-        return "either" if mutation in ("true", "deleted", "null") else "refuse"
+        return "either" if mutation in ("true", "deleted", "null") else "reject"
     if mutation in _NO_NUMBER or (mutation in _HUGE and not _ANY_SIZE.search(last)):
-        return "refuse"
+        return "reject"
     if value is None:
         return "either"
     return _of_number(words, last, value, mutation)
@@ -52,7 +52,7 @@ def expectation(path: Path, value: Any, mutation: str) -> Expectation:
 def _of_text(last: str, mutation: str) -> Expectation:
     if _FREE_TEXT.search(last) or mutation in ("deleted", "null"):
         return "either"
-    return "refuse"
+    return "reject"
 
 
 def _of_number(words: list[str], last: str, value: float, mutation: str) -> Expectation:
@@ -60,12 +60,12 @@ def _of_number(words: list[str], last: str, value: float, mutation: str) -> Expe
         "negative": value != 0 and not any(map(_SIGNED.search, words)),
         "zero": bool(_NEVER_ZERO.search(last)),
         "fraction": isinstance(value, int) and last not in ("weights",),
-        "above_one": is_share(tuple(words)),
+        "above_one": is_fraction(tuple(words)),
     }
-    return "refuse" if must.get(mutation, mutation in _OTHER_TYPE) else "either"
+    return "reject" if must.get(mutation, mutation in _OTHER_TYPE) else "either"
 
 
-def is_share(path: Path) -> bool:
-    """Return whether a setting is a share of something, 0-1."""
+def is_fraction(path: Path) -> bool:
+    """Return whether a setting is a fraction of something, 0-1."""
     words = [word for word in path if isinstance(word, str) and word not in _OF_A_DISTRIBUTION]
-    return bool(words and _SHARE.search(words[-1]))
+    return bool(words and _FRACTION.search(words[-1]))

@@ -19,13 +19,13 @@ _COMPARED = ("counts", "overall", "groups", "docking_failures")
 _SAME = 1e-6
 
 
-def dataset_reading(stock: Stock, verb: str, rig: bool = False) -> tuple[Steps, Check]:
+def dataset_reading(stock: Stock, command: str, rig: bool = False) -> tuple[Steps, Check]:
     """Return the command lines that read the dataset ``data``, and what must be true when they succeed.
 
-    What ``validate`` takes is scored and predicted on, and must give what the valid dataset gives. What another verb
+    What ``validate`` takes is scored and predicted on, and must give what the valid dataset gives. What another command
     takes must give that too, unless ``validate`` says that the data are wrong.
     """
-    evaluate = ("evaluate", str(stock.truth), "--data", "data", "--out", "scores")
+    evaluate = ("evaluate", str(stock.gt), "--data", "data", "--out", "scores")
     predict = ("predict", MODEL, "--data", "data", "--out", "poses.csv")
     validate = ("validate", "data")
     if rig:
@@ -40,13 +40,13 @@ def dataset_reading(stock: Stock, verb: str, rig: bool = False) -> tuple[Steps, 
 
     def check(folder: Path, outcomes: Sequence[Outcome]) -> str | None:
         last = outcomes[-1]
-        if verb != "validate" and last.argv[0] == "validate" and last.code == 1:
+        if command != "validate" and last.argv[0] == "validate" and last.code == 1:
             return None
         if last.code != 0:
-            return f"then {last.argv[0]} refuses: {last.err.strip().splitlines()[-1:]}"
+            return f"then {last.argv[0]} rejects: {last.err.strip().splitlines()[-1:]}"
         return next(filter(None, (_other_scores(stock, folder), _other_poses(stock, folder), _no_page(folder))), None)
 
-    return steps[verb], check
+    return steps[command], check
 
 
 def _train(data: str) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from benchmarks.acceptance.hostile.case import Case
 from benchmarks.acceptance.hostile.judge import Verdict, judge
 from benchmarks.acceptance.hostile.watch import Limits, Outcome, Watched
 
-VERB = "warehouse_sim.cli.main:main"
+COMMAND = "warehouse_sim.cli.main:main"
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def try_cases(
     workers: int,
     limits: Limits,
     done: Callable[[Result], None] = lambda result: None,
-    verb: str = VERB,
+    command: str = COMMAND,
 ) -> list[Result]:
     """Try ``cases`` and return the results in their order.
 
@@ -43,7 +43,7 @@ def try_cases(
         workers: Worker processes side by side.
         limits: When a command line is given up.
         done: Told after each case, from any thread, one at a time.
-        verb: ``module:function`` that runs a command line.
+        command: ``module:function`` that runs a command line.
     """
     waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
     for index in range(len(cases)):
@@ -53,7 +53,10 @@ def try_cases(
     lock = threading.Lock()
 
     def serve() -> None:
-        with tempfile.TemporaryDirectory(prefix="hostile-") as scratch, Watched(verb, limits, Path(scratch)) as watched:
+        with (
+            tempfile.TemporaryDirectory(prefix="hostile-") as scratch,
+            Watched(command, limits, Path(scratch)) as watched,
+        ):
             while not failures:
                 try:
                     index = waiting.get_nowait()

@@ -1,4 +1,4 @@
-"""The valid things that mutations begin with, made by the verbs themselves at the start of a run."""
+"""The valid things that mutations begin with, made by the commands themselves at the start of a run."""
 
 import json
 import os
@@ -56,9 +56,9 @@ class Stock:
         return self.root / "run"
 
     @property
-    def truth(self) -> Path:
+    def gt(self) -> Path:
         """The test split's true poses as predictions."""
-        return self.root / "truth.csv"
+        return self.root / "gt.csv"
 
     @property
     def predictions(self) -> Path:
@@ -95,7 +95,7 @@ def make_stock(root: Path, watched: Watched, say: Callable[[str], None]) -> Stoc
     """Make the stock in ``root``.
 
     Raises:
-        SystemExit: A verb fails on valid input, so that nothing can be judged.
+        SystemExit: A command fails on valid input, so that nothing can be judged.
     """
     stock = Stock(root)
     root.mkdir(parents=True, exist_ok=True)
@@ -103,12 +103,12 @@ def make_stock(root: Path, watched: Watched, say: Callable[[str], None]) -> Stoc
         say(f"making {base.stem}")
         _do(watched, root, "generate", base, "--out", root / base.stem, "--workers", "1")
     say("training, predicting and scoring")
-    write_truth(stock.data, stock.truth)
+    write_gt(stock.data, stock.gt)
     train = ["--max-steps", "4", "--batch", "2", "--size", "nano", "--threads", "1", "--cache", "none"]
     _do(watched, root, "train", "densefusion-pointcloud", "--data", stock.data, "--out", stock.run, *train)
     _do(watched, root, "predict", MODEL, "--data", stock.data, "--out", stock.predictions)
     _do(watched, root, "predict", stock.run, "--data", stock.data, "--out", root / "run_predictions.csv")
-    _do(watched, root, "evaluate", stock.truth, "--data", stock.data, "--out", stock.scores)
+    _do(watched, root, "evaluate", stock.gt, "--data", stock.data, "--out", stock.scores)
     write_crate(root)
     return stock
 
@@ -120,7 +120,7 @@ def _do(watched: Watched, root: Path, *words: str | Path) -> Outcome:
     return outcome
 
 
-def write_truth(data: Path, path: Path) -> None:
+def write_gt(data: Path, path: Path) -> None:
     """Write the labels of the test split as a BOP pose CSV, from the files alone."""
     lines = ["scene_id,im_id,obj_id,score,R,t,time"]
     for table in sorted((data / "bop" / "test").glob("*/scene_gt.json")):

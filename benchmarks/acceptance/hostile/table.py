@@ -1,4 +1,4 @@
-"""The result of a run: a table by kind of file and verb, every failing case, and the JSON of both."""
+"""The result of a run: a table by kind of file and command, every failing case, and the JSON of both."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ _COMMAND = "python -m benchmarks.acceptance.hostile"
 
 
 def count_table(results: Sequence[Result]) -> Table:
-    """Return the counts of each class by kind of file and verb."""
+    """Return the counts of each class by kind of file and command."""
     table = Table(title=f"{len(results)} hostile cases")
     table.add_column("file")
-    table.add_column("verb")
+    table.add_column("command")
     for name in CLASSES:
         table.add_column(name, justify="right")
     counts = _counts(results)
-    for kind, verb in sorted(counts):
-        table.add_row(kind, verb, *(str(counts[kind, verb][name] or "") for name in CLASSES))
+    for kind, command in sorted(counts):
+        table.add_row(kind, command, *(str(counts[kind, command][name] or "") for name in CLASSES))
     total = Counter(result.verdict.label for result in results)
     table.add_section()
     table.add_row("all", "", *(str(total[name]) for name in CLASSES), style="bold")
@@ -44,16 +44,16 @@ def fault_lines(results: Sequence[Result]) -> list[str]:
 def as_json(
     results: Sequence[Result], seed: int, cases: int, machine: dict[str, Any], seconds: float
 ) -> dict[str, Any]:
-    """Return the result as it is stored: a row for each kind of file and verb, and every failing case."""
+    """Return the result as it is stored: a row for each kind of file and command, and every failing case."""
     counts, total = _counts(results), Counter(result.verdict.label for result in results)
     rows: list[dict[str, Any]] = [{"name": "all", "value": sum(total[name] for name in FAULTS), **_named(total)}]
-    for kind, verb in sorted(counts):
-        faults = sum(counts[kind, verb][name] for name in FAULTS)
-        rows.append({"name": f"{kind}, {verb}", "value": faults, **_named(counts[kind, verb])})
+    for kind, command in sorted(counts):
+        faults = sum(counts[kind, command][name] for name in FAULTS)
+        rows.append({"name": f"{kind}, {command}", "value": faults, **_named(counts[kind, command])})
     return {
         "machine": machine,
         "command": f"{_COMMAND} --cases {cases} --seed {seed}",
-        "what": "hostile cases by kind of file and verb; value: tracebacks, crashes, hangs and silent nonsense",
+        "what": "hostile cases by kind of file and command; value: tracebacks, crashes, hangs and silent nonsense",
         "cases": len(results),
         "seconds": round(seconds),
         "rows": rows,
@@ -73,7 +73,7 @@ def as_json(
 def _counts(results: Sequence[Result]) -> dict[tuple[str, str], Counter[str]]:
     counts: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
     for result in results:
-        counts[result.case.kind, result.case.verb][result.verdict.label] += 1
+        counts[result.case.kind, result.case.command][result.verdict.label] += 1
     return counts
 
 

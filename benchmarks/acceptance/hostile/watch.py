@@ -48,13 +48,13 @@ class Watched:
     """A worker process and the rule by which it is stopped.
 
     Args:
-        verb: ``module:function`` that takes a command line and returns an exit code.
+        command: ``module:function`` that takes a command line and returns an exit code.
         limits: When a command line is given up.
         scratch: Folder for the streams of the worker.
     """
 
-    def __init__(self, verb: str, limits: Limits, scratch: Path) -> None:
-        self._verb, self._limits, self._scratch = verb, limits, scratch
+    def __init__(self, command: str, limits: Limits, scratch: Path) -> None:
+        self._command, self._limits, self._scratch = command, limits, scratch
         self._process: subprocess.Popen[str] | None = None
         self._served = 0
 
@@ -101,7 +101,7 @@ class Watched:
         if self._process is None:
             self._served = 0
             self._process = subprocess.Popen(
-                [sys.executable, "-m", f"{__package__}.worker", self._verb],
+                [sys.executable, "-m", f"{__package__}.worker", self._command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

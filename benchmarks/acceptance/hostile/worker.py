@@ -23,8 +23,8 @@ _DIE_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of Linux's prctl."""
 
 
-def serve(verb: Callable[[list[str]], Any]) -> None:
-    """Run ``verb`` on every command line that stdin brings, until it closes or the parent is gone."""
+def serve(command: Callable[[list[str]], Any]) -> None:
+    """Run ``command`` on every command line that stdin brings, until it closes or the parent is gone."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     requests = os.fdopen(os.dup(0), encoding="utf-8")
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -34,15 +34,15 @@ def serve(verb: Callable[[list[str]], Any]) -> None:
         request = json.loads(line)
         os.chdir(request["folder"])
         with _streams_into(Path(request["out"]), Path(request["err"])):
-            code = _exit_code(verb, request["argv"])
+            code = _exit_code(command, request["argv"])
         answers.write(json.dumps({"code": code}) + "\n")
         answers.flush()
 
 
-def _exit_code(verb: Callable[[list[str]], Any], argv: list[str]) -> int:
+def _exit_code(command: Callable[[list[str]], Any], argv: list[str]) -> int:
     """Return what Python's interpreter would exit with, and print what it would print."""
     try:
-        return int(verb(argv) or 0)
+        return int(command(argv) or 0)
     except SystemExit as leaving:
         if leaving.code is None or isinstance(leaving.code, int):
             return leaving.code or 0

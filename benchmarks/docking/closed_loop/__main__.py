@@ -16,7 +16,7 @@ from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row
 from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
-from warehouse_sim.benchmark.docking.closed_loop.run import TRUTH, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import GT, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.render import open_renderer
@@ -28,10 +28,10 @@ def main(
     recipes: Annotated[tuple[str, ...], tyro.conf.Positional],
     /,
     episodes: int = 20,
-    methods: tuple[str, ...] = (TRUTH, "rectangle-fit", "densefusion-depth"),
+    methods: tuple[str, ...] = (GT, "rectangle-fit", "densefusion-depth"),
     levels: tuple[str, ...] = tuple(CONDITIONS),
     seed: int = 0,
-    masks: str = TRUTH,
+    masks: str = GT,
     least_score: float = 0.2,
     folder: Path = FOLDER,
     pictures: int = 0,
@@ -42,10 +42,10 @@ def main(
     Args:
         recipes: Where scenes come from.
         episodes: Starts of each recipe; each is driven under every level by every method.
-        methods: "truth", or estimators as tables name them.
+        methods: "ground truth", or estimators as tables name them.
         levels: Names of conditions (``settings.CONDITIONS``).
         seed: Of the scenes.
-        masks: "truth" for the true mask of the pallet in each image, or a front end by name.
+        masks: "ground truth" for the ground-truth mask of the pallet in each image, or a front end by name.
         least_score: Below this an estimate does not count; several in a row stop the truck.
         folder: Where episodes and pictures are kept.
         pictures: How many starts of each recipe to draw, under the first level, all methods in one picture.
@@ -59,8 +59,8 @@ def main(
             for row in runner.rows(episodes):
                 rows.append(row)
                 print(_line(row), flush=True)
-            drawn = list(dict.fromkeys((row["scene"], row["start"]) for row in rows if row["source"] == recipe))
-            for place in drawn[:pictures]:
+            sampled = list(dict.fromkeys((row["scene"], row["start"]) for row in rows if row["source"] == recipe))
+            for place in sampled[:pictures]:
                 picture(folder / f"{recipe}_{place[0]}_{place[1]}.png", runner, *place)
     summaries = by_level(rows)
     print("\n".join(table(summaries)))

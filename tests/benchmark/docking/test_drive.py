@@ -21,7 +21,7 @@ def drive(place, face: str, truck: TruckConfig = TRUCK, **errors: float) -> Dock
 
 @pytest.mark.parametrize("face", ["-x", "+x", "-y", "+y"])
 @pytest.mark.parametrize("load", [0.0, 400.0])
-def test_the_truth_docks(face: str, load: float) -> None:
+def test_the_ground_truth_docks(face: str, load: float) -> None:
     found = drive(station(load, pose=at(0.4, -0.3, 0.072, 0.7)), face)
     assert found.outcome == "docked"
     assert found.inside == pytest.approx(1.10, abs=0.002)
@@ -55,17 +55,17 @@ def test_the_force_of_a_slow_push_is_the_friction_of_the_floor() -> None:
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(
-    ("face", "error", "room"),
+    ("face", "error", "clearance"),
     [
         # Half of what the opening is wider or higher than a tine: EPAL's 227.5 x 100 and 382.5 x 78 mm.
         ("-x", "lateral", 0.06375),
         ("+y", "lateral", 0.14125),
     ],
 )
-def test_tines_that_pass_beside_the_blocks_dock_and_others_strike_them(face, error, room, side) -> None:
+def test_tines_that_pass_beside_the_blocks_dock_and_others_strike_them(face, error, clearance, side) -> None:
     play = TRUCK.side_play + 0.001
-    assert drive(station(300.0), face, **{error: side * (room - play)}).docked
-    found = drive(station(300.0), face, **{error: side * (room + play + 0.002)})
+    assert drive(station(300.0), face, **{error: side * (clearance - play)}).docked
+    found = drive(station(300.0), face, **{error: side * (clearance + play + 0.002)})
     assert not found.docked
     assert found.by.endswith("block")
 
@@ -78,7 +78,7 @@ def test_tines_too_high_strike_the_deck_and_too_low_the_base_boards() -> None:
     assert low.by.endswith("base")
 
 
-def test_yaw_uses_up_the_room_beside_the_tines() -> None:
+def test_yaw_uses_up_the_clearance_beside_the_tines() -> None:
     # About the entry the tips move by 1.1 m x yaw: 63.75 mm at 3.3 degrees.
     assert drive(station(300.0), "-x", yaw=np.deg2rad(3.1)).docked
     assert not drive(station(300.0), "-x", yaw=np.deg2rad(4.0)).docked
@@ -90,12 +90,12 @@ def test_a_pallet_is_held_when_the_tips_reach_beyond_its_middle() -> None:
     assert drive(station(200.0), "-x", depth=-0.60).outcome in ("fell", "not lifted")  # 0.50 m
 
 
-def test_what_a_level_truck_cannot_drive_to_is_refused() -> None:
+def test_what_a_level_truck_cannot_drive_to_is_rejected() -> None:
     place = station()
     face = place.face("-x")
     over, around = make_transform(rotation_x(np.pi)), make_transform(rotation_z(np.pi))
-    asked = [dock(place, face, T, TRUCK, np.random.default_rng(0)) for T in (over, around)]
-    assert [(found.outcome, found.by) for found in asked] == [("refused", "upside down"), ("refused", "reversed")]
+    evaluated = [dock(place, face, T, TRUCK, np.random.default_rng(0)) for T in (over, around)]
+    assert [(found.outcome, found.by) for found in evaluated] == [("rejected", "upside down"), ("rejected", "reversed")]
 
 
 @pytest.mark.parametrize("pitch_deg", [2.0, 4.0])
@@ -112,10 +112,10 @@ def test_the_lift_stops_over_the_floor_where_an_estimate_points_up(pitch_deg: fl
     T = estimate(place, "-x", pitch=np.deg2rad(pitch_deg))
     found = dock(place, place.face("-x"), T, TRUCK, np.random.default_rng(0), watch)
     assert "floor" not in found.by
-    assert not found.docked  # 1.1 m x 2 deg = 38 mm is more than the room above
+    assert not found.docked  # 1.1 m x 2 deg = 38 mm is more than the clearance above
     assert min(lowest) > 0.0
 
 
 def test_the_same_question_has_the_same_answer() -> None:
-    asked = [drive(station(200.0), "-x", lateral=0.06, yaw=0.01) for _ in range(2)]
-    assert asked[0] == asked[1]
+    evaluated = [drive(station(200.0), "-x", lateral=0.06, yaw=0.01) for _ in range(2)]
+    assert evaluated[0] == evaluated[1]

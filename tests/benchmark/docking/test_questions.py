@@ -1,4 +1,4 @@
-"""What is asked, what is left out, what is kept, and how two judges are compared."""
+"""What is evaluated, what is left out, what is kept, and how two judges are compared."""
 
 import json
 from dataclasses import replace
@@ -19,21 +19,24 @@ from warehouse_sim.geometry.boxes import OrientedBox
 TRUCK = TruckConfig()
 
 
-def asked(face, kind: str = "truth", **errors: float) -> Question:
+def evaluated(face, kind: str = "oracle", **errors: float) -> Question:
     T = misplaced(face, **dict.fromkeys(AXES, 0.0) | errors)
     return Question("made", 0, 0, 1, face.name, kind, T)
 
 
-# Yaw turns the wide pair of tines of the long side past the face before it uses up the room beside them.
+# Yaw turns the wide pair of tines of the long side past the face before it uses up the clearance beside them.
 @pytest.mark.parametrize(("name", "axis"), [*(("-x", axis) for axis in AXES), ("+y", "lateral"), ("+y", "vertical")])
 def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
     place = station()
     face = place.face(name)
     for sign, limit in zip((-1.0, 1.0), limits(face, TRUCK.fork)[axis], strict=True):
-        for share, docks in ((0.97, True), (1.03, False)):
-            answer = swept_answer(asked(face, **{axis: sign * share * limit}), place, TRUCK)
-            room = answer["room"] | {"mesh": answer["room_nominal"]}
-            assert swept_docks({"swept": answer}, nominal=True) is docks is (min(room.values()) >= 0.0), (sign, share)
+        for fraction, docks in ((0.97, True), (1.03, False)):
+            answer = swept_answer(evaluated(face, **{axis: sign * fraction * limit}), place, TRUCK)
+            clearance = answer["clearance"] | {"mesh": answer["clearance_nominal"]}
+            assert swept_docks({"swept": answer}, nominal=True) is docks is (min(clearance.values()) >= 0.0), (
+                sign,
+                fraction,
+            )
 
 
 def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> None:
@@ -45,7 +48,7 @@ def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> Non
     for kind in KINDS:
         one, two = (planted(kind, face, TRUCK.fork, np.random.default_rng(5)) for _ in range(2))
         np.testing.assert_array_equal(one, two)
-    np.testing.assert_array_equal(planted("truth", face, TRUCK.fork, np.random.default_rng(0)), np.eye(4))
+    np.testing.assert_array_equal(planted("oracle", face, TRUCK.fork, np.random.default_rng(0)), np.eye(4))
 
 
 def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
@@ -65,29 +68,29 @@ def test_what_scores_do_not_ask_for_is_left_out() -> None:
     assert [why_not(place, face, TRUCK, word) for word in ("free", "under a stack")] == ["", ""]
     assert why_not(place, face, TRUCK, "blocked by rack") == "blocked by rack"
     thick = replace(TRUCK, fork=replace(TRUCK.fork, tine_thickness=0.11))
-    assert why_not(place, face, thick, "free") == "no room for the tines"
+    assert why_not(place, face, thick, "free") == "no clearance for the tines"
 
 
-def test_what_was_answered_is_not_asked_again(tmp_path) -> None:
+def test_what_was_answered_is_not_requested_again(tmp_path) -> None:
     place, path = station(), tmp_path / "answers.jsonl"
     face = place.face("-x")
-    first = Record(path, TRUCK).answer(asked(face), place)
+    first = Record(path, TRUCK).answer(evaluated(face), place)
     with path.open("a") as file:
         file.write('{"key": "cut sho')  # a run that was stopped
     again = Record(path, TRUCK)
-    assert again.answer(asked(face), place) == json.loads(json.dumps(first))
+    assert again.answer(evaluated(face), place) == json.loads(json.dumps(first))
     assert len(path.read_text().splitlines()) == 2
-    other = Record(path, replace(TRUCK, speed=0.15)).answer(asked(face), place)
+    other = Record(path, replace(TRUCK, speed=0.15)).answer(evaluated(face), place)
     assert other["key"] != first["key"]
 
 
-def row(swept: bool, outcome: str, room: float, scene: int) -> dict:
-    found = dict.fromkeys(("mesh", "heel", "tips"), room)
+def row(swept: bool, outcome: str, clearance: float, scene: int) -> dict:
+    found = dict.fromkeys(("mesh", "heel", "tips"), clearance)
     swept = {
         "docks": swept,
-        "room": found,
-        "room_nominal": room - 0.004,
-        "room_of_truth": 0.03,
+        "clearance": found,
+        "clearance_nominal": clearance - 0.004,
+        "gt_clearance": 0.03,
         "limiting_error": "yaw",
     }
     return {
@@ -104,7 +107,7 @@ def test_the_table_counts_who_says_what() -> None:
     assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 2, 1]
     assert [confusion(rows, 20.0, nominal=True)[name] for name in names] == [1, 1, 2, 1]
     assert [confusion(rows, 10.0, nominal=True)[name] for name in names] == [2, 1, 1, 1]
-    rows[0]["swept"]["room_of_truth"] = 0.015  # can never have 20 mm
+    rows[0]["swept"]["gt_clearance"] = 0.015  # can never have 20 mm
     assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 1, 1]
     assert confusion(rows)["agree"] == pytest.approx(0.6)
     assert disagreements(rows) == [rows[2], rows[1]]

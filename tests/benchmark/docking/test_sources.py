@@ -6,30 +6,30 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.pictures import picture
 from warehouse_sim.benchmark.docking.planted import KINDS
 from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.truck import TruckConfig
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 
 TRUCK = TruckConfig()
 
 
 def test_a_recipe_asks_every_kind_of_the_sides_that_a_truck_reaches() -> None:
     source = Source("smoke", TRUCK, seed=1)
-    asked = list(source.questions(2 * len(KINDS)))
-    assert [question.kind for question, _ in asked] == [*KINDS, *KINDS]
-    assert len({(question.scene, question.instance, question.face) for question, _ in asked}) == 2
-    for question, station in asked:
-        drawn = draw_scene(load_recipe("smoke"), 1, question.scene)
-        verdicts = reachability(drawn.scene, TRUCKS[drawn.settings.layout.truck])[question.instance]
+    evaluated = list(source.questions(2 * len(KINDS)))
+    assert [question.kind for question, _ in evaluated] == [*KINDS, *KINDS]
+    assert len({(question.scene, question.instance, question.face) for question, _ in evaluated}) == 2
+    for question, station in evaluated:
+        sampled = sample_settled_scene(load_recipe("smoke"), 1, question.scene)
+        verdicts = accessibility(sampled.scene, TRUCKS[sampled.settings.layout.truck])[question.instance]
         assert verdicts.faces[question.face] in ("free", "under a stack")
         assert station.pallet.instance_id == question.instance
     again = list(Source("smoke", TRUCK, seed=1).questions(2 * len(KINDS)))
-    for (one, _), (other, _) in zip(asked, again, strict=True):
+    for (one, _), (other, _) in zip(evaluated, again, strict=True):
         assert one.place == other.place
         np.testing.assert_array_equal(one.T_object_estimated, other.T_object_estimated)
 

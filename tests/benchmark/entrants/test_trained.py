@@ -1,4 +1,4 @@
-"""Networks that a suite trains are kept, have one member a seed, and are trained anew only for other settings."""
+"""Networks that a suite trains are kept, have one member a seed, and are trained again only for other settings."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -46,9 +46,9 @@ def test_a_suite_asks_what_it_trained_and_counts_trainings(tmp_path: Path) -> No
     learn = DataConfig("smoke", 6, 2, 2, {"sensors": {"lidar": None}}, ("bop",), trained_on=True)
     suite = Suite(
         1,
-        "Does a network that was hardly trained beat the trivial method?",
+        "Does a network that was hardly trained beat the baseline?",
         data={"smoke": FREE, "smoke_training": learn},
-        estimators=("truth", "shuffled", "rectangle-fit"),
+        estimators=("oracle", "shuffled", "rectangle-fit"),
         metrics=("add_10pct", "found"),
         compare=(CompareConfig("training", between=(("cloud", "rectangle-fit"),)),),
         trainings={"cloud": replace(TRAINING, data=("smoke_training",))},

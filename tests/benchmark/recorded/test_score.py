@@ -1,4 +1,4 @@
-"""Recorded frames: labelled fronts are entered by the truth, and what cannot be scored is said."""
+"""Recorded frames: labelled faces are entered by the ground truth, and what cannot be scored is said."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.benchmarks.test_recorded_fronts import front
+from tests.benchmarks.test_recorded_faces import face
 from tests.dataset.kitti_folder import write_street
 from warehouse_sim.benchmark.recorded.entries import TRIVIAL
 from warehouse_sim.benchmark.recorded.score import find_recorded
@@ -17,11 +17,11 @@ from warehouse_sim.errors import InputError
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "real" / "fronts").mkdir(parents=True)
-    front(tmp_path / "real" / "fronts")
+    (tmp_path / "real" / "faces").mkdir(parents=True)
+    face(tmp_path / "real" / "faces")
     mask = np.zeros((48, 64), np.uint8)
     mask[20:28, 20:40] = 255
-    cv2.imwrite(str(tmp_path / "real" / "fronts" / "site" / "001_mask.png"), mask)
+    cv2.imwrite(str(tmp_path / "real" / "faces" / "site" / "001_mask.png"), mask)
     bare = tmp_path / "real" / "boxes"
     bare.mkdir()
     cv2.imwrite(str(bare / "color_image.png"), np.full((48, 64, 3), 90, np.uint8))
@@ -35,9 +35,9 @@ def folder(tmp_path: Path) -> Path:
 
 def test_what_can_be_scored_is_and_the_rest_is_said(folder: Path, tmp_path: Path) -> None:
     suite, config = load_suite("real"), RunConfig(tmp_path / "out")
-    result = run_suite(suite, ("truth", "shuffled", "rectangle-fit"), config=config, data=folder)
+    result = run_suite(suite, ("oracle", "shuffled", "rectangle-fit"), config=config, data=folder)
     docked = {row.estimator: row.value for row in result.rows if "masks: label, gravity: label" in row.condition}
-    assert docked["truth"] == 1.0
+    assert docked["oracle"] == 1.0
     assert TRIVIAL in docked
     assert docked["shuffled"] == 0.0, "of a single frame there is no other to take the pose of"
     assert all(row.interval[0] < row.interval[1] for row in result.rows)
@@ -55,17 +55,17 @@ def test_without_a_folder_it_says_so_and_scores_nothing(tmp_path: Path) -> None:
 
 
 def test_malformed_labels_are_named(folder: Path, tmp_path: Path) -> None:
-    labels = next((folder / "fronts").glob("*/labels.json"))
+    labels = next((folder / "faces").glob("*/labels.json"))
     labels.write_text(labels.read_text().replace('"T_camera_dock"', '"T_camera"'))
-    result = run_suite(load_suite("real"), ("truth",), config=RunConfig(tmp_path / "out"), data=folder)
+    result = run_suite(load_suite("real"), ("oracle",), config=RunConfig(tmp_path / "out"), data=folder)
     assert any("labels.json: is malformed" in item.reason for item in result.left_out)
 
 
 def test_folders_within_one_are_told_apart_and_one_alone_is_taken(folder: Path) -> None:
     write_street(folder / "kitti", 4)
     kinds = {item.path.name: item.kind for item in find_recorded(folder)}
-    assert kinds == {"boxes": "other", "fronts": "fronts", "kitti": "posed", "notes": "other"}
+    assert kinds == {"boxes": "other", "faces": "faces", "kitti": "posed", "notes": "other"}
     (alone,) = find_recorded(folder / "kitti")
     assert (alone.kind, alone.split) == ("posed", "val")
-    assert [item.kind for item in find_recorded(folder / "fronts")] == ["fronts"]
+    assert [item.kind for item in find_recorded(folder / "faces")] == ["faces"]
     assert [item.kind for item in find_recorded(folder / "boxes")] == ["other"]

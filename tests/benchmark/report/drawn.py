@@ -74,7 +74,7 @@ def _scale(ticks: list[tuple[str, float]], logarithmic: bool) -> Callable[[float
     (first, at_first), (last, at_last) = known[0], known[-1]
 
     def value(at: float) -> float:
-        share = first + (at - at_first) / (at_last - at_first) * (last - first)
-        return 10.0**share if logarithmic else share
+        fraction = first + (at - at_first) / (at_last - at_first) * (last - first)
+        return 10.0**fraction if logarithmic else fraction
 
     return value

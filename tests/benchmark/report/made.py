@@ -7,7 +7,7 @@ import numpy as np
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult
 from warehouse_sim.benchmark.rows.row import Row, Table
 
-NAMES = ("truth", "shuffled", "rectangle-fit", "net", "other+icp")
+NAMES = ("oracle", "shuffled", "rectangle-fit", "net", "other+icp")
 DISTANCES = ("0-7 m", "7-15 m", "15-25 m")
 
 

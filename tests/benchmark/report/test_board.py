@@ -23,7 +23,7 @@ ROWS = (
     scored("first", 0.9, 0.8, 0.95),
     scored("rectangle-fit+lidar", 0.97, 0.96, 0.98),
     scored("tied", 0.85, 0.7, 0.9),
-    scored("truth", 1.0, 0.9, 1.0),
+    scored("oracle", 1.0, 0.9, 1.0),
     scored("last", 0.25, 0.1, 0.35),
 )
 
@@ -31,7 +31,7 @@ ROWS = (
 def test_the_order_is_by_value_and_ties_share_their_ranks() -> None:
     found = board(ROWS)
     assert [(place.name, place.rank, place.kind) for place in found.places] == [
-        ("truth", "", "truth"),
+        ("oracle", "", "oracle"),
         ("rectangle-fit+lidar", "", "trivial"),
         ("first", "1–2", ""),
         ("tied", "1–2", ""),
@@ -80,8 +80,8 @@ def test_changed_conditions_have_no_board_since_effects_show_them() -> None:
     rows = [scored("net", 0.5, 0.4, 0.6, name) for name in ("exact", "dilated", "named")]
     effect = Row("effects", "net", "dilated", "error: dilated", "dock_0mm", -0.1, (-0.2, 0.0), 40, 4, 0, "exact")
     assert [item.condition for item in boards(result([*rows, effect]))] == ["exact", "named"]
-    of_twins = Row("effects", "net", "exact", "light: dim", "dock_0mm", -0.1, (-0.2, 0.0), 40, 4, 0, "base")
-    assert [item.condition for item in boards(result([*rows, of_twins]))] == ["exact", "dilated", "named"]
+    of_paired_variants = Row("effects", "net", "exact", "light: dim", "dock_0mm", -0.1, (-0.2, 0.0), 40, 4, 0, "base")
+    assert [item.condition for item in boards(result([*rows, of_paired_variants]))] == ["exact", "dilated", "named"]
 
 
 def test_of_a_training_the_longest_counts() -> None:
@@ -104,11 +104,15 @@ def test_every_table_that_ranks_has_boards() -> None:
 
 
 def test_across_suites_leads_are_counted_and_references_come_last() -> None:
-    one = result([scored("a", 0.9, 0.8, 1.0), scored("b", 0.5, 0.4, 0.6), scored("truth", 1.0, 0.9, 1.0)], suite="x-v1")
-    two = result([scored("a", 0.5, 0.2, 0.8), scored("b", 0.6, 0.5, 0.7), scored("truth", 1.0, 0.9, 1.0)], suite="y-v1")
+    one = result(
+        [scored("a", 0.9, 0.8, 1.0), scored("b", 0.5, 0.4, 0.6), scored("oracle", 1.0, 0.9, 1.0)], suite="x-v1"
+    )
+    two = result(
+        [scored("a", 0.5, 0.2, 0.8), scored("b", 0.6, 0.5, 0.7), scored("oracle", 1.0, 0.9, 1.0)], suite="y-v1"
+    )
     three = result([scored("alone", 0.5, 0.2, 0.8), scored("b", 0.6, 0.5, 0.7)], suite="z-v1")
     found = standings(first_boards({item.suite: boards(item) for item in (one, two, three)}))
-    assert [(item.name, item.leads, len(item.places)) for item in found] == [("a", 2, 2), ("b", 2, 3), ("truth", 0, 2)]
+    assert [(item.name, item.leads, len(item.places)) for item in found] == [("a", 2, 2), ("b", 2, 3), ("oracle", 0, 2)]
 
 
 @pytest.mark.parametrize(

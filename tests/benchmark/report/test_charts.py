@@ -39,21 +39,21 @@ def number(made: SuiteResult, name: str) -> int:
 def test_lines_over_numbers_are_the_numbers(table: str, group: str, title: str, start: str, first: int) -> None:
     _, drawn = panel(MADE, title)
     x, y = drawn.x(), drawn.y()
-    for name in ("net", "other+icp", "rectangle-fit", "truth"):
+    for name in ("net", "other+icp", "rectangle-fit", "oracle"):
         rows = rows_of(MADE, table=table, group=group, estimator=name)
         marks = drawn.marks(f"points-{number(MADE, name)}")
         assert len(marks) == len(rows) == 10
         for place, (item, (left, top)) in enumerate(zip(rows, marks, strict=True)):
             assert x(left) == pytest.approx(first * (place + 1), abs=NEAR)
             assert y(top) == pytest.approx(100 * item.value, abs=NEAR)
-        paths = drawn.paths(f"interval-{number(MADE, name)}") if name != "truth" else []
+        paths = drawn.paths(f"interval-{number(MADE, name)}") if name != "oracle" else []
         ends = sorted(y(top) for path in paths for _, top in path)
         for item in rows if paths else []:
             for end in item.interval:
                 assert np.abs(np.array(ends) - 100 * end).min() < NEAR
 
 
-def test_the_truth_and_chance_are_lines_without_an_interval() -> None:
+def test_the_ground_truth_and_chance_are_lines_without_an_interval() -> None:
     _, drawn = panel(MADE, "Accuracy over threshold, all")
     assert {f"points-{k}" for k in range(5)} <= set(drawn.named)
     assert {name for name in drawn.named if name.startswith("interval-")} == {"interval-2", "interval-3", "interval-4"}
@@ -108,7 +108,7 @@ def test_effects_are_drawn_with_their_interval_and_filled_only_where_it_leaves_z
         assert drawn.is_hollow(name) == (low <= 0.0 <= high)
         hollow += drawn.is_hollow(name)
         seen.append((estimator, label))
-    assert len(seen) == len(set(seen)) == 3 * 3, "the truth and chance have no place there"
+    assert len(seen) == len(set(seen)) == 3 * 3, "the ground truth and chance have no place there"
     assert 0 < hollow < 9
 
 
@@ -142,8 +142,8 @@ def test_boxes_are_the_quantiles() -> None:
 
 def test_what_is_below_a_thousandth_is_drawn_there() -> None:
     rows = [
-        Row("spread", "truth", "set", "all", item.metric, 0.0, (0.0, 0.1), 40, 4)
-        for item in spread(np.random.default_rng(0), "truth")
+        Row("spread", "oracle", "set", "all", item.metric, 0.0, (0.0, 0.1), 40, 4)
+        for item in spread(np.random.default_rng(0), "oracle")
     ]
     _, drawn = panel(result(rows), "How the error is spread, all")
     ((left, _),) = drawn.marks("points-0")
@@ -170,7 +170,7 @@ def test_score_against_samples_seen() -> None:
 def test_margins_are_drawn_in_their_order() -> None:
     rng = np.random.default_rng(5)
     rows = [row(rng, "scores", "net", "all", f"dock_{mm}mm") for mm in (20, 0, 10)]
-    _, drawn = panel(result(rows), "Docked over the room to spare")
+    _, drawn = panel(result(rows), "Docked over the clearance to spare")
     assert [label for label, _ in drawn.x_ticks] == ["0", "10", "20"]
     found = {drawn.category(left): drawn.y()(top) for left, top in drawn.marks("points-0")}
     assert found == pytest.approx({item.metric[5:-2]: 100 * item.value for item in rows}, abs=NEAR)
@@ -178,7 +178,7 @@ def test_margins_are_drawn_in_their_order() -> None:
 
 def test_where_there_is_nothing_there_is_no_chart() -> None:
     assert list(panels(result([]))) == []
-    only_bounds = everything(("truth", "shuffled"))
+    only_bounds = everything(("oracle", "shuffled"))
     assert [item.title for item in panels(only_bounds)] == ["How the error is spread, all"]
 
 

@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.errors import EvaluationError
 
 ROW = Row("scores", "net", "industrial", "all", "add_10pct", 0.99996, (0.98, 1.0), 200, 4, 1)
-EFFECT = Row("effects", "net", "twins", "light: dim", "add_10pct", -0.12, (-0.2, -0.04), 80, 4, 1, "base")
+EFFECT = Row("effects", "net", "paired_variants", "light: dim", "add_10pct", -0.12, (-0.2, -0.04), 80, 4, 1, "base")
 RESULT = SuiteResult(
     "industrial-v1",
     "How good?",
@@ -70,7 +70,7 @@ def test_several_trainings_are_counted_and_none_is_silent() -> None:
         ('"question"', '"qestion"', "did you mean 'question'"),
     ],
 )
-def test_a_result_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_a_result_that_cannot_be_is_rejected(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = write_result(RESULT, tmp_path / "r.json")
     assert read_result(path) == RESULT
     text = path.read_text()

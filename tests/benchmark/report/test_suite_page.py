@@ -18,7 +18,7 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.errors import EvaluationError
 
 HOSTILE = (
-    "truth",
+    "oracle",
     "<script>alert(1)</script>",
     "$\\frac{1}{",
     "_hidden & \"quoted\" 'twice'",
@@ -66,7 +66,11 @@ def test_a_hostile_name_is_only_ever_text(tmp_path: Path) -> None:
     made = everything(HOSTILE)
     rng = np.random.default_rng(0)
     evil = "</h3><script>1</script>"
-    rows = [*made.rows, row(rng, "scores", "truth", evil, "dock_0mm"), row(rng, "scores", HOSTILE[2], evil, "dock_0mm")]
+    rows = [
+        *made.rows,
+        row(rng, "scores", "oracle", evil, "dock_0mm"),
+        row(rng, "scores", HOSTILE[2], evil, "dock_0mm"),
+    ]
     made = replace(
         made, rows=tuple(rows), question=evil, notes=(evil,), left_out=(LeftOut(evil, evil, evil),), command=evil
     )
@@ -92,7 +96,7 @@ def test_a_result_without_numbers_has_no_charts_and_says_why(tmp_path: Path) -> 
 
 
 def test_the_same_results_give_the_same_page(tmp_path: Path) -> None:
-    made = everything(("truth", "net"))
+    made = everything(("oracle", "net"))
     assert page_of(tmp_path, made) == page_of(tmp_path, made)
 
 
@@ -105,7 +109,7 @@ def test_markdown_has_the_leaderboards_and_no_name_breaks_its_table(tmp_path: Pa
     for first, after in zip(heads, [*heads[1:], len(tables) + 1], strict=True):
         assert len(set(counts[first - 1 : after - 1])) == 1
     assert not any(line.startswith("# head") for line in lines)
-    assert sum("truth" in line for line in tables) == 5
+    assert sum("oracle" in line for line in tables) == 5
 
 
 def test_of_a_folder_a_quick_result_gives_way_to_the_full_one(tmp_path: Path) -> None:
@@ -118,7 +122,7 @@ def test_of_a_folder_a_quick_result_gives_way_to_the_full_one(tmp_path: Path) ->
     assert re.findall(r'<h2 id="[^"]*">(.*?)</h2>', text) == ["made-v1", "other-v1 (quick)"]
 
 
-def test_what_is_no_result_and_what_comes_twice_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_result_and_what_comes_twice_is_rejected(tmp_path: Path) -> None:
     path = write_result(everything(), tmp_path / "r.json")
     other = write_result(everything(seed=1), tmp_path / "s.json")
     with pytest.raises(EvaluationError, match=r"s\.json: is of made-v1, as .*r\.json is"):
@@ -129,8 +133,8 @@ def test_what_is_no_result_and_what_comes_twice_is_refused(tmp_path: Path) -> No
     assert not is_results(tmp_path / "nowhere")
 
 
-def test_the_command_draws_results_and_refuses_a_mixture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_result(everything(("truth", "net")), tmp_path / "results" / "r.json")
+def test_the_command_draws_results_and_rejects_a_mixture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_result(everything(("oracle", "net")), tmp_path / "results" / "r.json")
     out = tmp_path / "p.html"
     assert main(["report", str(tmp_path / "results"), "--out", str(out)]) == 0
     assert svgs(out.read_text())

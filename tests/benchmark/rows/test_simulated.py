@@ -1,4 +1,4 @@
-"""A simulation that is registered is asked about every answer of a suite; its verdicts become rows."""
+"""A simulation that is registered is evaluated about every answer of a suite; its verdicts become rows."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -27,9 +27,9 @@ def test_verdicts_become_shares_with_intervals(tmp_path: Path, monkeypatch: pyte
     registry = Registry("docking simulation")
     registry.add("coin", f"{__name__}:every_second_docks")
     monkeypatch.setattr(simulated, "SIMULATIONS", registry)
-    asked = answer(make_dataset(tmp_path / "data"), tmp_path, "me", "c", 0.0)
-    rows = {row.metric: row for row in simulated_rows(asked, tmp_path / "out", 7)}
-    count = min(len(asked.scores[0].estimates), 7)
+    evaluated = answer(make_dataset(tmp_path / "data"), tmp_path, "me", "c", 0.0)
+    rows = {row.metric: row for row in simulated_rows(evaluated, tmp_path / "out", 7)}
+    count = min(len(evaluated.scores[0].estimates), 7)
     docked = (count + 1) // 2 / count
     assert rows["docked"].value == pytest.approx(docked, abs=1e-5)
     assert rows["swept_docked"].value == 1.0
@@ -43,9 +43,9 @@ def drives_as_planned(
 ) -> Iterator[Drive]:
     assert out.is_dir()
     assert set(ways) == set(inputs) == {"rectangle-fit"}
-    for method in ("truth", *ways):
+    for method in ("oracle", *ways):
         for number in range(config.episodes):
-            docked = method == "truth" or number % 2 == 0
+            docked = method == "oracle" or number % 2 == 0
             yield Drive(method, config.recipes[0], "base", number, docked, not docked)
 
 
@@ -53,12 +53,12 @@ def test_approaches_become_shares_of_those_who_see(tmp_path: Path, monkeypatch: 
     registry = Registry("closed loop")
     registry.add("planned", f"{__name__}:drives_as_planned")
     monkeypatch.setattr(simulated, "CLOSED_LOOPS", registry)
-    groups = [entrant(name) for name in ("truth", "shuffled", "rectangle-fit", "icp-multistart")]
+    groups = [entrant(name) for name in ("oracle", "shuffled", "rectangle-fit", "icp-multistart")]
     config = ApproachConfig(("smoke",), episodes=10, estimators=("rectangle-fit",))
     rows = {(row.estimator, row.metric): row for row in driven_rows(groups, config, tmp_path)}
     assert {key: row.value for key, row in rows.items()} == {
-        ("truth", "docked"): 1.0,
-        ("truth", "aborted"): 0.0,
+        ("oracle", "docked"): 1.0,
+        ("oracle", "aborted"): 0.0,
         ("rectangle-fit", "docked"): 0.5,
         ("rectangle-fit", "aborted"): 0.5,
     }

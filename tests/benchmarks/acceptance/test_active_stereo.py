@@ -45,7 +45,7 @@ def test_dots_fall_off_with_the_square_of_distance_and_shift_by_triangulation() 
     assert contrasts[0] / contrasts[1] == pytest.approx(4.0, rel=0.2)
 
 
-def test_texture_has_the_contrast_that_is_asked_for() -> None:
+def test_texture_has_the_contrast_that_is_requested_for() -> None:
     light = ambient_light(Place([Board(2.0, texture=0.2, grain=0.05)]), SMALL)
     assert light.std() / light.mean() == pytest.approx(0.2, rel=0.35)
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.acceptance.depth_recordings import recorded_fronts
+from benchmarks.acceptance.depth_recordings import recorded_faces
 from benchmarks.acceptance.depth_statistics import Front, statistics_of
 from benchmarks.acceptance.depth_surfaces import surface_rows
 from warehouse_sim.errors import DatasetError
@@ -39,11 +39,11 @@ def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0
         cv2.imwrite(str(site / f"{index:03d}_mask.png"), mask)
         items.append(
             {"depth": f"{index:03d}_depth.png", "mask": f"{index:03d}_mask.png", "T_camera_dock": dock}
-            | {"front_corners_px": OUTLINE, "pocket_left_px": POCKETS[0], "pocket_right_px": POCKETS[1]}
+            | {"face_corners_px": OUTLINE, "pocket_left_px": POCKETS[0], "pocket_right_px": POCKETS[1]}
             | {"gravity": [0.0, 1.0, 0.0], "floor_distance_m": FLOOR}
         )
     (site / "labels.json").write_text(json.dumps({"K": K.tolist(), "frames": items}), encoding="utf-8")
-    return recorded_fronts(folder)[0]
+    return recorded_faces(folder)[0]
 
 
 def test_known_errors_are_found(tmp_path: Path) -> None:
@@ -73,13 +73,13 @@ def test_holes_and_flying_rims_are_counted(tmp_path: Path) -> None:
     assert statistics_of(front)["invalid within 3 px of edges, %"] > 50.0
 
 
-def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_recordings_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match=r"no SITE/labels\.json"):
-        recorded_fronts(tmp_path)
+        recorded_faces(tmp_path)
     record(tmp_path / "whole", 0.001, 0.0)
     (tmp_path / "whole" / "site" / "001_depth.png").unlink()
     with pytest.raises(DatasetError, match="001_depth"):
-        recorded_fronts(tmp_path / "whole")
+        recorded_faces(tmp_path / "whole")
     assert surface_rows(tmp_path) == []
 
 

@@ -25,5 +25,5 @@ def test_readings_are_on_film_near_its_normal_and_behind_it_elsewhere() -> None:
 
 def test_the_table_is_that_of_today() -> None:
     cell = next(cell for cell in STORED["d455 (depth camera)"]["cells"] if cell["angle_deg"] == 5.0)
-    found = film._depth_shares("d455", 5.0)
+    found = film._depth_fractions("d455", 5.0)
     assert found == pytest.approx((cell["on_film"], cell["behind"], cell["missing"]), abs=0.01)

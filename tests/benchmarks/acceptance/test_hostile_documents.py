@@ -11,7 +11,7 @@ from benchmarks.acceptance.hostile.quantities import expectation
 
 RECIPE = {
     "description": "a hall",
-    "scene": {"bays": 3, "empty_share": 0.25, "beam_levels": [1.45, 2.9], "roof": False, "lux": None},
+    "scene": {"bays": 3, "empty_fraction": 0.25, "beam_levels": [1.45, 2.9], "roof": False, "lux": None},
     "yaw_deg": {"min": -4.0, "max": 4.0},
 }
 
@@ -72,21 +72,21 @@ def test_no_mutant_means_what_was_there() -> None:
 @pytest.mark.parametrize(
     ("path", "value", "mutation", "must"),
     [
-        (("scene", "lux"), None, "nan", "refuse"),
-        (("scene", "staging", "count"), 1, "fraction", "refuse"),
-        (("scene", "viewpoints", "height", "min"), 0.4, "negative", "refuse"),
-        (("sensors", "lidar", "max_range"), 100.0, "e9", "refuse"),
+        (("scene", "lux"), None, "nan", "reject"),
+        (("scene", "staging", "count"), 1, "fraction", "reject"),
+        (("scene", "viewpoints", "height", "min"), 0.4, "negative", "reject"),
+        (("sensors", "lidar", "max_range"), 100.0, "e9", "reject"),
         (("scene", "lanes", "yaw_deg", "max"), 4.0, "negative", "either"),
         (("sensors", "lidar_position", 0), -0.27, "negative", "either"),
-        (("scene", "loads", "empty_share"), 0.25, "above_one", "refuse"),
-        (("scene", "lights", "hall_share"), 0.5, "above_one", "either"),
-        (("scene", "loads", "empty_share"), 0.25, "zero", "either"),
-        (("sensors", "camera", "focal_px"), 160.0, "zero", "refuse"),
+        (("scene", "loads", "empty_fraction"), 0.25, "above_one", "reject"),
+        (("scene", "lights", "hall_fraction"), 0.5, "above_one", "either"),
+        (("scene", "loads", "empty_fraction"), 0.25, "zero", "either"),
+        (("sensors", "camera", "focal_px"), 160.0, "zero", "reject"),
         (("description",), "a hall", "empty", "either"),
-        (("scene", "layout", "kind"), "rack_aisle", "string", "refuse"),
-        (("scene", "hall", "roof"), False, "string", "refuse"),
+        (("scene", "layout", "kind"), "rack_aisle", "string", "reject"),
+        (("scene", "hall", "roof"), False, "string", "reject"),
         (("seed",), 0, "e9", "either"),
-        (("scene", "bays"), 3, "duplicated", "refuse"),
+        (("scene", "bays"), 3, "duplicated", "reject"),
     ],
 )
 def test_what_nobody_can_mean(path: tuple, value: object, mutation: str, must: str) -> None:

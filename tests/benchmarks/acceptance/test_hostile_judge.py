@@ -1,4 +1,4 @@
-"""The judge of hostile input catches what is planted, on a verb that is none of ours."""
+"""The judge of hostile input catches what is planted, on a command that is none of ours."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +10,7 @@ from benchmarks.acceptance.hostile.run import try_case, try_cases
 from benchmarks.acceptance.hostile.table import as_json, count_table, fault_lines
 from benchmarks.acceptance.hostile.watch import Limits, Watched
 
-VERB = """
+COMMAND = """
 import ctypes, os, signal, subprocess, sys, time
 
 def main(argv):
@@ -78,18 +78,18 @@ def main(argv):
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
-    folder = tmp_path_factory.mktemp("verb")
-    (folder / "planted_verb.py").write_text(VERB, encoding="utf-8")
+    folder = tmp_path_factory.mktemp("command")
+    (folder / "planted_command.py").write_text(COMMAND, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(folder))
-        with Watched("planted_verb:main", Limits(seconds=60.0, memory=0.5), folder / "scratch") as worker:
+        with Watched("planted_command:main", Limits(seconds=60.0, memory=0.5), folder / "scratch") as worker:
             yield worker
 
 
 @pytest.fixture
 def hurried(watched: Watched, tmp_path: Path) -> Iterator[Watched]:
-    """A worker for the same verb that gives up after a second: only for what never ends, on any machine."""
-    with Watched("planted_verb:main", Limits(seconds=1.0, memory=0.5), tmp_path / "scratch") as worker:
+    """A worker for the same command that gives up after a second: only for what never ends, on any machine."""
+    with Watched("planted_command:main", Limits(seconds=1.0, memory=0.5), tmp_path / "scratch") as worker:
         yield worker
 
 
@@ -134,11 +134,11 @@ def test_what_never_ends_hangs(hurried: Watched, tmp_path: Path, words: str) -> 
 
 
 def test_success_on_what_nobody_can_mean_is_nonsense(watched: Watched, tmp_path: Path) -> None:
-    assert try_case(case("fine", expect="refuse"), watched, tmp_path / "case").verdict.label == "silent nonsense"
-    assert try_case(case("clear", expect="refuse"), watched, tmp_path / "case").verdict.label == "clear error"
+    assert try_case(case("fine", expect="reject"), watched, tmp_path / "case").verdict.label == "silent nonsense"
+    assert try_case(case("clear", expect="reject"), watched, tmp_path / "case").verdict.label == "clear error"
 
 
-def test_refusing_what_is_right_is_a_fault(watched: Watched, tmp_path: Path) -> None:
+def test_rejecting_what_is_right_is_a_fault(watched: Watched, tmp_path: Path) -> None:
     assert try_case(case("clear", expect="accept"), watched, tmp_path / "case").verdict.is_fault
 
 
@@ -165,10 +165,10 @@ def test_a_new_worker_follows_one_that_was_stopped(hurried: Watched, tmp_path: P
 
 
 def test_the_table_counts_each_case_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "planted_verb.py").write_text(VERB, encoding="utf-8")
+    (tmp_path / "planted_command.py").write_text(COMMAND, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     cases = [case(words) for words in ("fine", "clear", "traceback", "abort", "loops", "warns")]
-    results = try_cases(cases, 2, Limits(seconds=2.0), verb="planted_verb:main")
+    results = try_cases(cases, 2, Limits(seconds=2.0), command="planted_command:main")
     labels = ["correct", "clear error", "traceback", "crash", "hang", "silent nonsense"]
     assert [result.verdict.label for result in results] == labels
     result = as_json(results, seed=0, cases=6, machine={"cores": 2}, seconds=2.0)

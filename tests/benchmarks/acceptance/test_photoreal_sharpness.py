@@ -20,7 +20,7 @@ def stripes() -> np.ndarray:
 
 @pytest.mark.parametrize("contrast", [1.0, 0.7])
 def test_noise_of_the_reference_is_not_taken_for_sharpness(stripes: np.ndarray, contrast: float) -> None:
-    """The share of the gradients that is kept is the share of the contrast, whatever noise lies over either."""
+    """The fraction of the gradients that is kept is the fraction of the contrast, whatever noise lies over either."""
     flatter = 30.0 + contrast * (stripes - 30.0)
     found = measure((noisy(flatter, 1.5, 0), noisy(flatter, 1.5, 1)), (noisy(stripes, 6.0, 2), noisy(stripes, 6.0, 3)))
     assert found["gradient energy kept, over the reference's"] == pytest.approx(contrast, abs=0.02)

@@ -18,7 +18,7 @@ from warehouse_sim.geometry.pose import make_transform
 
 
 @pytest.mark.gl
-def test_predictions_for_a_dataset_are_asked_where_its_records_have_the_pallets(tmp_path: Path, capsys) -> None:
+def test_predictions_for_a_dataset_are_requested_where_its_records_have_the_pallets(tmp_path: Path, capsys) -> None:
     recipe = load_recipe("smoke")
     recipe = replace(recipe, scene=replace(recipe.scene, observations_per_scene=2), split=SplitConfig(0.0, 0.0, 1.0))
     data = tmp_path / "data"
@@ -33,7 +33,7 @@ def test_predictions_for_a_dataset_are_asked_where_its_records_have_the_pallets(
     assert rows
     for row in rows:
         assert (row["kind"], row["source"]) == ("predicted", "data method_smoke-test")
-        assert stored[row["instance"]].reachability.faces[row["face"]] in ("free", "under a stack")
+        assert stored[row["instance"]].accessibility.faces[row["face"]] in ("free", "under a stack")
         errors = row["swept"]["errors"]
         assert np.linalg.norm([errors[name] for name in ("depth", "lateral", "vertical")]) == pytest.approx(
             0.02, abs=1e-4

@@ -32,7 +32,7 @@ def test_a_barcode_fills_its_width_with_bars_of_whole_modules() -> None:
     assert barcode(8, 0.1, 0.03) != bars
 
 
-def test_words_lines_and_marks_have_the_size_asked_for() -> None:
+def test_words_lines_and_marks_have_the_size_requested_for() -> None:
     assert word_width("ALTO", 0.06) == pytest.approx(0.19)
     np.testing.assert_allclose(np.ptp(extent(word("ALTO", 0.06)), axis=0), [0.19, 0.06])
     np.testing.assert_allclose(extent(text_lines(0.1, 0.04, (0.5, 1.0)))[1], [0.05, 0.02])

@@ -12,7 +12,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 NAMES = ("carton_600x400x400", "carton_600x400x350", "carton_400x300x150")
-HARD = CartonWearConfig(share=1.0, depth=0.04, bulge=0.008)
+HARD = CartonWearConfig(fraction=1.0, depth=0.04, bulge=0.008)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -87,7 +87,7 @@ def test_equal_loads_have_equal_film() -> None:
 
 
 def simplified_whole(points: np.ndarray) -> np.ndarray:
-    """Leave out the flattest corner again and again, with the heights of all that are left computed anew."""
+    """Leave out the flattest corner again and again, with the heights of all that are left computed again."""
     while len(points) > 4:
         before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
         chord, up = after - before, points - before

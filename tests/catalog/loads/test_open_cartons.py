@@ -28,7 +28,7 @@ def test_numbers_are_their_own() -> None:
     assert not others.intersection(numbers)
 
 
-def test_an_unknown_one_is_refused() -> None:
+def test_an_unknown_one_is_rejected() -> None:
     from warehouse_sim.catalog.loads.open_cartons import open_carton_of
 
     with pytest.raises(UnknownNameError, match="carton_1x1x1_open"):

@@ -19,7 +19,7 @@ def test_a_deck_is_its_plate_less_its_holes() -> None:
     assert volume(deck) == pytest.approx((0.46 * 0.34 - 12 * hole_x * hole_y) * 0.02)
 
 
-def test_a_deck_is_closed_or_wide_open_where_that_is_asked() -> None:
+def test_a_deck_is_closed_or_wide_open_where_that_is_requested() -> None:
     plain = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02)
     patched = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02, solid=((0.0, 0.0, 0.05, 0.05),))
     opened = grid_deck(0.46, 0.34, 0.02, (4, 3), 0.02, 0.02, open_=((0.0, 0.0, 0.07, 0.07),))
@@ -30,7 +30,7 @@ def test_a_deck_is_closed_or_wide_open_where_that_is_asked() -> None:
     assert is_closed(opened)
 
 
-def test_a_block_has_recesses_of_the_asked_depth_between_its_ribs() -> None:
+def test_a_block_has_recesses_of_the_requested_depth_between_its_ribs() -> None:
     block = ribbed_block(0.145, 0.1, 0.1, 0.045, 0.009, 0.006)
     assert is_closed(block)
     np.testing.assert_allclose(np.ptp(block.vertices, axis=0), [0.145, 0.1, 0.1])

@@ -13,17 +13,17 @@ from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.physics import settle_scene
 from warehouse_sim.scene import sample_scene
-from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig, drawn_pallets
+from warehouse_sim.scene.packing.sampled_pallets import SampledPalletsConfig, sampled_pallets
 from warehouse_sim.schema import ObjectModel
 
-FEW = drawn_pallets(DrawnPalletsConfig(count=24, seed=3))
-FAMILY = drawn_pallets(load_recipe("robust_pallets").scene.loads.drawn_pallets)
+FEW = sampled_pallets(SampledPalletsConfig(count=24, seed=3))
+FAMILY = sampled_pallets(load_recipe("robust_pallets").scene.loads.sampled_pallets)
 """What estimators are trained on: far from any standard."""
-DRAWN = (*FEW, *FAMILY)
+SAMPLED = (*FEW, *FAMILY)
 SHAPE = PalletShape("skids", 1.14, 0.76, 0.09, 0.02, 0.12, 0.12, 6, 0.7, 1.3, "x")
 
 
-@pytest.mark.parametrize("model", DRAWN, ids=lambda model: f"{model.name}-{model.size[0]}")
+@pytest.mark.parametrize("model", SAMPLED, ids=lambda model: f"{model.name}-{model.size[0]}")
 def test_pockets_are_empty_and_as_wide_and_high_as_can_be(model: ObjectModel) -> None:
     assert model.pockets
     for pocket in model.pockets:
@@ -33,7 +33,7 @@ def test_pockets_are_empty_and_as_wide_and_high_as_can_be(model: ObjectModel) ->
         assert pocket.size[1] >= 0.15
 
 
-@pytest.mark.parametrize("model", DRAWN, ids=lambda model: f"{model.name}-{model.size[0]}")
+@pytest.mark.parametrize("model", SAMPLED, ids=lambda model: f"{model.name}-{model.size[0]}")
 def test_the_box_is_the_meshes_and_physics_leaves_the_pockets_open(model: ObjectModel) -> None:
     vertices = model.mesh().vertices
     np.testing.assert_allclose(vertices.max(axis=0), model.size / 2, atol=1e-9)
@@ -74,19 +74,19 @@ def test_the_family_of_the_training_sets_is_wide() -> None:
 def test_drawn_pallets_stand_and_carry_in_the_physics(index: int) -> None:
     recipe = load_recipe("robust_pallets")
     loads = recipe.scene.loads
-    only = replace(loads, drawn_pallets=replace(loads.drawn_pallets, share=1.0))
+    only = replace(loads, sampled_pallets=replace(loads.sampled_pallets, fraction=1.0))
     scene = sample_scene(replace(recipe.scene, loads=only), 5, index)
     settled, report = settle_scene(scene, recipe.settle)
     report.require_ok()
-    drawn = [item for item in settled.instances if item.model.startswith("drawn_pallet")]
-    assert len({item.model.partition("~")[0] for item in drawn}) >= 5
+    sampled = [item for item in settled.instances if item.model.startswith("sampled_pallet")]
+    assert len({item.model.partition("~")[0] for item in sampled}) >= 5
     assert report.toppled == ()
 
 
-def test_the_first_pallets_stay_when_more_are_asked_for_and_others_come_with_another_seed() -> None:
-    few = drawn_pallets(DrawnPalletsConfig(count=3, seed=3))
+def test_the_first_pallets_stay_when_more_are_requested_for_and_others_come_with_another_seed() -> None:
+    few = sampled_pallets(SampledPalletsConfig(count=3, seed=3))
     assert [tuple(model.size) for model in few] == [tuple(model.size) for model in FEW[:3]]
-    other = drawn_pallets(DrawnPalletsConfig(count=3, seed=4))
+    other = sampled_pallets(SampledPalletsConfig(count=3, seed=4))
     assert all(tuple(a.size) != tuple(b.size) for a, b in zip(few, other, strict=True))
 
 
@@ -96,6 +96,6 @@ def test_an_epal1_by_numbers_weighs_about_what_it_weighs() -> None:
 
 
 @pytest.mark.parametrize(("field", "value"), [("opening", 0.01), ("boards", 2), ("cover", 1.2), ("length", 0.7)])
-def test_shapes_that_nobody_builds_are_refused(field: str, value: float) -> None:
+def test_shapes_that_nobody_builds_are_rejected(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=field):
         replace(SHAPE, **{field: value})

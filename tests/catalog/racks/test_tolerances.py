@@ -69,6 +69,6 @@ def test_no_tolerance_means_the_drawing() -> None:
     np.testing.assert_array_equal(beam_pose(2.7, NONE, rng), np.eye(4))
 
 
-def test_a_negative_tolerance_is_refused() -> None:
+def test_a_negative_tolerance_is_rejected() -> None:
     with pytest.raises(ValueError, match="plumb must be >= 0, found -1"):
         RackTolerances(plumb=-1.0)

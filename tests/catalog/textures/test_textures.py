@@ -5,15 +5,15 @@ import pytest
 
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
+from warehouse_sim.catalog.textures.damaged import WIDE
 from warehouse_sim.catalog.textures.tile import normals
 from warehouse_sim.catalog.textures.used import LARGE
-from warehouse_sim.catalog.textures.worn import WIDE
 
 
 def edge(name: str) -> int:
     if name in ("slab", "coat", "precast"):
         return LARGE
-    return WIDE if name.endswith("_worn") else SIZE
+    return WIDE if name.endswith("_damaged") else SIZE
 
 
 def unit_normals(name: str) -> np.ndarray:
@@ -86,16 +86,16 @@ def test_wood_is_stretched_and_every_texture_is_used_or_offered() -> None:
     assert {item.texture for item in materials().values() if item.texture} <= set(TEXTURES)
 
 
-@pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_worn")])
-def test_a_worn_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_damaged")])
+def test_a_damaged_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) -> None:
     """It is twice as wide at the same grain: as much fine detail a texel, more that is coarse, no quarter twice."""
-    fresh, worn = (paint(item).albedo.astype(float) for item in (name.removesuffix("_worn"), name))
-    assert worn.shape == (1024, 1024)
-    fine = [np.diff(image, axis=1).std() for image in (fresh, worn)]
+    fresh, damaged = (paint(item).albedo.astype(float) for item in (name.removesuffix("_damaged"), name))
+    assert damaged.shape == (1024, 1024)
+    fine = [np.diff(image, axis=1).std() for image in (fresh, damaged)]
     assert fine[1] > 0.8 * fine[0]
-    coarse = [image.reshape(len(image) // 16, 16, -1, 16).mean(axis=(1, 3)).std() for image in (fresh, worn)]
+    coarse = [image.reshape(len(image) // 16, 16, -1, 16).mean(axis=(1, 3)).std() for image in (fresh, damaged)]
     assert coarse[1] > 1.15 * coarse[0]
-    quarters = worn.reshape(2, 512, 2, 512).swapaxes(1, 2).reshape(4, -1)
+    quarters = damaged.reshape(2, 512, 2, 512).swapaxes(1, 2).reshape(4, -1)
     assert (np.corrcoef(quarters) - np.eye(4)).max() < 0.97
 
 

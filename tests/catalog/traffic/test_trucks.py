@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.catalog.covering import bare_distances, filled_share
+from tests.catalog.covering import bare_distances, filled_fraction
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH, FORK_SPREAD, FORK_THICKNESS, FORK_WIDTH
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD
@@ -27,7 +27,7 @@ def test_outer_sizes_and_classes(name: str, class_name: str, size: tuple[float, 
 def test_collision_boxes_cover_the_truck_to_30_mm_and_leave_the_space_over_the_forks(name: str) -> None:
     model = catalog_object(name)
     assert bare_distances(model).max() < 0.030
-    assert filled_share(model) < 0.5
+    assert filled_fraction(model) < 0.5
 
 
 @pytest.mark.parametrize("name", ["forklift", "reach_truck"])

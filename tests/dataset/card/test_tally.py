@@ -36,19 +36,21 @@ def test_objects_labels_and_points_are_counted_by_another_road() -> None:
 
 def test_equal_shapes_are_one_mesh_and_other_paint_is_another_look() -> None:
     scene = make_scene(0)
-    twin = replace(PALLET, name="toy-pallet-new", parts=tuple(replace(part, material="new") for part in PALLET.parts))
-    worn = replace(PALLET, name="toy-pallet~1f", parts=PALLET.parts[1:])
+    paired_variant = replace(
+        PALLET, name="toy-pallet-new", parts=tuple(replace(part, material="new") for part in PALLET.parts)
+    )
+    damaged = replace(PALLET, name="toy-pallet~1f", parts=PALLET.parts[1:])
     materials = {
         name: Material(name, color) for name, color in {"wood": (0.5, 0.4, 0.3), "new": (0.6, 0.5, 0.3)}.items()
     }
-    models = scene.models | {twin.name: twin, worn.name: worn}
-    names = {10: PALLET.name, 11: twin.name, 12: worn.name, 20: CARTON.name}
+    models = scene.models | {paired_variant.name: paired_variant, damaged.name: damaged}
+    names = {10: PALLET.name, 11: paired_variant.name, 12: damaged.name, 20: CARTON.name}
     items = tuple(replace(item, model=names.get(item.instance_id, item.model)) for item in scene.instances)
     looks = [look for look in tally_of(replace(scene, models=models, materials=materials, instances=items)).looks]
     pallets = [look for look in looks if look.class_name == "pallet"]
     assert len({look.mesh for look in pallets}) == 2
     assert len({look.look for look in pallets}) == 3
-    assert [look.worn for look in pallets].count(True) == 1
+    assert [look.damaged for look in pallets].count(True) == 1
     same = replace(materials["wood"], name="another name")
     renamed = replace(scene, models=models, materials=materials | {"new": same}, instances=items)
     assert len({look.look for look in tally_of(renamed).looks if look.class_name == "pallet"}) == 2
@@ -73,6 +75,6 @@ def test_a_tally_comes_back_from_plain_data_and_adds_up() -> None:
         ({"looks": [{"class_name": "../x"}]}, "class_name"),
     ],
 )
-def test_a_malformed_tally_is_refused(change: dict, words: str) -> None:
+def test_a_malformed_tally_is_rejected(change: dict, words: str) -> None:
     with pytest.raises(DatasetError, match=words):
         read_tally(tally_row(tally_of(make_scene(0))) | change, "scene")

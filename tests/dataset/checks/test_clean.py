@@ -3,7 +3,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.clean import matches_reading
 
 
-def test_readings_with_noise_and_holes_are_of_their_truth_and_those_of_another_place_are_not() -> None:
+def test_readings_with_noise_and_holes_are_of_their_ground_truth_and_those_of_another_place_are_not() -> None:
     rng = np.random.default_rng(0)
     clean = rng.uniform(2.0, 8.0, (40, 60))
     read = np.where(rng.random(clean.shape) < 0.4, 0.0, clean * (1 + 0.05 * rng.standard_normal(clean.shape)))

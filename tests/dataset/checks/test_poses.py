@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, PALLET
-from warehouse_sim.dataset.checks.poses import comparable, silhouette_shift
+from warehouse_sim.dataset.checks.poses import amodal_mask_shift, comparable
 from warehouse_sim.dataset.checks.raster import mesh_depth
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
@@ -10,7 +10,7 @@ from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
 LARGE = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)
 
 
-def silhouette(camera: PinholeCamera, offset_px: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+def amodal_mask(camera: PinholeCamera, offset_px: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
     T_camera_object = make_transform(matrix_from_quat_wxyz(np.array([0.7, -0.6, 0.3, 0.2])), np.array([0.1, 0.0, 2.0]))
     moved = PinholeCamera(
         camera.width, camera.height, camera.fx, camera.fy, camera.cx + offset_px[0], camera.cy + offset_px[1]
@@ -20,22 +20,22 @@ def silhouette(camera: PinholeCamera, offset_px: tuple[float, float] = (0.0, 0.0
 
 @pytest.mark.parametrize("offset_px", [(0.0, 0.0), (0.3, 0.0), (0.0, -0.4), (-0.5, 0.25), (1.0, 0.0)])
 def test_known_shift_is_measured(offset_px: tuple[float, float]) -> None:
-    shift_px, _ = silhouette_shift(silhouette(LARGE, offset_px), silhouette(LARGE))
+    shift_px, _ = amodal_mask_shift(amodal_mask(LARGE, offset_px), amodal_mask(LARGE))
     assert np.abs(shift_px - offset_px).max() < 0.05
 
 
 def test_large_shift_is_not_taken_for_a_small_one() -> None:
-    shift_px, _ = silhouette_shift(silhouette(LARGE, (9.0, 0.0)), silhouette(LARGE))
+    shift_px, _ = amodal_mask_shift(amodal_mask(LARGE, (9.0, 0.0)), amodal_mask(LARGE))
     assert np.linalg.norm(shift_px) > 0.5
 
 
 @pytest.mark.parametrize("camera", [CAMERA, LARGE])
 def test_missing_or_swollen_mask_is_a_mismatch(camera: PinholeCamera) -> None:
-    drawn = silhouette(camera)
-    swollen = drawn | np.roll(drawn, 1, axis=0) | np.roll(drawn, -1, axis=0) | np.roll(drawn, 1, axis=1)
-    assert silhouette_shift(drawn, drawn)[1] == 0.0
-    assert silhouette_shift(np.zeros_like(drawn), drawn)[1] > 0.25
-    assert silhouette_shift(swollen, drawn)[1] > 0.25
+    sampled = amodal_mask(camera)
+    swollen = sampled | np.roll(sampled, 1, axis=0) | np.roll(sampled, -1, axis=0) | np.roll(sampled, 1, axis=1)
+    assert amodal_mask_shift(sampled, sampled)[1] == 0.0
+    assert amodal_mask_shift(np.zeros_like(sampled), sampled)[1] > 0.25
+    assert amodal_mask_shift(swollen, sampled)[1] > 0.25
 
 
 def test_beside_what_is_nearer_a_matched_window_is_not_believed() -> None:

@@ -75,7 +75,7 @@ def test_a_conversion_that_was_broken_off_goes_on_to_the_same_bytes(
     assert content(out) == content(ours)
 
 
-def test_what_cannot_be_converted_is_refused_in_one_line(
+def test_what_cannot_be_converted_is_rejected_in_one_line(
     converted: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     theirs, ours = converted

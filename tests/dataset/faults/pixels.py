@@ -32,7 +32,7 @@ def visible_box_one_more(folder: Folder) -> None:
 
 
 def whole_box_one_more(folder: Folder) -> None:
-    """Count one box of a whole silhouette as COCO does, wherever it stands."""
+    """Count one box of a whole amodal mask as COCO does, wherever it stands."""
     view, index = folder.target()
     number = sum(len(rows) for key, rows in load(view.table("gt_info")).items() if int(key) < view.image) + index
 
@@ -85,7 +85,7 @@ def kitti_box_as_width(folder: Folder) -> None:
 
 
 def fraction_of_the_image(folder: Folder) -> None:
-    """Store the share of one target's box instead of its silhouette."""
+    """Store the fraction of one target's box instead of its amodal mask."""
     view, index = folder.target()
 
     def on(data: dict) -> None:
@@ -95,7 +95,7 @@ def fraction_of_the_image(folder: Folder) -> None:
     edit(view.table("gt_info"), on)
 
 
-def silhouette_counted_in_the_image(folder: Folder) -> None:
+def amodal_mask_counted_in_the_image(folder: Folder) -> None:
     """Leave out what the border cuts off, in count and fraction: the classic mistake with truncated targets."""
     cut = [
         (view, i)
@@ -176,7 +176,7 @@ def depth_files(view: View) -> list[tuple[Path, float]]:
 
 
 def depth_as_range(folder: Folder) -> None:
-    """Store the distance from the camera instead of that along its axis, in all files, truth and counts included."""
+    """Store the distance from the camera instead of that along its axis, in all files, labels and counts included."""
     for view in folder.views():
         K = np.reshape(load(view.table("camera"))[str(view.image)]["cam_K"], (3, 3))
 
@@ -197,7 +197,7 @@ def kitti_depth_in_millimetres(folder: Folder) -> None:
 
 
 def depth_of_another_image(folder: Folder) -> None:
-    """Let two views change their depth, readings and truth, in both formats; counts of readings stay wrong, too."""
+    """Let two views swap depth, readings and ground truth, in both formats; counts of readings stay wrong."""
     first, second = folder.rng.choice(len(folder.views()), 2, replace=False)
     a, b = folder.views()[first], folder.views()[second]
     for kind in ("depth", "depth_clean"):
@@ -223,7 +223,7 @@ def colour_of_another_scene(folder: Folder) -> None:
     exchange(a.kitti("image_2", "png"), b.kitti("image_2", "png"))
 
 
-def colour_and_truth_of_another_scene(folder: Folder) -> None:
+def colour_and_gt_of_another_scene(folder: Folder) -> None:
     """The same with the clean images: only what is seen where can tell."""
     views = folder.views()
     a = views[folder.rng.integers(len(views))]

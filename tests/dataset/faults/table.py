@@ -68,7 +68,7 @@ FAULTS = (
     Fault("COCO box as corners", pixels.coco_box_as_corners, "bop coco", "bbox is"),
     Fault("KITTI box as width and height", pixels.kitti_box_as_width, "kitti and bop labels", "the 2D boxes differ"),
     Fault("visible fraction wrong", pixels.fraction_of_the_image, "bop masks", "visib_fract is not"),
-    Fault("silhouette without what is cut", pixels.silhouette_counted_in_the_image, "bop masks", "px_count_all is"),
+    Fault("amodal mask without what is cut", pixels.amodal_mask_counted_in_the_image, "bop masks", "px_count_all is"),
     Fault("fraction in the record wrong", pixels.record_fraction, "bop tables", "the scene record has"),
     Fault("truncated wrong", lists.truncation_wrong, "kitti and bop labels", "truncated is"),
     Fault("occluded wrong", lists.occlusion_wrong, "kitti labels on images", "occluded is"),
@@ -77,16 +77,19 @@ FAULTS = (
     Fault("masks with their rows exchanged", pixels.masks_and_rows_exchanged, "bop poses on images", "beside its mask"),
     Fault("mask of another image", pixels.mask_of_another_image, "bop masks", "mask"),
     Fault("mask one pixel aside", pixels.mask_one_pixel_aside, "bop masks", "mask"),
-    Fault("mask inverted", pixels.mask_inverted, "bop masks", "is not part of the whole silhouette"),
+    Fault("mask inverted", pixels.mask_inverted, "bop masks", "is not part of the whole amodal mask"),
     Fault("COCO runs along rows", pixels.coco_runs_along_rows, "bop masks", "differs from the run lengths"),
     # Images.
     Fault("depth as range", pixels.depth_as_range, "kitti points on depth", "holds the distance to the camera"),
     Fault("depth of another view", pixels.depth_of_another_image, "kitti points on depth", "differs from"),
-    Fault("depth with bytes exchanged", pixels.depth_bytes_exchanged, "bop images", "is not the truth behind"),
+    Fault("depth with bytes exchanged", pixels.depth_bytes_exchanged, "bop images", "is not the ground truth behind"),
     Fault("BGR for RGB", pixels.colours_as_bgr, "bop images", "has red and blue the other way round"),
     Fault("colour of another scene", pixels.colour_of_another_scene, "bop images", "is not of what the image"),
     Fault(
-        "colour and truth of another", pixels.colour_and_truth_of_another_scene, "bop images", "shows no edges where"
+        "colour and ground truth of another",
+        pixels.colour_and_gt_of_another_scene,
+        "bop images",
+        "shows no edges where",
     ),
     Fault("truncated PNG", pixels.cut_image, "bop images", "is a damaged PNG image"),
     # LiDAR.

@@ -19,7 +19,7 @@ def test_sha256sum_agrees(toy_root: Path, kind: str) -> None:
     assert (done.returncode, done.stdout) == (0, "obj_000001.ply: OK\n")
 
 
-def test_another_byte_or_name_is_refused(toy_copy: Path) -> None:
+def test_another_byte_or_name_is_rejected(toy_copy: Path) -> None:
     path = toy_copy / "bop/models/obj_000001.ply"
     require_checksum(path)
     other = path.with_name("obj_000002.ply")

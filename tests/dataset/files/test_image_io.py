@@ -41,7 +41,7 @@ def test_depth_round_trip_within_half_a_step(tmp_path: Path, steps_per_metre: fl
     ("value", "steps_per_metre"),
     [(65.5356, 1000.0), (300.0, 256.0), (256.0, 256.0), (-0.001, 1000.0), (np.nan, 1000.0), (np.inf, 256.0)],
 )
-def test_depth_out_of_range_is_refused_not_wrapped(value: float, steps_per_metre: float) -> None:
+def test_depth_out_of_range_is_rejected_not_wrapped(value: float, steps_per_metre: float) -> None:
     depth = np.full((3, 3), 2.0, dtype=np.float32)
     depth[1, 1] = value
     with pytest.raises(DatasetError, match=r"BOP, scene 4: depth .* does not fit into 16 bits"):
@@ -68,7 +68,7 @@ def test_even_masks_of_any_size_come_back(tmp_path: Path, shape: tuple[int, int]
     assert np.array_equal(decode_mask(tmp_path / "a.png"), mask)
 
 
-def test_ids_are_kept_up_to_16_bits_and_refused_beyond(tmp_path: Path) -> None:
+def test_ids_are_kept_up_to_16_bits_and_rejected_beyond(tmp_path: Path) -> None:
     ids = np.random.default_rng(3).integers(0, 65536, (13, 7)).astype(np.int32)
     ids[0, :2] = 0, 65535
     (tmp_path / "a.png").write_bytes(encode_ids(ids, "here"))
@@ -113,7 +113,7 @@ DEEP = np.full((4, 5), 7, dtype=np.uint16)
         (decode_mask, GREY, "0 and 255 only"),
     ],
 )
-def test_images_of_the_wrong_kind_are_refused(tmp_path: Path, decode, image: np.ndarray, message: str) -> None:
+def test_images_of_the_wrong_kind_are_rejected(tmp_path: Path, decode, image: np.ndarray, message: str) -> None:
     cv2.imwrite(str(tmp_path / "a.png"), image)
     with pytest.raises(DatasetError, match=message):
         decode(tmp_path / "a.png")

@@ -21,7 +21,7 @@ def test_one_entry_a_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, object()])
-def test_what_json_cannot_hold_is_refused(tmp_path: Path, value: object) -> None:
+def test_what_json_cannot_hold_is_rejected(tmp_path: Path, value: object) -> None:
     with pytest.raises(DatasetError, match=r"a\.json: cannot be written as JSON"):
         write_json(tmp_path / "a.json", {"x": [value]})
     assert not (tmp_path / "a.json").exists()
@@ -44,7 +44,7 @@ def test_what_json_cannot_hold_is_refused(tmp_path: Path, value: object) -> None
         ('{"a": 1, "a": 2}', "the key 'a' comes twice"),
     ],
 )
-def test_what_no_file_of_a_dataset_holds_is_refused(tmp_path: Path, content: str, message: str) -> None:
+def test_what_no_file_of_a_dataset_holds_is_rejected(tmp_path: Path, content: str, message: str) -> None:
     (tmp_path / "a.json").write_text(content)
     with pytest.raises(DatasetError) as caught:
         read_json(tmp_path / "a.json")

@@ -28,7 +28,7 @@ def test_round_trip_in_float32(tmp_path: Path) -> None:
         lambda content: content.replace(b"binary_little_endian", b"ascii"),
     ],
 )
-def test_other_layouts_are_refused(tmp_path: Path, change) -> None:
+def test_other_layouts_are_rejected(tmp_path: Path, change) -> None:
     path = tmp_path / "a.ply"
     write_ply(path, PALLET.mesh())
     path.write_bytes(change(path.read_bytes()))
@@ -56,7 +56,7 @@ def test_a_face_has_corners_that_exist(tmp_path: Path, index: int) -> None:
         read_ply(tmp_path / "a.ply")
 
 
-def test_a_header_of_endless_digits_is_refused(tmp_path: Path) -> None:
+def test_a_header_of_endless_digits_is_rejected(tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", PALLET.mesh())
     content = (tmp_path / "a.ply").read_bytes().replace(b"vertex 24", b"vertex " + b"9" * 5001)
     (tmp_path / "a.ply").write_bytes(content)

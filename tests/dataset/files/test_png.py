@@ -92,6 +92,6 @@ def test_the_same_image_gives_the_same_bytes_whatever_its_layout() -> None:
     ],
     ids=lambda image: f"{image.dtype}{image.shape}",
 )
-def test_what_png_cannot_hold_is_refused(image: np.ndarray) -> None:
+def test_what_png_cannot_hold_is_rejected(image: np.ndarray) -> None:
     with pytest.raises(DatasetError, match="cannot be encoded as PNG"):
         encode_png(image, "sub")

@@ -47,6 +47,6 @@ def test_runs_are_read_as_pycocotools_writes_them(mask: np.ndarray) -> None:
         ([[1, 2]], "has the size None"),
     ],
 )
-def test_runs_of_no_mask_are_refused(runs: object, says: str) -> None:
+def test_runs_of_no_mask_are_rejected(runs: object, says: str) -> None:
     with pytest.raises(DatasetError, match=says):
         mask_of_runs(runs, (2, 4), "here")

@@ -31,11 +31,11 @@ def table(root: Path, name: str) -> dict:
 
 
 def test_camera_row(toy_root: Path) -> None:
-    truth = observe(make_scene(0))[0]
+    gt = observe(make_scene(0))[0]
     row = table(toy_root, "camera")["0"]
     assert row["cam_K"] == [110.0, 0.0, 81.3, 0.0, 112.0, 47.6, 0.0, 0.0, 1.0]
     assert row["depth_scale"] == 1.0
-    T_camera_world = invert(truth.T_world_camera)
+    T_camera_world = invert(gt.T_world_camera)
     assert np.array_equal(np.reshape(row["cam_R_w2c"], (3, 3)), T_camera_world[:3, :3])
     assert np.allclose(row["cam_t_w2c"], T_camera_world[:3, 3] * 1000, rtol=0, atol=1e-9)
     defaults = json.loads((toy_root / "bop" / "camera.json").read_text())
@@ -46,24 +46,24 @@ def test_camera_row(toy_root: Path) -> None:
 
 
 def test_gt_info_follows_the_toolkit_definitions(toy_root: Path) -> None:
-    """Recompute every number from a silhouette pasted into a canvas of 3 x 3 images."""
-    truth, rows = observe(make_scene(0))[0], table(toy_root, "gt_info")["0"]
-    h, w = truth.rgbd.depth.shape
+    """Recompute every number from an amodal mask pasted into a canvas of 3 x 3 images."""
+    gt, rows = observe(make_scene(0))[0], table(toy_root, "gt_info")["0"]
+    h, w = gt.rgbd.depth.shape
     truncated = 0
-    for annotation, row in zip(truth.annotations, rows, strict=True):
+    for annotation, row in zip(gt.annotations, rows, strict=True):
         canvas = np.zeros((3 * h, 3 * w), dtype=bool)
-        left, top = annotation.silhouette_offset
-        sh, sw = annotation.silhouette.shape
-        canvas[h + top : h + top + sh, w + left : w + left + sw] = annotation.silhouette
+        left, top = annotation.amodal_mask_offset
+        sh, sw = annotation.amodal_mask.shape
+        canvas[h + top : h + top + sh, w + left : w + left + sw] = annotation.amodal_mask
         inside = canvas[h : 2 * h, w : 2 * w]
-        visible = truth.buffers.instance_ids == annotation.instance_id
+        visible = gt.buffers.instance_ids == annotation.instance_id
         ys, xs = np.nonzero(canvas)
         vy, vx = np.nonzero(visible)
         assert row == {
             "bbox_obj": [xs.min() - w, ys.min() - h, np.ptp(xs), np.ptp(ys)],
             "bbox_visib": [vx.min(), vy.min(), np.ptp(vx), np.ptp(vy)],
             "px_count_all": canvas.sum(),
-            "px_count_valid": (truth.rgbd.depth[inside] > 0).sum(),
+            "px_count_valid": (gt.rgbd.depth[inside] > 0).sum(),
             "px_count_visib": visible.sum(),
             "visib_fract": visible.sum() / canvas.sum(),
             "instance_id": annotation.instance_id,
@@ -148,7 +148,7 @@ def test_header_uses_the_type_names_that_the_toolkit_knows(toy_root: Path) -> No
 
 @pytest.mark.parametrize("model", [PALLET, CARTON], ids=lambda model: model.name)
 def test_metric_vertices_are_even(model) -> None:
-    """Every patch of the surface has its share of vertices."""
+    """Every patch of the surface has its fraction of vertices."""
     mesh = even_mesh(model)
     assert 2000 <= len(mesh.vertices) <= 4000
     edges = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]
@@ -180,7 +180,7 @@ def test_targets_count_what_is_visible_enough(tmp_path: Path) -> None:
     assert [annotation["ignore"] for annotation in coco["annotations"]] == [True, False, False]
 
 
-def test_object_without_model_is_refused(tmp_path: Path) -> None:
+def test_object_without_model_is_rejected(tmp_path: Path) -> None:
     write_objects(tmp_path, [CARTON])
     writer = BopWriter(tmp_path, make_manifest())
     writer.begin([CARTON], CAMERA)

@@ -85,10 +85,10 @@ def test_both_formats_read_the_same(both: Path, shards: Path) -> None:
             assert np.array_equal(one.T_world_camera, other.T_world_camera)
             assert np.array_equal(a.rgb(one), b.rgb(other))
             assert np.array_equal(a.depth(one), b.depth(other))
-            for target, twin in zip(one.targets, other.targets, strict=True):
-                assert np.array_equal(target.T_camera_object, twin.T_camera_object)
+            for target, paired_variant in zip(one.targets, other.targets, strict=True):
+                assert np.array_equal(target.T_camera_object, paired_variant.T_camera_object)
                 assert replace(target, T_camera_object=np.eye(4)).__dict__ | {"T_camera_object": 0} == (
-                    twin.__dict__ | {"T_camera_object": 0}
+                    paired_variant.__dict__ | {"T_camera_object": 0}
                 )
                 assert np.array_equal(a.mask(one, target.gt_index), b.mask(other, target.gt_index))
                 assert np.array_equal(a.mask_visible(one, target.gt_index), b.mask_visible(other, target.gt_index))
@@ -161,7 +161,7 @@ def test_scenes_go_on_in_the_next_shard(tmp_path: Path) -> None:
 
 
 def rewrite(path: Path, change) -> None:
-    """Write a shard anew, its members changed."""
+    """Write a shard again, its members changed."""
     items = []
     with tarfile.open(path) as archive:
         items = [(item, archive.extractfile(item).read()) for item in archive.getmembers()]
@@ -198,14 +198,14 @@ def named(name: str, data: bytes = b"x", **more) -> tuple[tarfile.TarInfo, bytes
         (lambda items: [named(items[0][0].name, b"{}"), *items[1:]], r"camera\.json: the entry 'cam_K' is missing"),
     ],
 )
-def test_hostile_shards_are_refused(shards: Path, change, message: str) -> None:
+def test_hostile_shards_are_rejected(shards: Path, change, message: str) -> None:
     rewrite(shards / "bop_webdataset" / "test" / "shard-000000.tar", change)
     with pytest.raises(DatasetError, match=message):
         DatasetReader(shards).images("test")
     assert not all(check.ok for check in validate(shards))
 
 
-def test_archives_that_are_cut_or_packed_are_refused(shards: Path) -> None:
+def test_archives_that_are_cut_or_packed_are_rejected(shards: Path) -> None:
     path = shards / "bop_webdataset" / "test" / "shard-000000.tar"
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 3])
@@ -228,7 +228,7 @@ def test_archives_that_are_cut_or_packed_are_refused(shards: Path) -> None:
         (None, "has the size None"),
     ],
 )
-def test_hostile_run_lengths_are_refused(shards: Path, runs, message: str) -> None:
+def test_hostile_run_lengths_are_rejected(shards: Path, runs, message: str) -> None:
     def change(items):
         data = json.dumps({"0": runs}).encode()
         return [named(i.name, data) if i.name.endswith("0.mask.json") else (i, d) for i, d in items]

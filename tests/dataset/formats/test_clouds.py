@@ -130,7 +130,7 @@ def test_validate_holds_and_finds_millimetres(root: Path, tmp_path: Path) -> Non
     assert "metres are expected" in problem
 
 
-def test_a_scene_that_was_broken_off_is_written_anew(tmp_path: Path) -> None:
+def test_a_scene_that_was_broken_off_is_written_again(tmp_path: Path) -> None:
     store = DatasetStore(tmp_path, make_manifest(formats=("ply",)))
     store.begin([PALLET], CAMERA)
     stray = tmp_path / "ply" / "train" / "000000" / "000099_lidar.ply"
@@ -226,7 +226,7 @@ ONE = struct.pack("<3f", 1.0, 2.0, 3.0)
         ("a.pcd", b"", "has no line 'DATA'"),
     ],
 )
-def test_a_damaged_cloud_is_refused(tmp_path: Path, name: str, content: bytes, words: str) -> None:
+def test_a_damaged_cloud_is_rejected(tmp_path: Path, name: str, content: bytes, words: str) -> None:
     path = tmp_path / name
     path.write_bytes(content)
     with pytest.raises(DatasetError, match=words) as caught:

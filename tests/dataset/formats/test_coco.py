@@ -66,8 +66,8 @@ def test_amodal_masks_are_cut_at_the_image_and_the_uncut_box_is_told(root: Path)
         image = amodal.imgs[row["image_id"]]
         target = next(item for item in seen_targets(0, image["observation"]) if item.instance_id == row["instance_id"])
         canvas = np.zeros((3 * CAMERA.height, 3 * CAMERA.width), dtype=bool)
-        x, y = target.silhouette_offset[0] + CAMERA.width, target.silhouette_offset[1] + CAMERA.height
-        canvas[y : y + target.silhouette.shape[0], x : x + target.silhouette.shape[1]] = target.silhouette
+        x, y = target.amodal_mask_offset[0] + CAMERA.width, target.amodal_mask_offset[1] + CAMERA.height
+        canvas[y : y + target.amodal_mask.shape[0], x : x + target.amodal_mask.shape[1]] = target.amodal_mask
         whole = canvas[CAMERA.height : 2 * CAMERA.height, CAMERA.width : 2 * CAMERA.width]
         mask = amodal.annToMask(row).astype(bool)
         assert np.array_equal(mask, whole)
@@ -93,12 +93,12 @@ def test_panoptic_images_name_every_pixel(root: Path, split: str) -> None:
     for row, image, seen in zip(data["annotations"], data["images"], observe(make_scene(scene)), strict=True):
         bgr = cv2.imread(str(path.with_suffix("") / row["file_name"])).astype(int)
         number = bgr[..., 2] + 256 * bgr[..., 1] + 65536 * bgr[..., 0]
-        truth = seen.buffers.instance_ids
+        gt = seen.buffers.instance_ids
         # The floor is stuff and the only one; all else are things with ids of their own.
-        assert np.array_equal(number, truth)
-        assert {item["id"] for item in row["segments_info"]} == set(np.unique(truth)) - {0}
+        assert np.array_equal(number, gt)
+        assert {item["id"] for item in row["segments_info"]} == set(np.unique(gt)) - {0}
         for item in row["segments_info"]:
-            mask = truth == item["id"]
+            mask = gt == item["id"]
             left, top, right, bottom = mask_box_xyxy(mask)
             assert item["area"] == mask.sum()
             assert item["bbox"] == [left, top, right - left + 1, bottom - top + 1]
@@ -113,7 +113,7 @@ def test_numbers_of_annotations_are_unique_in_the_dataset_and_begin_with_one(roo
     assert numbers == list(range(1, len(numbers) + 1))
 
 
-def test_the_truth_scores_one(root: Path) -> None:
+def test_the_ground_truth_scores_one(root: Path) -> None:
     coco = load(root, "instances", "train")
     rows = [
         {key: row[key] for key in ("image_id", "category_id", "bbox", "segmentation")} | {"score": 1.0}

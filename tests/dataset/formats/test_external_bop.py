@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.object_truth import geometry_problems
+from warehouse_sim.dataset.object_gt import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy

@@ -176,13 +176,13 @@ def test_each_task_of_our_yolo_is_a_folder_of_others(ours: Path, task: str) -> N
     targets = [item for item in seen.annotations if item.pixels_visible]
     assert (len(image.targets), empty.targets) == (len(targets), ())
     assert np.array_equal(reader.rgb(image), seen.rgbd.rgb)
-    for target, truth in zip(image.targets, targets, strict=True):
-        mask = seen.buffers.instance_ids == truth.instance_id
+    for target, gt in zip(image.targets, targets, strict=True):
+        mask = seen.buffers.instance_ids == gt.instance_id
         if task == "segment":
             read = reader.mask_visible(image, target.gt_index)
             assert (read & mask).sum() / (read | mask).sum() > 0.95
         elif task != "obb":
-            assert target.box_visible_xyxy == pytest.approx(truth.box_visible_xyxy, abs=1e-3)
+            assert target.box_visible_xyxy == pytest.approx(gt.box_visible_xyxy, abs=1e-3)
 
 
 def others_yolo(root: Path, data: str, labels: str) -> Path:
@@ -217,8 +217,8 @@ def test_an_exported_yolo_folder_is_read(tmp_path: Path) -> None:
     ("data", "labels", "says"),
     [
         (EXPORTED, "2 0.5 0.5 0.1 0.1\n", r"a.txt:1: class 2 is not in data.yaml, which has 2 classes"),
-        (EXPORTED, "0 0.5 0.5 1.5 0.1\n", "must be shares of the image, 0 to 1"),
-        (EXPORTED, "0 nan 0.5 0.5 0.1\n", "must be shares of the image, 0 to 1"),
+        (EXPORTED, "0 0.5 0.5 1.5 0.1\n", "must be fractions of the image, 0 to 1"),
+        (EXPORTED, "0 nan 0.5 0.5 0.1\n", "must be fractions of the image, 0 to 1"),
         (EXPORTED, "0 0.5 0.5 0.5\n", "has 4 numbers; a box has 5"),
         (EXPORTED, "pallet 0.5 0.5 0.5 0.5\n", "must be numbers"),
         (EXPORTED.replace("[person, dog]", "3"), "", "names must list the classes"),

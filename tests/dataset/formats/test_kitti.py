@@ -93,10 +93,10 @@ def same_points(a: np.ndarray, b: np.ndarray, tolerance: float) -> bool:
 
 @pytest.mark.parametrize("scene", [0, 1, 2])
 def test_corners_project_to_the_true_corners(toy_root: Path, scene: int) -> None:
-    truth = observe(make_scene(scene))[0]
+    gt = observe(make_scene(scene))[0]
     calib = read_calib(frame_file(toy_root, scene, 0, "calib"))
     labels = read_objects(frame_file(toy_root, scene, 0, "label_2"))
-    for label, annotation in zip(labels, truth.annotations, strict=True):
+    for label, annotation in zip(labels, gt.annotations, strict=True):
         expected = transform_points(annotation.T_camera_object, box_corners(PALLET.size))
         corners = kitti_corners(label)
         assert same_points(corners, expected, 1e-5)
@@ -106,14 +106,14 @@ def test_corners_project_to_the_true_corners(toy_root: Path, scene: int) -> None
 
 @pytest.mark.parametrize("scene", [0, 1, 2])
 def test_all_fields_are_real(toy_root: Path, scene: int) -> None:
-    truth = observe(make_scene(scene))[0]
+    gt = observe(make_scene(scene))[0]
     labels = read_objects(frame_file(toy_root, scene, 0, "label_2"))
-    for label, annotation in zip(labels, truth.annotations, strict=True):
+    for label, annotation in zip(labels, gt.annotations, strict=True):
         assert label["type"] == "pallet"
         assert label["hwl"] == [0.144, 0.8, 1.2]
         assert label["truncated"] == pytest.approx(1 - annotation.pixels_in_image / annotation.pixels_all, abs=1e-4)
-        share = annotation.pixels_visible / annotation.pixels_in_image
-        assert label["occluded"] == (0 if share >= 0.9 else 1 if share >= 0.5 else 2)
+        fraction = annotation.pixels_visible / annotation.pixels_in_image
+        assert label["occluded"] == (0 if fraction >= 0.9 else 1 if fraction >= 0.5 else 2)
         x, _, z = annotation.T_camera_object[:3, 3]
         expected_alpha = label["rotation_y"] - math.atan2(x, z)
         assert abs(math.remainder(label["alpha"] - expected_alpha, 2 * math.pi)) < 2e-6
@@ -132,30 +132,30 @@ def test_image_without_labels_has_one_dont_care_row(toy_root: Path) -> None:
 
 
 def test_lidar_points_project_onto_the_object_that_they_hit(toy_root: Path) -> None:
-    truth = observe(make_scene(0))[0]
+    gt = observe(make_scene(0))[0]
     calib = read_calib(frame_file(toy_root, 0, 0, "calib"))
     cloud = np.fromfile(frame_file(toy_root, 0, 0, "velodyne", "bin"), dtype="<f4").reshape(-1, 4)
     ids = np.fromfile(frame_file(toy_root, 0, 0, "velodyne_ids", "bin"), dtype="<i4")
-    assert np.array_equal(cloud[:, :3], truth.lidar.points)
-    assert np.array_equal(cloud[:, 3], truth.lidar.intensity)
-    assert np.array_equal(ids, truth.lidar.instance_ids)
+    assert np.array_equal(cloud[:, :3], gt.lidar.points)
+    assert np.array_equal(cloud[:, 3], gt.lidar.intensity)
+    assert np.array_equal(ids, gt.lidar.instance_ids)
     beams = np.fromfile(frame_file(toy_root, 0, 0, "velodyne_beams", "bin"), dtype="<f4").reshape(-1, 2)
-    assert np.array_equal(beams[:, 0], truth.lidar.ring)
-    assert np.array_equal(beams[:, 1], truth.lidar.time)
+    assert np.array_equal(beams[:, 0], gt.lidar.ring)
+    assert np.array_equal(beams[:, 1], gt.lidar.time)
     own = np.hstack([cloud[ids == 11, :3], np.ones((np.count_nonzero(ids == 11), 1))])
     camera_points = own @ calib["Tr_velo_to_cam"].T @ calib["R0_rect"].T
     uvw = np.hstack([camera_points, np.ones((len(own), 1))]) @ calib["P2"].T
     u, v = np.rint(uvw[:, 0] / uvw[:, 2]).astype(int), np.rint(uvw[:, 1] / uvw[:, 2]).astype(int)
     # The LiDAR stands elsewhere than the camera, so that a few points look past an edge.
     assert len(own) > 20
-    assert (truth.buffers.instance_ids[v, u] == 11).mean() > 0.8
+    assert (gt.buffers.instance_ids[v, u] == 11).mean() > 0.8
 
 
 def test_depth_and_plane(toy_root: Path) -> None:
-    truth = observe(make_scene(0))[0]
+    gt = observe(make_scene(0))[0]
     steps = cv2.imread(str(frame_file(toy_root, 0, 0, "depth_2", "png")), cv2.IMREAD_UNCHANGED)
     assert steps.dtype == np.uint16
-    assert np.abs(steps / 256.0 - truth.rgbd.depth).max() <= 0.5 / 256 + 1e-6
+    assert np.abs(steps / 256.0 - gt.rgbd.depth).max() <= 0.5 / 256 + 1e-6
     lines = strict_lines(frame_file(toy_root, 0, 0, "planes"))
     assert [float(word) for word in lines[3].split(" ")] == pytest.approx([0, -1, 0, 0.9], abs=1e-9)
     assert len(lines) == 4
@@ -219,7 +219,7 @@ def pitched(pitch: float = 0.0, roll: float = 0.0):
         (too_deep, "depth 256.500 m does not fit into 16 bits"),
     ],
 )
-def test_what_kitti_cannot_hold_is_refused(tmp_path: Path, change, message: str) -> None:
+def test_what_kitti_cannot_hold_is_rejected(tmp_path: Path, change, message: str) -> None:
     writer = KittiWriter(tmp_path, make_manifest())
     writer.begin([PALLET], CAMERA)
     with pytest.raises(DatasetError) as caught:

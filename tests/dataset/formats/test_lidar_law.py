@@ -52,13 +52,13 @@ def test_limits_hold_where_intensity_says_little_of_the_signal(name: str) -> Non
 def test_a_recipe_without_a_lidar_allows_nothing() -> None:
     law = LidarLaw.of(recipe_contents({}).lidar)
     assert law.noise_limit(np.array([5.0]), np.array([0.0])).tolist() == [0.0]
-    assert law.mixing_reach == law.mixed_share == 0.0
+    assert law.mixing_reach == law.mixed_fraction == 0.0
 
 
 @pytest.mark.parametrize("name", sorted(LIDAR_PRESETS))
 def test_the_head_looks_forward_when_the_sweep_says(name: str) -> None:
     sweep, law = make_sweep(LIDAR_PRESETS[name]), law_of(name, motion="raw")
-    assert law.forward_time == pytest.approx(sweep.forward_time, abs=law.time_doubt + law.cycle_time)
+    assert law.forward_time == pytest.approx(sweep.forward_time, abs=law.time_uncertainty + law.cycle_time)
 
 
 @pytest.mark.parametrize("motion", ["ignored", "raw", "deskewed"])

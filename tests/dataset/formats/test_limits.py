@@ -1,4 +1,4 @@
-"""What a format cannot hold at all is refused before there is a folder, with the setting that asks for it."""
+"""What a format cannot hold at all is rejected before there is a folder, with the setting that asks for it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,14 +10,14 @@ from tests.dataset.toy import make_manifest, with_recipe
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 
-REFUSED: list[tuple[dict[str, Any], str, str]] = [
+REJECTED: list[tuple[dict[str, Any], str, str]] = [
     ({"sensors": {"lidar": None}}, "kitti", "sensors.lidar is null"),
     ({"sensors": {"rgbd": {"depth": {"max_range": 65.6}}}}, "bop", "sensors.rgbd.depth.max_range is 65.6 m"),
     ({"sensors": {"rgbd": {"depth": {"max_range": 257.0}}}}, "kitti", "sensors.rgbd.depth.max_range is 257 m"),
     (
-        {"twins": {"noise": [{"rgbd": None}, {"rgbd": {"depth": {"max_range": 80.0}}}]}},
+        {"paired_variants": {"noise": [{"rgbd": None}, {"rgbd": {"depth": {"max_range": 80.0}}}]}},
         "bop",
-        "twins.noise[1].rgbd.depth.max_range is 80 m",
+        "paired variants.noise[1].rgbd.depth.max_range is 80 m",
     ),
 ]
 TAKEN: list[tuple[dict[str, Any], str]] = [
@@ -40,8 +40,8 @@ TAKEN: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("recipe", "name", "message"), REFUSED)
-def test_a_recipe_that_does_not_fit_is_refused(tmp_path: Path, recipe: dict, name: str, message: str) -> None:
+@pytest.mark.parametrize(("recipe", "name", "message"), REJECTED)
+def test_a_recipe_that_does_not_fit_is_rejected(tmp_path: Path, recipe: dict, name: str, message: str) -> None:
     with pytest.raises(DatasetError) as caught:
         DatasetStore(tmp_path / "data", with_recipe(make_manifest(formats=(name,)), recipe))
     assert message in str(caught.value)
@@ -58,11 +58,11 @@ def test_a_recipe_that_fits_is_taken(tmp_path: Path, recipe: dict, name: str) ->
 
 
 @pytest.mark.parametrize("target", ["euro pallet", "", " pallet", "Palette\u00e4", "DontCare"])
-def test_class_names_that_no_label_can_hold_are_refused(tmp_path: Path, target: str) -> None:
+def test_class_names_that_no_label_can_hold_are_rejected(tmp_path: Path, target: str) -> None:
     with pytest.raises(DatasetError, match=r"KITTI: targets: the class name .* must be one ASCII word"):
         DatasetStore(tmp_path / "data", replace(make_manifest(), targets=("pallet", target)))
 
 
-def test_more_frames_than_six_digits_are_refused(tmp_path: Path) -> None:
+def test_more_frames_than_six_digits_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="need more than six digits"):
         DatasetStore(tmp_path / "data", replace(make_manifest(), observations_per_scene=400_000))

@@ -31,7 +31,7 @@ def vertices_as_densefusion_reads_them(path: Path) -> np.ndarray:
     return np.array([line.split()[:3] for line in lines[first : first + int(lines[3].split()[-1])]], np.float32)
 
 
-def test_densefusion_finds_the_truth(linemod: Path) -> None:
+def test_densefusion_finds_the_ground_truth(linemod: Path) -> None:
     """Back-project the masked depth as DenseFusion does: the points lie on the posed model."""
     folder = linemod / "linemod"
     model = vertices_as_densefusion_reads_them(folder / "models" / "obj_01.ply") / 1000.0
@@ -78,17 +78,19 @@ def test_the_reader_returns_what_was_written(linemod: Path) -> None:
     reader = DatasetReader(linemod)
     assert reader.splits == {"train": (1,), "val": (1,), "test": (1,)}
     assert {split: len(reader.images(split)) for split in reader.splits} == {"train": 3, "val": 3, "test": 3}
-    truth = observe(make_scene(2))[0]
-    for image, annotation in zip(reader.images("test"), truth.annotations, strict=True):
+    labels_given = observe(make_scene(2))[0]
+    for image, annotation in zip(reader.images("test"), labels_given.annotations, strict=True):
         (target,) = image.targets
         assert target.instance_id == annotation.instance_id
         assert np.abs(target.T_camera_object - annotation.T_camera_object).max() < 1e-9
         assert target.visible_fraction == annotation.visible_fraction
         assert target.box_visible_xyxy == annotation.box_visible_xyxy
         assert (image.camera, image.depth_scale) == (CAMERA, 1.0)
-        assert np.array_equal(reader.mask_visible(image, 0), truth.buffers.instance_ids == annotation.instance_id)
-        assert np.array_equal(reader.rgb(image), truth.rgbd.rgb)
-        assert np.abs(reader.depth(image) - truth.rgbd.depth).max() <= 0.000501
+        assert np.array_equal(
+            reader.mask_visible(image, 0), labels_given.buffers.instance_ids == annotation.instance_id
+        )
+        assert np.array_equal(reader.rgb(image), labels_given.rgbd.rgb)
+        assert np.abs(reader.depth(image) - labels_given.rgbd.depth).max() <= 0.000501
     assert reader.objects[1].name == "toy-pallet"
     assert len(reader.objects[1].metric_mesh().vertices) >= 2000
     assert all(check.ok for check in validate(linemod)), [check for check in validate(linemod) if not check.ok]
@@ -182,7 +184,7 @@ def test_preprocessed_folders_of_others_are_read(tmp_path: Path) -> None:
         ("test.txt", "../../etc/passwd\n", r"test\.txt: '\.\./\.\./etc/passwd' is no number"),
     ],
 )
-def test_hostile_tables_are_refused(tmp_path: Path, file: str, text: str, message: str) -> None:
+def test_hostile_tables_are_rejected(tmp_path: Path, file: str, text: str, message: str) -> None:
     root = write_preprocessed(tmp_path / "data")
     (root / "data/01" / file).write_text(text)
     with pytest.raises(DatasetError, match=message):

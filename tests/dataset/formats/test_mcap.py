@@ -142,30 +142,32 @@ def view(time: float, sequence: int | None) -> Viewpoint:
     return Viewpoint(level_camera(np.zeros(3), 0.0), time=time, sequence=sequence)
 
 
-def test_stamps_go_with_the_drive_and_twins_share_one() -> None:
+def test_stamps_go_with_the_drive_and_paired_variants_share_one() -> None:
     first = observe(make_scene(0))[0]
     moments = [(view(0.0, 0), None, "base"), (view(0.25, 0), None, "base"), (view(3.0, 1), None, "base")]
     moments += [(view(3.5, 1), 7, "base"), (view(3.5, 1), 7, "dark"), (view(0.0, None), None, "base")]
     clock = SceneClock(2)
     stamps = [
-        clock.stamp(replace(first, viewpoint=place, conditions=Conditions(twin_group=twins, variant=variant)))
-        for place, twins, variant in moments
+        clock.stamp(
+            replace(first, viewpoint=place, conditions=Conditions(variant_group=paired_variants, variant=variant))
+        )
+        for place, paired_variants, variant in moments
     ]
     start = (EPOCH + 2 * 3600) * SECOND
     assert [(stamp - start) / SECOND for stamp in stamps] == [0.0, 0.25, 1.25, 1.75, 1.75, 2.75]
 
 
-def test_twins_and_other_sensors_have_topics_of_their_own(tmp_path: Path) -> None:
+def test_paired_variants_and_other_sensors_have_topics_of_their_own(tmp_path: Path) -> None:
     first = observe(make_scene(0))[0]
     accel = np.array([0.1, -9.8, 1 / 3])
     first = first.with_reading("imu", ChannelReading({"accel": accel}, {"accel": "m/s^2"}))
     vehicle = level_camera(np.array([0.5, 0.0, 0.0]), 0.3)
     first = replace(first, viewpoint=Viewpoint(first.T_world_camera, T_world_vehicle=vehicle, time=2.0, sequence=4))
-    twins = [
-        replace(first, conditions=Conditions(twin_group=0, variant=name, floor_lux=lux))
+    paired_variants = [
+        replace(first, conditions=Conditions(variant_group=0, variant=name, floor_lux=lux))
         for name, lux in (("base", 300.0), ("dark", 20.0))
     ]
-    path = write(tmp_path / "data", twins)
+    path = write(tmp_path / "data", paired_variants)
     found = messages(path)
     assert {"/camera/image", "/dark/camera/image", "/imu/reading", "/dark/imu/reading"} <= found.keys()
     assert len(found["/tf"]) == 1
@@ -202,7 +204,7 @@ def test_without_the_packages_nothing_is_made(tmp_path: Path, monkeypatch) -> No
     assert not (tmp_path / "data").exists()
 
 
-def test_a_scene_that_was_broken_off_is_written_anew(tmp_path: Path) -> None:
+def test_a_scene_that_was_broken_off_is_written_again(tmp_path: Path) -> None:
     store = DatasetStore(tmp_path, MCAP)
     store.begin([PALLET], CAMERA)
 
@@ -240,14 +242,14 @@ def test_validate_finds_what_is_cut_changed_or_missing(root: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"x" * 100, b"\x89MCAP0\r\n" + b"\xff" * 200])
-def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_what_is_no_recording_is_rejected(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(content)
     with pytest.raises(DatasetError, match="cannot be read"):
         list(read_moments(path))
 
 
-def test_a_cloud_that_does_not_fit_its_fields_is_refused(root: Path) -> None:
+def test_a_cloud_that_does_not_fit_its_fields_is_rejected(root: Path) -> None:
     moment = next(read_moments(root / "mcap" / "train" / "000000.mcap"))
     cloud = moment.messages["/lidar/points"]
     assert len(cloud_of(cloud)) * cloud.point_stride == len(cloud.data)

@@ -88,9 +88,9 @@ def test_traps_of_the_tools(root: Path, task: str) -> None:
             for line in lines:
                 row = np.array(line.split(), dtype=float)
                 assert row.size == columns or (columns is None and row.size >= 7 and row.size % 2)
-                shares = row[1:5] if task == "pose" else row[1:]
-                assert shares.min() >= 0.0
-                assert shares.max() <= 1.0
+                fractions = row[1:5] if task == "pose" else row[1:]
+                assert fractions.min() >= 0.0
+                assert fractions.max() <= 1.0
     assert not [path for path in (root / "yolo").rglob("masks")]
     assert (folder / "labels/train/000000_000001.txt").read_bytes() == b""
 

@@ -87,7 +87,7 @@ def test_poses_in_another_unit_are_odd(theirs: Path, tmp_path: Path, factor: flo
     assert any(words in line for line in inspect(theirs, tmp_path / "after").lines)
 
 
-def test_a_split_that_is_not_there_is_refused(toy_root: Path, tmp_path: Path) -> None:
+def test_a_split_that_is_not_there_is_rejected(toy_root: Path, tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="split"):
         inspect(toy_root, tmp_path / "out", split="mars")
     with pytest.raises(DatasetError, match="is not a folder"):

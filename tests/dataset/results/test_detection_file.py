@@ -17,7 +17,7 @@ from warehouse_sim.dataset.results.detection_file import read_results, write_res
 from warehouse_sim.dataset.results.detection_labels import read_labels, write_labels
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.detection.scores import Asked, score_detections
+from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
 
 
 @pytest.fixture(scope="module")
@@ -63,14 +63,14 @@ def test_pycocotools_reads_them_and_scores_alike(root: Path, tmp_path: Path, kin
         found = noisy(reader, "train", seed)
         write_results(tmp_path / f"{seed}.json", found, reader)
         with contextlib.redirect_stdout(io.StringIO()):
-            truth = COCO(str(root / "coco" / "annotations" / "instances_train.json"))
-            evaluation = COCOeval(truth, truth.loadRes(str(tmp_path / f"{seed}.json")), kind)
+            gt = COCO(str(root / "coco" / "annotations" / "instances_train.json"))
+            evaluation = COCOeval(gt, gt.loadRes(str(tmp_path / f"{seed}.json")), kind)
             evaluation.params.catIds = [1]
             evaluation.evaluate()
             evaluation.accumulate()
         pallets = [item for item in found if item.class_name == "pallet"]
         # COCO asks for what is at least a tenth visible, however small.
-        scores = score_detections(pallets, reader, reader.images("train"), Asked(0.1, 0.0))
+        scores = score_detections(pallets, reader, reader.images("train"), Evaluated(0.1, 0.0))
         mine = next(item for item in scores if item.class_name == "pallet").precision
         name = "box" if kind == "bbox" else "mask"
         for index, overlap in ((0, "_50"), (5, "_75")):
@@ -78,14 +78,14 @@ def test_pycocotools_reads_them_and_scores_alike(root: Path, tmp_path: Path, kin
             assert mine[name + overlap] == pytest.approx(precision[precision > -1].mean(), abs=1e-6)
 
 
-def test_truth_scores_one_and_nothing_scores_nothing(root: Path) -> None:
+def test_ground_truth_scores_one_and_nothing_scores_nothing(root: Path) -> None:
     reader = DatasetReader(root)
-    truth = [
+    gt = [
         FoundObject(image.scene_id, image.image_id, 0.9, reader.objects[item.obj_id].class_name, None, None,
                     reader.mask_visible(image, item.gt_index))
         for image in reader.images("train") for item in image.targets if item.pixels_visible
     ]  # fmt: skip
-    for row in score_detections(truth, reader, reader.images("train"), Asked(0.0, 0.0)):
+    for row in score_detections(gt, reader, reader.images("train"), Evaluated(0.0, 0.0)):
         assert row.precision["box"] == row.precision["mask"] == row.panoptic_quality == pytest.approx(1.0)
     for row in score_detections([], reader, reader.images("train")):
         assert row.precision["box_50"] == 0.0
@@ -100,7 +100,7 @@ def test_panoptic_quality_by_hand(root: Path) -> None:
         (i, t)
         for i in images
         for t in i.targets
-        if Asked().takes(t) and reader.objects[t.obj_id].class_name == "pallet"
+        if Evaluated().takes(t) and reader.objects[t.obj_id].class_name == "pallet"
     ]
     image, target = max(wanted, key=lambda pair: pair[1].pixels_visible)
     mask = reader.mask_visible(image, target.gt_index).copy()
@@ -112,7 +112,7 @@ def test_panoptic_quality_by_hand(root: Path) -> None:
     found = [FoundObject(image.scene_id, image.image_id, 0.9, "pallet", mask=item) for item in (mask, false)]
     found[1:] = [FoundObject(image.scene_id, image.image_id, 0.8, "pallet", mask=false)]
     found.append(FoundObject(image.scene_id, image.image_id, 0.2, "pallet", mask=false))
-    row = next(r for r in score_detections(found, reader, [image], Asked()) if r.class_name == "pallet")
+    row = next(r for r in score_detections(found, reader, [image], Evaluated()) if r.class_name == "pallet")
     n = sum(1 for i, _ in wanted if i is image)
     assert row.panoptic_quality == pytest.approx(mask.sum() / size / (1 + (n - 1 + 1) / 2))
 
@@ -145,14 +145,14 @@ def test_boxes_of_bop_and_of_any_tool_are_taken(root: Path, tmp_path: Path) -> N
 
 def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) -> None:
     reader = DatasetReader(root)
-    truth = []
+    gt = []
     for image in reader.images("train"):
         for item in image.targets:
             left, top, right, bottom = item.box_visible_xyxy
             name = reader.objects[item.obj_id].class_name
             edges = (left, top, right + 1.0, bottom + 1.0)
-            truth.append(FoundObject(image.scene_id, image.image_id, 0.75, name, edges=edges))
-    write_labels(tmp_path, truth, reader, "train")
+            gt.append(FoundObject(image.scene_id, image.image_id, 0.75, name, edges=edges))
+    write_labels(tmp_path, gt, reader, "train")
     for path in (root / "yolo" / "detect" / "labels" / "train").glob("*.txt"):
         ours, theirs = (
             np.array([[float(word) for word in line.split()] for line in file.read_text().splitlines()])
@@ -165,10 +165,10 @@ def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) ->
         np.testing.assert_allclose(ours[np.lexsort(ours[:, 1:5].T)][:, :5], theirs[order], atol=1e-5)
         assert (ours[:, 5] == 0.75).all()
     again = read_labels(tmp_path, reader, "train")
-    assert len(again) == len(truth)
-    np.testing.assert_allclose(sorted(item.edges for item in again), sorted(item.edges for item in truth), atol=1e-3)
+    assert len(again) == len(gt)
+    np.testing.assert_allclose(sorted(item.edges for item in again), sorted(item.edges for item in gt), atol=1e-3)
     of_others = read_labels(root / "yolo" / "detect" / "labels" / "train", reader, "train")
-    assert len(of_others) == len(truth)
+    assert len(of_others) == len(gt)
 
 
 @pytest.mark.parametrize(
@@ -184,14 +184,14 @@ def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) ->
         ([7], "image_id"),
     ],
 )
-def test_hostile_files_are_refused_in_one_line(root: Path, tmp_path: Path, rows: object, message: str) -> None:
+def test_hostile_files_are_rejected_in_one_line(root: Path, tmp_path: Path, rows: object, message: str) -> None:
     (tmp_path / "bad.json").write_text(json.dumps(rows))
     with pytest.raises(DatasetError, match=message):
         read_results(tmp_path / "bad.json", DatasetReader(root), DatasetReader(root).images("train")[0].split)
 
 
 @pytest.mark.parametrize("line", ["0 a b c d", "9 0.5 0.5 0.1 0.1", "0 0.5 0.5", "0 5 0.5 0.1 0.1"])
-def test_hostile_label_files_are_refused(root: Path, tmp_path: Path, line: str) -> None:
+def test_hostile_label_files_are_rejected(root: Path, tmp_path: Path, line: str) -> None:
     reader = DatasetReader(root)
     image = reader.images("train")[0]
     (tmp_path / f"{image.scene_id:06d}_{image.image_id:06d}.txt").write_text(line)

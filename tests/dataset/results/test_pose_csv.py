@@ -78,7 +78,7 @@ def test_no_estimates_is_a_file_with_a_header(tmp_path: Path) -> None:
         ([HEADER, ROW, ROW.replace(",-1", ",0.3")], "the rows of scene 1, image 2 differ"),
     ],
 )
-def test_wrong_files_are_refused_with_their_line(tmp_path: Path, lines: list[str], message: str) -> None:
+def test_wrong_files_are_rejected_with_their_line(tmp_path: Path, lines: list[str], message: str) -> None:
     path = tmp_path / "preds.csv"
     path.write_text("\n".join(lines))
     with pytest.raises(DatasetError) as caught:
@@ -108,7 +108,7 @@ def test_what_other_programs_do_to_the_text_of_a_file_changes_nothing(tmp_path: 
         assert (one.scene_id, one.score, one.time) == (other.scene_id, other.score, other.time)
 
 
-def test_what_has_no_end_and_no_lines_is_refused_at_once() -> None:
+def test_what_has_no_end_and_no_lines_is_rejected_at_once() -> None:
     with pytest.raises(DatasetError, match="/dev/zero:1: the header must be"):
         pose_csv.read(Path("/dev/zero"))
 

@@ -1,4 +1,4 @@
-"""Shards put together are the dataset of one run, to the byte; what does not fit together is refused."""
+"""Shards put together are the dataset of one run, to the byte; what does not fit together is rejected."""
 
 import hashlib
 import json
@@ -76,10 +76,10 @@ def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_ro
 def test_missing_repeated_and_foreign_shards_are_named(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
     out, other = tmp_path / "out", make_shard(tmp_path / "seed", 1, 2, replace(make_manifest(), seed=4))
     third = make_shard(tmp_path / "third", 1, 3)
-    twin = Path(shutil.copytree(shards[0], tmp_path / "twin"))
+    paired_variant = Path(shutil.copytree(shards[0], tmp_path / "paired_variant"))
     for parts, words in (
         ([shards[0]], "shards 1/2 are missing"),
-        ([shards[0], twin], "twin: is shard 0/2, and so is .*; name each shard once"),
+        ([shards[0], paired_variant], "paired variant: is shard 0/2, and so is .*; name each shard once"),
         ([shards[0], other], "seed: was made with another seed than"),
         ([shards[0], third], "third: is shard 1/3, .* is shard 0/2"),
         ([shards[0], toy_root], r"is no shard, it has no shard\.json"),
@@ -93,7 +93,7 @@ def test_missing_repeated_and_foreign_shards_are_named(shards: list[Path], tmp_p
         merge(shards, shards[0] / "out")
 
 
-def test_a_shard_that_is_not_whole_or_was_changed_is_refused(shards: list[Path], tmp_path: Path) -> None:
+def test_a_shard_that_is_not_whole_or_was_changed_is_rejected(shards: list[Path], tmp_path: Path) -> None:
     lacking = Path(shutil.copytree(shards[0], tmp_path / "lacking"))
     (lacking / "scenes/000002.json").unlink()
     with pytest.raises(DatasetError, match=r"shard 0/2 lacks the scenes 2; go on with .* --shard 0/2 --resume"):
@@ -121,7 +121,7 @@ def test_a_shard_is_no_dataset_and_goes_on_only_as_itself(shards: list[Path]) ->
         DatasetError, match="this is one shard of a dataset, which is incomplete; put all of them together with"
     ):
         read_manifest(shards[0])
-    for shard, words in ((None, "holds shard 0/2, the whole dataset is asked for"), (Shard(1, 2), "shard 1/2 is")):
+    for shard, words in ((None, "holds shard 0/2, the whole dataset is requested"), (Shard(1, 2), "shard 1/2 is")):
         with pytest.raises(DatasetError, match=words):
             DatasetStore(shards[0], make_manifest()).begin([PALLET], CAMERA, True, shard)
     DatasetStore(shards[0], make_manifest()).begin([PALLET], CAMERA, True, Shard(0, 2))
@@ -137,7 +137,7 @@ def test_scenes_that_shards_lack_are_done_without_on_request(tmp_path: Path) -> 
     parts = [make_shard(tmp_path / str(index), index, 2) for index in range(2)]
     (parts[1] / "scenes/000001.json").unlink()
     with pytest.raises(DatasetError, match=r"lacks the scenes 1; .*--resume, or do without them by --skip-failed"):
-        merge(parts, tmp_path / "refused")
+        merge(parts, tmp_path / "rejected")
     assert merge(parts, tmp_path / "data", skip_failed=True).missing == (1,)
     assert not list((tmp_path / "data").rglob("bop/*/000001"))
     assert {index for found in read_manifest(tmp_path / "data").splits.values() for index in found} == {0, 2}

@@ -50,7 +50,7 @@ def test_nothing_leaves_the_folder(tmp_path: Path, name: str) -> None:
         member.size = 1
         archive.addfile(member, io.BytesIO(b"x"))
     (tmp_path / "in").mkdir()
-    with suppress(DatasetError):  # It is refused, or kept inside.
+    with suppress(DatasetError):  # It is rejected, or kept inside.
         unpack_shard(f"file://{tmp_path}", packed_name(0), tmp_path / "in")
     assert not (tmp_path / "outside").exists()
     assert not Path("/tmp/outside-of-a-test").exists()

@@ -104,7 +104,7 @@ def test_behind_a_lens_points_are_where_they_are(root: Path, tmp_path: Path) -> 
     ("arguments", "words"),
     [(["--limit", "0"], "--limit must be at least 1"), (["--split", "night"], "night")],
 )
-def test_what_cannot_be_shown_is_refused(root: Path, tmp_path: Path, capsys, arguments: list[str], words: str) -> None:
+def test_what_cannot_be_shown_is_rejected(root: Path, tmp_path: Path, capsys, arguments: list[str], words: str) -> None:
     assert main(["view", str(root), "--save", str(tmp_path / "d.rrd"), *arguments]) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

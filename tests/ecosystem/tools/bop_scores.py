@@ -19,7 +19,7 @@ maps = np.load(case["maps"]) if "maps" in case else {}
 
 
 class Stored:
-    """Hands out depth images that are there: the estimate's first, then the truth's."""
+    """Hands out depth images that are there: the estimate's first, then the ground truth's."""
 
     def __init__(self, *images):
         self.images = list(images)
@@ -38,7 +38,7 @@ rows, began = [], process_time()
 for image in case["images"]:
     K = np.array(image["K"])
     for number, est in enumerate(image["estimates"]):
-        for gt_id, gt in enumerate(image["truths"]):
+        for gt_id, gt in enumerate(image["ground_truths"]):
             if gt["obj_id"] != est["obj_id"]:
                 continue
             model = models[est["obj_id"]]
@@ -54,7 +54,7 @@ for image in case["images"]:
                 {
                     "image": [image["scene_id"], image["im_id"]],
                     "estimate": number,
-                    "truth": gt_id,
+                    "gt": gt_id,
                     "mssd": pose_error.mssd(*poses, pts, syms) if near else None,
                     "mspd": pose_error.mspd(*poses, K, pts, syms),
                     "add": pose_error.add(*poses, pts),
@@ -66,7 +66,7 @@ for image in case["images"]:
                         case["taus"],
                         model["diameter"],
                         maps[f"estimate_{place}_{number}"],
-                        maps[f"truth_{place}_{gt_id}"],
+                        maps[f"gt_{place}_{gt_id}"],
                     )
                     if maps
                     else None,
@@ -75,7 +75,7 @@ for image in case["images"]:
 seconds = process_time() - began
 by_image = {}
 for row in rows:
-    by_image.setdefault(tuple(row["image"]), {}).setdefault(row["estimate"], {})[row["truth"]] = row
+    by_image.setdefault(tuple(row["image"]), {}).setdefault(row["estimate"], {})[row["gt"]] = row
 
 
 def error_of(row: dict, kind: str, factor: float, tau: int) -> float:
@@ -87,14 +87,16 @@ def error_of(row: dict, kind: str, factor: float, tau: int) -> float:
 def scores(kind: str, threshold: float, detection: bool, tau: int = 0) -> tuple[float, list[float]]:
     matches, infos = [], []
     for image in case["images"]:
-        truths = image["truths"]
-        visible = [gt["visib_fract"] for gt in truths]
-        valid = [detection or share >= 0.1 for share in visible]
+        ground_truths = image["ground_truths"]
+        visible = [gt["visib_fract"] for gt in ground_truths]
+        valid = [detection or fraction >= 0.1 for fraction in visible]
         kept = set()
-        for obj_id in {gt["obj_id"] for gt in truths}:
+        for obj_id in {gt["obj_id"] for gt in ground_truths}:
             mine = [n for n, est in enumerate(image["estimates"]) if est["obj_id"] == obj_id]
             mine.sort(key=lambda n: image["estimates"][n]["score"], reverse=True)
-            count = sum(gt["obj_id"] == obj_id and share >= 0.1 for gt, share in zip(truths, visible, strict=True))
+            count = sum(
+                gt["obj_id"] == obj_id and fraction >= 0.1 for gt, fraction in zip(ground_truths, visible, strict=True)
+            )
             kept |= set(mine if detection else mine[:count])
         errs = []
         for number in sorted(kept):
@@ -116,15 +118,15 @@ def scores(kind: str, threshold: float, detection: bool, tau: int = 0) -> tuple[
                 }
             )
         infos += errs
-        gts, gt_infos = {image["im_id"]: truths}, {image["im_id"]: truths}
+        gts, gt_infos = {image["im_id"]: ground_truths}, {image["im_id"]: ground_truths}
         matches += pose_matching.match_poses_scene(
             image["scene_id"], gts, gt_infos, {image["im_id"]: valid}, errs, [threshold], 0
         )
     scene_ids = sorted({image["scene_id"] for image in case["images"]})
     if not detection:
         return score.calc_localization_scores(scene_ids, list(models), matches, -1, do_print=False)["recall"], []
-    asked = score.calc_pose_detection_scores(scene_ids, list(models), matches, infos, 0.1, do_print=False)
-    return 0.0, [value for key, value in asked["scores"].items() if asked["num_targets_per_object"][key] > 0]
+    requested = score.calc_pose_detection_scores(scene_ids, list(models), matches, infos, 0.1, do_print=False)
+    return 0.0, [value for key, value in requested["scores"].items() if requested["num_targets_per_object"][key] > 0]
 
 
 steps = [step / 20 for step in range(1, 11)]

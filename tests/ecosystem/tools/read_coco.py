@@ -28,10 +28,10 @@ for table in ("instances", "instances_amodal"):
         ]
         scores = []
         for make, evaluate in ((COCO, COCOeval), (faster_coco_eval.COCO, faster_coco_eval.COCOeval_faster)):
-            truth = make(str(path))
+            gt = make(str(path))
             for kind in ("bbox", "segm"):
                 given = [dict(row, segmentation=dict(row["segmentation"])) for row in answers]
-                judge = evaluate(truth, truth.loadRes(given), kind)
+                judge = evaluate(gt, gt.loadRes(given), kind)
                 judge.evaluate()
                 judge.accumulate()
                 judge.summarize()

@@ -36,8 +36,8 @@ for task in ("detect", "segment", "pose", "obb"):
     }
     for label in dataset.labels if task == "segment" else ():
         size = np.array(label["shape"][::-1])
-        drawn = [polygon2mask(label["shape"], [(s * size).reshape(-1)]) for s in label["segments"]]
-        stack = np.array(drawn, dtype=bool).reshape(-1, *label["shape"])
+        sampled = [polygon2mask(label["shape"], [(s * size).reshape(-1)]) for s in label["segments"]]
+        stack = np.array(sampled, dtype=bool).reshape(-1, *label["shape"])
         masks[f"ultralytics/{Path(label['im_file']).stem}"] = np.packbits(stack, axis=None)
     read = sv.DetectionDataset.from_yolo(
         str(root / task / "images/train"),

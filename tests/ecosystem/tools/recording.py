@@ -83,10 +83,10 @@ agree = np.abs(seen - points[:, 2])[seen > 0] / points[seen > 0, 2] < 0.03
 
 corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 edges = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in (1, 2, 4)]
-drawn, boxes = image.copy(), {}
+sampled, boxes = image.copy(), {}
 hues = np.uint8([[[int(i) * 137 % 180, 220, 255] for i in ids]]) if len(ids) else np.zeros((1, 0, 3), np.uint8)
 for (u, v), color in zip(zip(columns, lines, strict=True), cv2.cvtColor(hues, cv2.COLOR_HSV2BGR)[0], strict=True):
-    cv2.circle(drawn, (int(u), int(v)), 1, tuple(int(c) for c in color), -1)
+    cv2.circle(sampled, (int(u), int(v)), 1, tuple(int(c) for c in color), -1)
 for entity in first["/objects"].entities:
     (cube,) = entity.cubes
     T = matrix(cube.pose.position, cube.pose.orientation)
@@ -95,7 +95,7 @@ for entity in first["/objects"].entities:
         ends = project(calibration, places)
         boxes[entity.id] = [*ends.min(axis=0), *ends.max(axis=0)]
         for a, b in edges:
-            cv2.line(drawn, *(tuple(round(float(c)) for c in ends[i]) for i in (a, b)), (0, 255, 255), 1, cv2.LINE_AA)
+            cv2.line(sampled, *(tuple(round(float(c)) for c in ends[i]) for i in (a, b)), (0, 255, 255), 1, cv2.LINE_AA)
 overlaps = {}
 for outline in first["/camera/boxes"].points:
     words = {item.key: item.value for item in outline.metadata}
@@ -106,9 +106,9 @@ for outline in first["/camera/boxes"].points:
         left, top, right, bottom = boxes[words["instance_id"]]
         overlaps[words["instance_id"]] = float(np.abs([*(low - [left, top]), *(high - [right, bottom])]).max())
     if words["box"] == "visible":
-        cv2.rectangle(drawn, *(tuple(round(float(c)) for c in corner) for corner in (low, high)), (255, 255, 255), 1)
+        cv2.rectangle(sampled, *(tuple(round(float(c)) for c in corner) for corner in (low, high)), (255, 255, 255), 1)
 if len(sys.argv) > 2:
-    cv2.imwrite(sys.argv[2], drawn)
+    cv2.imwrite(sys.argv[2], sampled)
 report = {
     "topics": sorted(first),
     "times": sorted(set(times)),

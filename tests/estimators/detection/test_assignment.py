@@ -1,7 +1,7 @@
 import numpy as np
 import torch
 
-from warehouse_sim.estimators.detection.assignment import Targets, assign, unasked
+from warehouse_sim.estimators.detection.assignment import Targets, assign, ignored
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
 
 ANCHORS = torch.tensor([[[20.0, 5], [40, 10], [60, 15]], [[90, 20], [120, 30], [150, 40]], [[200, 60]] * 3])
@@ -42,11 +42,11 @@ def test_a_box_in_the_middle_of_a_cell_learns_at_three_cells() -> None:
     assert cells == {(13, 5), (14, 5), (13, 4)}
 
 
-def test_what_is_not_asked_for_is_neither_taught_nor_denied() -> None:
+def test_what_is_not_requested_for_is_neither_taught_nor_denied() -> None:
     targets = some_targets(3)
     targets = Targets(targets.image, targets.boxes, targets.class_index, torch.tensor([True, False, True]))
     assert all(1 not in found.target.tolist() for found in assign(targets, ANCHORS, SIZE_HW))
-    cells = unasked(targets, (4, 24, 80), 8)
+    cells = ignored(targets, (4, 24, 80), 8)
     left, top, right, bottom = (targets.boxes[1] / 8).tolist()
     assert cells[1, int(max(0, (top + bottom) / 2)), int((left + right) / 2)]
     assert not cells[[0, 2, 3]].any()
@@ -65,4 +65,4 @@ def test_cells_of_which_nothing_is_learnt_are_those_of_a_slow_count() -> None:
                 left, top, right, bottom = (edge / stride for edge in box)
                 inside = int(left) <= column <= int(right) and int(top) <= row <= int(bottom)
                 expected[image, row, column] |= inside
-        np.testing.assert_array_equal(unasked(targets, shape, stride).numpy(), expected)
+        np.testing.assert_array_equal(ignored(targets, shape, stride).numpy(), expected)

@@ -44,7 +44,7 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Pa
     whole = train("detector-depth", toy_root, tmp_path / "whole", config)
     part = tmp_path / "part"
 
-    def stop(share: float, note: str) -> None:
+    def stop(fraction: float, note: str) -> None:
         if note.startswith("step 6"):
             raise KeyboardInterrupt
 

@@ -57,15 +57,15 @@ def test_labels_stay_on_what_they_name(mosaic: float) -> None:
 def test_what_is_cut_shows_less() -> None:
     arrays = painted_images()
     config = ImageAugmentConfig(mosaic=0.0, shift=0.9, colour=0, depth_noise=0, depth_holes=0, depth_scale=0)
-    shares = []
+    fractions = []
     for seed in range(60):
         sample = composed_sample(arrays, 0, config, np.random.default_rng(seed))
-        shares += sample.labels[:, 5].tolist()
+        fractions += sample.labels[:, 5].tolist()
         assert (sample.labels[:, :4] >= 0).all()
         assert (sample.labels[:, 2] <= W).all()
         assert (sample.labels[:, 3] <= H).all()
-    assert min(shares) == 0.0
-    assert any(0.15 < share < 0.9 for share in shares)
+    assert min(fractions) == 0.0
+    assert any(0.15 < fraction < 0.9 for fraction in fractions)
 
 
 def test_the_same_draws_give_the_same_sample() -> None:

@@ -13,7 +13,7 @@ def cloud(count: int, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.parametrize("method", ["kmeans", "farthest", "random"])
 @pytest.mark.parametrize("present", [1, 3, 499, 500, 501, 4000, 20_000])
-def test_exactly_as_many_as_asked(method: str, present: int) -> None:
+def test_exactly_as_many_as_requested(method: str, present: int) -> None:
     points = cloud(present)
     found = resample(points, 500, method, np.random.default_rng(1))
     assert found.shape == (500, 3)
@@ -35,7 +35,7 @@ def test_many_points_at_one_place_are_no_matter(method: str) -> None:
         assert len(np.unique(found, axis=0)) >= 40
 
 
-def test_few_points_are_all_kept_and_no_points_are_refused() -> None:
+def test_few_points_are_all_kept_and_no_points_are_rejected() -> None:
     index = fill_up(30, 100, np.random.default_rng(0))
     assert sorted(set(index.tolist())) == list(range(30))
     assert len(index) == 100

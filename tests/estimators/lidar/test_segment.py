@@ -69,7 +69,7 @@ def test_the_floor_is_no_object_where_the_camera_stands_somewhere() -> None:
 
 
 def test_toy_pallets_are_found_in_their_boxes(toy_root: Path) -> None:
-    reader, shares = DatasetReader(toy_root), []
+    reader, fractions = DatasetReader(toy_root), []
     for image in reader.images("train"):
         targets = [item for item in image.targets if item.visible_fraction > 0.5]
         boxes = tuple(Detection(None, 1, number=item.gt_index, box_xyxy=item.box_visible_xyxy) for item in targets)
@@ -77,9 +77,9 @@ def test_toy_pallets_are_found_in_their_boxes(toy_root: Path) -> None:
         for found in BoxClusters().segment(seen):
             assert found.mask is not None
             assert found.number is not None
-            shares.append(reader.mask_visible(image, found.number)[found.mask].mean())
-    assert len(shares) >= 3
-    assert np.median(shares) > 0.9
+            fractions.append(reader.mask_visible(image, found.number)[found.mask].mean())
+    assert len(fractions) >= 3
+    assert np.median(fractions) > 0.9
 
 
 @pytest.mark.real

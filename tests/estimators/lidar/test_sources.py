@@ -47,20 +47,20 @@ def test_depth_is_that_of_the_sweep(toy_root: Path, estimator: Estimator) -> Non
 def test_boxes_are_those_of_the_labels(toy_root: Path, estimator: Estimator) -> None:
     reader = DatasetReader(toy_root)
     image = reader.images("train")[0]
-    masks, boxes = (Finder(name).find(estimator, reader, image) for name in ("truth", "truth-boxes"))
+    masks, boxes = (Finder(name).find(estimator, reader, image) for name in ("gt", "gt-boxes"))
     assert masks is not None
     assert boxes is not None
     assert [item.number for item in masks.detections] == [item.number for item in boxes.detections]
     for item in boxes.detections:
         assert item.mask is None
         assert item.box_xyxy == image.targets[item.number].box_visible_xyxy
-    clustered = Finder("truth-boxes+cluster")
+    clustered = Finder("gt-boxes+cluster")
     found = clustered.find(estimator, reader, image)
     assert found is not None
     assert all(item.mask is not None for item in found.detections)
     assert clustered.seconds > 0.0
     with pytest.raises(UnknownNameError, match="nobody"):
-        Finder("truth-boxes+nobody")
+        Finder("gt-boxes+nobody")
 
 
 def test_without_a_sweep_one_line_says_so(tmp_path: Path, estimator: Estimator) -> None:
@@ -71,7 +71,7 @@ def test_without_a_sweep_one_line_says_so(tmp_path: Path, estimator: Estimator) 
 
 def test_the_network_reads_resampled_points_of_the_cluster(toy_root: Path, estimator: Estimator) -> None:
     reader = DatasetReader(toy_root)
-    image = Finder("truth-boxes+cluster", depth="lidar").find(estimator, reader, reader.images("train")[0])
+    image = Finder("gt-boxes+cluster", depth="lidar").find(estimator, reader, reader.images("train")[0])
     assert image is not None
     for method in ("kmeans", "farthest", "random"):
         crops = LidarChain(estimator, (), method).stages.select(image)
@@ -88,7 +88,7 @@ def test_the_network_reads_resampled_points_of_the_cluster(toy_root: Path, estim
 
 
 def test_sweeps_become_poses(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """``predict detect-pointcloud --detections truth-boxes``, with a network that knows the toy."""
+    """``predict detect-pointcloud --detections gt-boxes``, with a network that knows the toy."""
     run, seen = made_run(tmp_path / "run"), []
     monkeypatch.setattr(
         "warehouse_sim.estimators.lidar.pointcloud.load_estimator",
@@ -99,7 +99,7 @@ def test_sweeps_become_poses(toy_root: Path, tmp_path: Path, monkeypatch: pytest
         lambda points, *rest: (seen.append(len(points)), resample(points, *rest))[1],
     )
     for refine in ("none", "icp"):
-        found = predict("detect-pointcloud", toy_root, "train", PredictConfig(detections="truth-boxes", refine=refine))
+        found = predict("detect-pointcloud", toy_root, "train", PredictConfig(detections="gt-boxes", refine=refine))
         assert len(found) >= 3
         assert len({(item.scene_id, item.image_id, item.detection) for item in found}) == len(found)
         assert all(item.name == "toy-pallet" and 0 < item.time < 10 for item in found)
@@ -109,15 +109,15 @@ def test_sweeps_become_poses(toy_root: Path, tmp_path: Path, monkeypatch: pytest
 def test_a_sweep_alone_is_enough_once_a_detector_is_bundled(
     toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, asked = made_run(tmp_path / "run"), []
+    run, requested = made_run(tmp_path / "run"), []
     place, boxes = "warehouse_sim.estimators.lidar.pointcloud", {}
     reader = DatasetReader(toy_root)
     for image in reader.images("train"):
-        found = Finder("truth-boxes", depth="lidar").find(Estimator(run), reader, image)
+        found = Finder("gt-boxes", depth="lidar").find(Estimator(run), reader, image)
         boxes[image.scene_id, image.image_id] = found.detections if found else ()
 
     def detect(image):
-        asked.append(image.depth)
+        requested.append(image.depth)
         return [replace(item, number=None) for item in boxes[image.scene_id, image.image_id]]
 
     monkeypatch.setattr(f"{place}.load_estimator", lambda name, config: Estimator(run, replace(config, device="cpu")))
@@ -125,10 +125,10 @@ def test_a_sweep_alone_is_enough_once_a_detector_is_bundled(
     monkeypatch.setattr(f"{place}.open_stages", lambda names: [{"detector-lidar": detect}[names]])
     poses = predict("detect-pointcloud", toy_root, "train", PredictConfig())
     assert len(poses) >= 3
-    assert len(asked) == len(boxes)
+    assert len(requested) == len(boxes)
     # What the detector sees is made of sweeps.
     sparse = Finder(depth="lidar").find(Estimator(run), reader, reader.images("train")[0])
-    assert any(np.array_equal(depth, sparse.depth) for depth in asked)
+    assert any(np.array_equal(depth, sparse.depth) for depth in requested)
 
 
 def test_it_opens_with_bundled_weights_and_settings(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +138,7 @@ def test_it_opens_with_bundled_weights_and_settings(monkeypatch: pytest.MonkeyPa
     assert (found.depth_source, found.reads_rgb) == ("lidar", False)
     assert "epal1" in {item.name for item in found.objects}
     assert isinstance(LidarMethod("densefusion-pointcloud", "farthest")(), LidarChain)
-    with pytest.raises(InputError, match="no doubt was fitted"):
-        load_estimator("detect-pointcloud", PredictConfig(refuse=0.5))
+    with pytest.raises(InputError, match="no uncertainty was fitted"):
+        load_estimator("detect-pointcloud", PredictConfig(reject=0.5))
     with pytest.raises(InputError, match="densefusion reads an image"):
         LidarMethod("densefusion")()

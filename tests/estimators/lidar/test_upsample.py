@@ -37,8 +37,8 @@ def test_no_pixel_lies_between_two_surfaces(near: float, far: float, shape: str)
         "pole": np.abs(u - 80) < 8,
         "slanted": u + 0.7 * v < 110,
     }[shape]
-    truth = np.where(front, near, far).astype(np.float32)
-    dense = upsample(sampled(truth, noise=0.002))
+    gt = np.where(front, near, far).astype(np.float32)
+    dense = upsample(sampled(gt, noise=0.002))
     known = dense > 0
     apart = np.minimum(np.abs(dense - near) / near, np.abs(dense - far) / far)
     assert known[12:-12, 8:-8].all()
@@ -59,31 +59,31 @@ def test_planes_are_planes() -> None:
     floor = (1.6 / steep[..., 1]).astype(np.float32)
     turn = np.array([np.sin(np.deg2rad(50)), 0.0, np.cos(np.deg2rad(50))])
     front = (turn[2] * 5.0 / (rays @ turn)).astype(np.float32)
-    for truth, bound in ((floor, 0.01), (front, 0.002)):
-        dense = upsample(sampled(truth))
-        inner = dense[10:-10, 8:-8] / truth[10:-10, 8:-8] - 1.0
+    for gt, bound in ((floor, 0.01), (front, 0.002)):
+        dense = upsample(sampled(gt))
+        inner = dense[10:-10, 8:-8] / gt[10:-10, 8:-8] - 1.0
         assert (dense[10:-10, 8:-8] > 0).all()
         assert np.abs(inner).max() < bound
         assert abs(inner.mean()) < bound / 5
 
 
 def test_noise_is_averaged_and_depth_is_not_moved() -> None:
-    truth = np.full((96, 160), 5.0, np.float32)
-    error = upsample(sampled(truth, noise=0.004))[12:-12, 8:-8] - 5.0
+    gt = np.full((96, 160), 5.0, np.float32)
+    error = upsample(sampled(gt, noise=0.004))[12:-12, 8:-8] - 5.0
     assert error.std() < 0.5 * 0.004 * 5.0
     assert abs(error.mean()) < 0.002
 
 
 def test_nothing_grows_over_what_reflects_nothing() -> None:
-    truth = np.zeros((96, 160), np.float32)
-    truth[30:70, 50:110] = 4.0
-    dense = upsample(sampled(truth))
+    gt = np.zeros((96, 160), np.float32)
+    gt[30:70, 50:110] = 4.0
+    dense = upsample(sampled(gt))
     v, u = np.nonzero(dense)
     assert u.min() >= 50 - 1
     assert u.max() <= 109 + 1
     assert v.min() >= 30
     assert v.max() <= 69
-    assert (dense > 0).sum() > 0.7 * (truth > 0).sum()
+    assert (dense > 0).sum() > 0.7 * (gt > 0).sum()
 
 
 def test_few_readings_give_no_depth_and_none_gives_none() -> None:

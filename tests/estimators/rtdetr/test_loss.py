@@ -24,8 +24,8 @@ TARGETS = Targets(
 def test_targets_become_centres_and_sizes_as_shares_of_the_canvas() -> None:
     first, second, third = as_labels(TARGETS, 3, (96, 64))
     torch.testing.assert_close(first["boxes"], torch.tensor([[20 / 96, 30 / 64, 20 / 96, 20 / 64]]))
-    torch.testing.assert_close(first["unasked"], torch.tensor([[0.5, 0.5, 1.0, 1.0]]))
-    assert [len(second[name]) for name in ("boxes", "unasked", "class_labels")] == [0, 0, 0]
+    torch.testing.assert_close(first["ignored"], torch.tensor([[0.5, 0.5, 1.0, 1.0]]))
+    assert [len(second[name]) for name in ("boxes", "ignored", "class_labels")] == [0, 0, 0]
     torch.testing.assert_close(third["boxes"], torch.tensor([[0.75, 0.75, 0.5, 0.5]]))
     assert (first["class_labels"].tolist(), third["class_labels"].tolist()) == ([1], [2])
 
@@ -47,13 +47,13 @@ def random_output(queries: int = 6, denoised: int = 0, seed: int = 0) -> Found:
     return Found((pair(denoised + queries), pair(denoised + queries)), pair(queries), (96, 64))
 
 
-def labels(*counts: int, unasked: int = 0) -> list[dict[str, torch.Tensor]]:
+def labels(*counts: int, ignored: int = 0) -> list[dict[str, torch.Tensor]]:
     generator = torch.Generator().manual_seed(9)
     return [
         {
             "class_labels": torch.randint(3, (count,), generator=generator),
             "boxes": 0.2 + 0.3 * torch.rand(count, 4, generator=generator),
-            "unasked": torch.tensor([[0.5, 0.5, 1.0, 1.0]])[: min(1, unasked)],
+            "ignored": torch.tensor([[0.5, 0.5, 1.0, 1.0]])[: min(1, ignored)],
         }
         for count in counts
     ]
@@ -73,9 +73,9 @@ def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library) -> None
     wanted = labels(1, 1)
     found = random_output(denoised=2)
     # Those to be denoised, one that is right and one that is wrong in each image, are as good as can be.
-    for image, truth in enumerate(wanted):
+    for image, gt in enumerate(wanted):
         for _, boxes in found.layers:
-            boxes[image, 0] = truth["boxes"][0]
+            boxes[image, 0] = gt["boxes"][0]
     meta = {"dn_positive_idx": (torch.tensor([0]), torch.tensor([0])), "dn_num_group": 1, "dn_num_split": [2, 6]}
     loss = make_loss(config, RtdetrLossConfig(classes=0, box=1, overlap=0))
     with_them = loss(replace(found, denoising=meta), wanted)
@@ -83,16 +83,16 @@ def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library) -> None
     torch.testing.assert_close(with_them, without)
 
 
-@pytest.mark.parametrize("unasked", [0, 1])
-def test_nothing_is_learnt_of_boxes_that_nobody_asks_for(library, unasked: int) -> None:
+@pytest.mark.parametrize("ignored", [0, 1])
+def test_nothing_is_learnt_of_boxes_that_nobody_asks_for(library, ignored: int) -> None:
     config = RtdetrNetwork(SMALLEST, IMAGES).model.config
     found = random_output()
-    make_loss(config, RtdetrLossConfig())(found, labels(1, 0, unasked=unasked)).backward()
+    make_loss(config, RtdetrLossConfig())(found, labels(1, 0, ignored=ignored)).backward()
     logits = found.layers[-1][0].grad
     assert logits is not None
     learning = (logits.abs().amax(dim=2) > 1e-9).sum(dim=1).tolist()
     # The box that is matched learns all the same.
-    assert learning == ([1, 0] if unasked else [6, 6])
+    assert learning == ([1, 0] if ignored else [6, 6])
 
 
 def test_a_batch_without_any_target_teaches_that_there_is_nothing(library) -> None:

@@ -30,26 +30,26 @@ def test_what_is_seen_often_is_found(library, toy_root: Path, tmp_path: Path) ->
         train("rtdetr-depth", toy_root, tmp_path / "run", config, cache=Path("none")), DetectConfig(least_score=0.01)
     )
     reader = DatasetReader(toy_root)
-    truth, found = list[dict](), list[dict]()
+    gt, found = list[dict](), list[dict]()
     images = reader.images("train")
     for number, image in enumerate(images, start=1):
         for target in image.targets:
             left, top, right, bottom = target.box_visible_xyxy
             box = [left, top, right - left + 1, bottom - top + 1]
             hidden = target.visible_fraction < 0.1 or box[3] < 4
-            row = {"id": len(truth) + 1, "image_id": number, "category_id": 1, "bbox": box, "area": box[2] * box[3]}
-            truth.append({**row, "iscrowd": int(hidden)})
+            row = {"id": len(gt) + 1, "image_id": number, "category_id": 1, "bbox": box, "area": box[2] * box[3]}
+            gt.append({**row, "iscrowd": int(hidden)})
         for detection in detector.detect(RgbdImage.from_dataset(reader, image, ())):
             left, top, right, bottom = np.add(detection.box_xyxy, 0.5)
             box = [left, top, right - left, bottom - top]
             found.append({"image_id": number, "category_id": 1, "bbox": box, "score": detection.score})
-    assert coco_ap50(len(images), truth, found) >= 0.95
+    assert coco_ap50(len(images), gt, found) >= 0.95
 
 
-def coco_ap50(images: int, truth: list[dict], found: list[dict]) -> float:
+def coco_ap50(images: int, gt: list[dict], found: list[dict]) -> float:
     coco = COCO()
     numbers = [{"id": number} for number in range(1, images + 1)]
-    coco.dataset = {"images": numbers, "annotations": truth, "categories": [{"id": 1}]}
+    coco.dataset = {"images": numbers, "annotations": gt, "categories": [{"id": 1}]}
     coco.createIndex()
     scored = COCOeval(coco, coco.loadRes(found), "bbox")
     scored.evaluate()

@@ -78,7 +78,7 @@ def test_weights_for_other_classes_and_inputs_stay_fresh_and_are_named(folder: P
     assert "model.enc_output.0.weight" not in stayed
 
 
-def test_what_is_no_weights_is_refused_in_one_line(folder: Path, tmp_path: Path) -> None:
+def test_what_is_no_weights_is_rejected_in_one_line(folder: Path, tmp_path: Path) -> None:
     network = RtdetrNetwork(SMALLEST, IMAGES)
     (tmp_path / "model.pth").write_bytes(b"pickle")
     (tmp_path / "broken.safetensors").write_bytes(b"no such thing")

@@ -39,7 +39,7 @@ def test_a_run_folder_detects_and_another_training_begins_with_it(run: Path, toy
 
 
 def test_a_resumed_run_ends_as_an_uninterrupted_one(run: Path, toy_root: Path, tmp_path: Path) -> None:
-    def stop(share: float, note: str) -> None:
+    def stop(fraction: float, note: str) -> None:
         if note.startswith("step 3"):
             raise KeyboardInterrupt
 

@@ -41,9 +41,9 @@ def test_depth_is_relative_to_the_median_of_what_is_valid_in_the_middle() -> Non
 
 
 def test_the_right_mask_costs_nothing_and_the_opposite_much() -> None:
-    truth = (torch.rand(3, 16, 32) < 0.4).float()
-    assert mask_loss(40 * truth - 20, truth) < 1e-3
-    assert mask_loss(20 - 40 * truth, truth) > 10
+    gt = (torch.rand(3, 16, 32) < 0.4).float()
+    assert mask_loss(40 * gt - 20, gt) < 1e-3
+    assert mask_loss(20 - 40 * gt, gt) > 10
 
 
 def test_descent_on_maps_puts_points_where_they_are() -> None:

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.segmentation.front_points import front_points, pocket_faces, side_points
+from warehouse_sim.estimators.segmentation.face_points import face_points, pocket_faces, side_points
 from warehouse_sim.estimators.segmentation.pnp import SeenPoints, pose_of_points
-from warehouse_sim.estimators.segmentation.run_config import KnownFronts
+from warehouse_sim.estimators.segmentation.run_config import KnownFaces
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.schema import Pocket
@@ -11,7 +11,7 @@ from warehouse_sim.schema import Pocket
 CAMERA = PinholeCamera.from_focal(1224, 370, 721.5)
 
 
-def pallet(obj_id: int, length: float, width: float) -> tuple[KnownFronts, np.ndarray, tuple[Pocket, ...]]:
+def pallet(obj_id: int, length: float, width: float) -> tuple[KnownFaces, np.ndarray, tuple[Pocket, ...]]:
     """Return a pallet of four-way entry with two pockets a side."""
     size = np.array([length, width, 0.144])
     pockets = []
@@ -22,7 +22,7 @@ def pallet(obj_id: int, length: float, width: float) -> tuple[KnownFronts, np.nd
             place = R @ np.array([-deep / 2, side * across, -0.02])
             pockets.append(Pocket(face, make_transform(R, place), np.array([deep, 0.22 * across, 0.1])))
     sides = [side_points(size, pockets, face) for face in pocket_faces(pockets)]
-    known = KnownFronts(obj_id, f"p{obj_id}", "pallet", tuple(tuple(p.ravel().tolist()) for p, _ in sides),
+    known = KnownFaces(obj_id, f"p{obj_id}", "pallet", tuple(tuple(p.ravel().tolist()) for p, _ in sides),
                         tuple(tuple(k.tolist()) for _, k in sides))  # fmt: skip
     return known, size, tuple(pockets)
 
@@ -31,7 +31,7 @@ def seen_from(distance: float, yaw: float, noise: float, rng: np.random.Generato
     _, size, pockets = obj
     T_world_camera = level_camera(np.array([0.0, -distance, 0.9]), np.pi / 2)
     T = np.linalg.inv(T_world_camera) @ make_transform(rotation_z(yaw), np.array([rng.uniform(-0.5, 0.5), 0.0, 0.08]))
-    points, _ = front_points(size, pockets, T)
+    points, _ = face_points(size, pockets, T)
     uv = CAMERA.project(points) + rng.normal(0, noise, (6, 2))
     return T, SeenPoints(uv, np.full(6, 0.9)), -T_world_camera[2, :3], float(points[:4, 2].mean())
 
@@ -70,7 +70,7 @@ def test_depth_tells_a_near_small_pallet_from_a_far_large_one() -> None:
     """Points of a pallet and of one half as large at half the distance are the same."""
     large = pallet(1, 1.2, 0.8)
     halved = tuple(tuple(0.5 * value for value in side) for side in large[0].points)
-    small = KnownFronts(2, "p2", "pallet", halved, large[0].known)
+    small = KnownFaces(2, "p2", "pallet", halved, large[0].known)
     _, seen, gravity, distance = seen_from(4.0, 0.2, 0.0, np.random.default_rng(2), large)
     assert pose_of_points(seen, [large[0], small], CAMERA, gravity, distance).obj_id == 1
     assert pose_of_points(seen, [large[0], small], CAMERA, gravity, distance / 2).obj_id == 2

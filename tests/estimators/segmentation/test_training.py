@@ -36,7 +36,7 @@ def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def boxed(reader: DatasetReader, split: str):
-    """Yield images with the true boxes of what is seen well, and the true masks."""
+    """Yield images with the ground-truth boxes of what is seen well, and the ground-truth masks."""
     for image in reader.images(split):
         targets = [item for item in image.targets if item.visible_fraction > 0.5 and item.pixels_visible > 100]
         boxes = tuple(Detection(box_xyxy=item.box_visible_xyxy, class_name="pallet") for item in targets)
@@ -52,7 +52,7 @@ def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
             assert item.mask_probability is not None
             assert ((item.mask_probability >= 0) & (item.mask_probability <= 1.0001)).all()
             assert (item.mask_probability[item.mask] >= 0.5).all()
-            overlaps.append(max((item.mask & truth).sum() / (item.mask | truth).sum() for truth in masks))
+            overlaps.append(max((item.mask & gt).sum() / (item.mask | gt).sum() for gt in masks))
     assert np.mean(overlaps) > 0.7
     assert segmenter.segment(replace(image, detections=())) == []
 
@@ -72,7 +72,7 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Pa
     config = replace(CONFIG, max_steps=8, validations=2)
     whole, part = train("segmenter-depth", toy_root, tmp_path / "whole", config), tmp_path / "part"
 
-    def stop(share: float, note: str) -> None:
+    def stop(fraction: float, note: str) -> None:
         if note.startswith("step 6"):
             raise KeyboardInterrupt
 

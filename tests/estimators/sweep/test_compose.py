@@ -33,11 +33,11 @@ def test_the_object_pixels_are_in_the_boxes_and_reach_their_edges(arrays: Arrays
         assert sample.depth.shape == (3, 96, 128)
         shows = sample.depth[2] == 1
         inside = np.zeros((96, 128), dtype=bool)
-        for left, top, right, bottom, _, share, *_ in sample.labels:
+        for left, top, right, bottom, _, fraction, *_ in sample.labels:
             part = np.s_[int(top) : int(np.ceil(bottom)), int(left) : int(np.ceil(right))]
             inside[part] = True
             rows, columns = np.nonzero(shows[part])
-            if share < 0.99:  # what is left of a box need not be filled
+            if fraction < 0.99:  # what is left of a box need not be filled
                 continue
             assert columns.min() <= 1.5
             assert columns.max() >= (right - left) - 2.5
@@ -77,9 +77,9 @@ def test_a_whole_turn_shows_its_ends_twice(arrays: Arrays) -> None:
     labels = sample.labels[sample.labels[:, 5] == 1.0]
     assert {10, 11, 12} == set(sample.labels[:, 7].astype(int))
     for label in labels:
-        twin = np.array([256.0, 0, 256, 0])
+        paired_variant = np.array([256.0, 0, 256, 0])
         if label[2] < 2 * MARGIN + 256 - 256 and label[0] >= 0:
-            assert any(np.allclose(other[:4], label[:4] + twin, atol=1e-3) for other in labels)
+            assert any(np.allclose(other[:4], label[:4] + paired_variant, atol=1e-3) for other in labels)
 
 
 def test_what_is_cut_has_fewer_points(arrays: Arrays) -> None:

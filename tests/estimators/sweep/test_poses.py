@@ -111,7 +111,7 @@ def test_turning_the_sweep_turns_the_answers(toy_root: Path, tmp_path: Path, pre
         T = make_transform(rotation_z(yaw))
         turned = poses.estimate(image_of(transform_points(T, points), detections_of(ids), np.eye(4)))
         for one, other in zip(straight, turned, strict=True):
-            # The floor is found anew, by sampled triples: millimetres at some metres.
+            # The floor is found again, by sampled triples: millimetres at some metres.
             np.testing.assert_allclose(other.T_camera_object, T @ one.T_camera_object, atol=0.02)
 
 
@@ -141,7 +141,7 @@ def test_given_detections_take_the_place_of_a_detector(
         "warehouse_sim.estimators.sweep.direct.load_estimator",
         lambda name, config: Estimator(run, replace(config, device="cpu")),
     )
-    for detections in ("truth", "truth-boxes"):
+    for detections in ("gt", "gt-boxes"):
         found = predict("lidar-direct", toy_root, "train", PredictConfig(detections=detections))
         # The third pallet has too few points in the image, which cuts it.
         assert len(found) >= 2
@@ -156,5 +156,5 @@ def test_what_is_missing_is_said_in_one_line(estimator: Estimator, monkeypatch: 
     camera = PinholeCamera.from_focal(4, 4, 4.0)
     with pytest.raises(InputError, match="without a LiDAR's sweep"):
         SweepPoses(estimator).estimate(RgbdImage(camera, np.zeros((4, 4), np.float32), ()))
-    with pytest.raises(InputError, match="--refuse"):
-        load_estimator("lidar-direct", PredictConfig(detections="truth", refuse=0.1))
+    with pytest.raises(InputError, match="--reject"):
+        load_estimator("lidar-direct", PredictConfig(detections="gt", reject=0.1))

@@ -61,16 +61,16 @@ def true_boxes(detector: TrainedSweepDetector, points: np.ndarray, ids: np.ndarr
 def test_it_finds_what_it_saw_wherever_the_lidar_is_turned(run: Path, toy_root: Path) -> None:
     detector, reader = TrainedSweepDetector(run), DatasetReader(toy_root)
     assert detector.classes == ("pallet",)
-    asked, right, wrong, twice = 0, 0, 0, 0
+    requested, right, wrong, twice = 0, 0, 0, 0
     for image in reader.images("train"):
         scan = read_sweep(reader, image).reading
         for yaw in (0.0, np.pi, 1.0):
             points = transform_points(make_transform(rotation_z(yaw)), scan.points.astype(float))
             found, floor = detector.find(points)
             assert floor is not None
-            truth = true_boxes(detector, points, scan.instance_ids)
-            iou = ring_overlaps(np.array([item.box for item in found]).reshape(-1, 4), truth, 256)[0]
-            asked += len(truth)
+            gt = true_boxes(detector, points, scan.instance_ids)
+            iou = ring_overlaps(np.array([item.box for item in found]).reshape(-1, 4), gt, 256)[0]
+            requested += len(gt)
             right += int((iou.max(axis=0, initial=0.0) > 0.5).sum())
             owners = [scan.instance_ids[item.own] for item in detector.around(points)]
             main = [int(np.bincount(ids).argmax()) for ids in owners]
@@ -79,10 +79,10 @@ def test_it_finds_what_it_saw_wherever_the_lidar_is_turned(run: Path, toy_root: 
             for item in found:
                 assert 0 <= item.box[0] < 256
                 assert item.class_name == "pallet"
-    assert asked >= 18
-    assert right >= 0.85 * asked
+    assert requested >= 18
+    assert right >= 0.85 * requested
     # A point is one object's: boxes beside the better one of the same pallet leave nothing that is made of them.
-    assert wrong <= 0.15 * asked
+    assert wrong <= 0.15 * requested
     assert twice == 0
 
 
@@ -155,7 +155,7 @@ def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Pa
     whole = train("detector-sweep", toy_root, tmp_path / "whole", config, cache=tmp_path / "cache")
     part = tmp_path / "part"
 
-    def stop(share: float, note: str) -> None:
+    def stop(fraction: float, note: str) -> None:
         if note.startswith("step 4"):
             raise KeyboardInterrupt
 

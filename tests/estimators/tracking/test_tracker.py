@@ -63,12 +63,12 @@ def test_a_drive_ends_better_than_its_single_shots() -> None:
         single.append(off(shot, at))
         tracks += len(tracker.tracks)
     assert np.mean(last) < 0.5 * np.mean(single)
-    # The gate refuses one in a thousand, and some more where errors share less than is thought.
+    # The gate rejects one in a thousand, and some more where errors share less than is thought.
     assert tracks <= 43
 
 
 def test_the_bound_keeps_what_all_images_share() -> None:
-    tracker = Tracker({1: HALF}, TrackConfig(common_share=0.3))
+    tracker = Tracker({1: HALF}, TrackConfig(common_fraction=0.3))
     for step in range(50):
         at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)
         (found,) = tracker.step(at, [estimate(at, PALLET)])
@@ -101,8 +101,8 @@ def test_outliers_neither_move_a_track_nor_are_given(bad: set[int]) -> None:
     wrong = [PALLET @ make_transform(rotation_z(np.pi / 2)), PALLET @ make_transform(None, np.array([0.3, 0.0, 0.0]))]
     for step in range(12):
         at = view(step)
-        truth = wrong[step % 2] if step in bad else PALLET
-        (found,) = tracker.step(at, [estimate(at, truth, rng, score=0.9)])
+        gt = wrong[step % 2] if step in bad else PALLET
+        (found,) = tracker.step(at, [estimate(at, gt, rng, score=0.9)])
         if step > 2 or (step and 0 not in bad):
             assert off(found, at) < 0.08
     assert off(found, at) < 0.05
@@ -141,9 +141,9 @@ def test_stacked_neighbours_stay_two() -> None:
     assert [off(item, at, T) < 0.06 for item, T in zip(found, (PALLET, upper), strict=True)] == [True, True]
 
 
-def test_what_has_no_covariance_or_is_refused_goes_through() -> None:
+def test_what_has_no_covariance_or_is_rejected_goes_through() -> None:
     tracker, at = Tracker({1: HALF}), view(0)
-    given = [estimate(at, PALLET, covariance=None), estimate(at, PALLET, refused=True)]
+    given = [estimate(at, PALLET, covariance=None), estimate(at, PALLET, rejected=True)]
     assert tracker.step(at, given) == given
     assert not tracker.tracks
 
@@ -163,7 +163,7 @@ def drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DatasetReader:
     return reader
 
 
-def truth(reader: DatasetReader, covariance: np.ndarray | None) -> list[PoseEstimate]:
+def gt(reader: DatasetReader, covariance: np.ndarray | None) -> list[PoseEstimate]:
     return [
         PoseEstimate(image.scene_id, image.image_id, 1, 0.9, target.T_camera_object, 0.1, covariance=covariance)
         for image in reader.images("train")
@@ -172,9 +172,9 @@ def truth(reader: DatasetReader, covariance: np.ndarray | None) -> list[PoseEsti
 
 
 def test_a_stored_drive_is_filtered_and_written(drive: DatasetReader, tmp_path: Path) -> None:
-    found = tracked(drive, "train", truth(drive, COVARIANCE))
+    found = tracked(drive, "train", gt(drive, COVARIANCE))
     assert len(drives(drive, "train")) == len(drive.splits["train"])
-    given = truth(drive, COVARIANCE)
+    given = gt(drive, COVARIANCE)
     assert [(item.scene_id, item.image_id) for item in found] == [(item.scene_id, item.image_id) for item in given]
     for item, expected in zip(found, given, strict=True):
         np.testing.assert_allclose(item.T_camera_object, expected.T_camera_object, atol=1e-9)
@@ -187,14 +187,14 @@ def test_a_stored_drive_is_filtered_and_written(drive: DatasetReader, tmp_path: 
 def test_images_of_no_drive_keep_their_estimates(toy_root: Path) -> None:
     reader = DatasetReader(toy_root)
     assert drives(reader, "train") == []
-    found = tracked(reader, "train", truth(reader, COVARIANCE))
-    for item, expected in zip(found, truth(reader, COVARIANCE), strict=True):
+    found = tracked(reader, "train", gt(reader, COVARIANCE))
+    for item, expected in zip(found, gt(reader, COVARIANCE), strict=True):
         np.testing.assert_array_equal(item.T_camera_object, expected.T_camera_object)
 
 
 def test_one_line_says_what_is_missing(drive: DatasetReader, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="no estimate has a covariance"):
-        tracked(drive, "train", truth(drive, None))
+        tracked(drive, "train", gt(drive, None))
     images = [replace(image, T_world_camera=np.eye(4)) for image in drive.images("train")]
     monkeypatch.setattr(drive, "images", lambda split: images)
     with pytest.raises(InputError, match="does not say where the camera is"):

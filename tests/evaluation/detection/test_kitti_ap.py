@@ -22,13 +22,13 @@ def pallet(number: int = 0, **changes) -> KittiLabel:
     return replace(label, **changes)
 
 
-def scores_of(truth, found, scores=()):
-    rows = kitti_scores([KittiObjects.of(truth)], [KittiObjects.of(found, scores)], {"pallet": 0.5})
+def scores_of(gt, found, scores=()):
+    rows = kitti_scores([KittiObjects.of(gt)], [KittiObjects.of(found, scores)], {"pallet": 0.5})
     return {(row.level, row.view): row for row in rows}
 
 
 @pytest.mark.parametrize(("count", "r11", "r40"), [(10, 3 / 11, 9 / 40), (20, 5 / 11, 19 / 40), (41, 1, 1), (60, 1, 1)])
-def test_the_truth_scores_one_from_41_objects_on_and_less_below(count, r11, r40):
+def test_the_ground_truth_scores_one_from_41_objects_on_and_less_below(count, r11, r40):
     labels = [pallet(number) for number in range(count)]
     for row in scores_of(labels, labels).values():
         assert (row.wanted, row.ap_11, row.ap_40) == (count, pytest.approx(r11), pytest.approx(r40))
@@ -62,7 +62,7 @@ def test_a_box_too_far_is_found_in_the_image_and_not_on_the_ground():
     assert scores_of(labels, high)["easy", "space"].ap_40 == 0.0
 
 
-def test_hard_ones_are_asked_only_at_their_level_and_cost_nothing_above():
+def test_hard_ones_are_requested_only_at_their_level_and_cost_nothing_above():
     labels = [pallet(number) for number in range(50)] + [pallet(number, occluded=2) for number in range(50, 70)]
     found = scores_of(labels, labels)
     assert [found[level, "image"].wanted for level in ("easy", "moderate", "hard")] == [50, 50, 70]
@@ -128,7 +128,7 @@ def test_result_files_are_scored_from_outside(tmp_path):
         evaluate_kitti_results(results, data, "test")
 
 
-def test_the_verb_says_where_the_scores_are_and_what_comes_next(tmp_path, capsys):
+def test_the_command_says_where_the_scores_are_and_what_comes_next(tmp_path, capsys):
     data, results = made_folder(tmp_path / "data", 2), tmp_path / "results"
     results.mkdir()
     (results / "000000.txt").write_text(line(pallet(0), 0.8) + "\n")

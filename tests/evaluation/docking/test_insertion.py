@@ -50,13 +50,13 @@ def failure(face, T, fork=FORK):
     return failure_axes(docking_errors(T, face), docking_slack(T, face, fork), face, fork)[0]
 
 
-def room_by_programming(T_pocket_tine, size):
-    """Least room in y and z of what is in the pocket and in the tine or where it came from: four linear programs."""
+def clearance_by_programming(T_pocket_tine, size):
+    """Least clearance in y and z of what is in the pocket and in the tine or on its way: four linear programs."""
     R, t = T_pocket_tine[:3, :3], T_pocket_tine[:3, 3]
     into_tine = np.concatenate([R.T, -R.T[1:]])
     limits = np.array([TIP, TINE[0] / 2, TINE[1] / 2, TINE[0] / 2, TINE[1] / 2])
     bounds = [(0.0, size[0]), (None, None), (None, None)]
-    room = []
+    clearance = []
     for axis in (1, 2):
         reached = []
         for sign in (-1.0, 1.0):
@@ -64,27 +64,27 @@ def room_by_programming(T_pocket_tine, size):
             if best.status == 2:
                 return np.inf, np.inf
             reached.append(-best.fun)
-        room.append(size[axis] / 2 - max(reached))
-    return tuple(room)
+        clearance.append(size[axis] / 2 - max(reached))
+    return tuple(clearance)
 
 
-def test_room_to_the_walls_is_that_of_linear_programming():
+def test_clearance_to_the_walls_is_that_of_linear_programming():
     for index, (name, (face, D)) in enumerate(EVERY_FACE.items()):
         rng = np.random.default_rng([index, round(1000 * D)])
         for number in (index % 3, 3 + index % 3):  # from small motions to large, in turn
             T = moved(face, random_motion(rng, angle=0.03 + 0.1 * number, offset=0.05 + 0.15 * number))
             slack = docking_slack(T, face, FORK)
-            rooms = [
-                room_by_programming(np.linalg.inv(p.T_object_pocket) @ T[0] @ p.T_object_pocket, p.size)
+            clearances = [
+                clearance_by_programming(np.linalg.inv(p.T_object_pocket) @ T[0] @ p.T_object_pocket, p.size)
                 for p in face.pockets
             ]
             np.testing.assert_allclose(
-                [slack.lateral[0], slack.vertical[0]], np.min(rooms, axis=0), atol=1e-7, err_msg=name
+                [slack.lateral[0], slack.vertical[0]], np.min(clearances, axis=0), atol=1e-7, err_msg=name
             )
 
 
 def drive(face, T, D, step=0.01, apart=0.02):
-    """Push a fork of points along the estimated axis; return the least room it had (m), negative where it failed."""
+    """Push a fork of points along the estimated axis; return the least clearance (m), negative where it failed."""
     rows = [np.linspace(-half, half, 2 + int(2 * half / apart)) for half in (TINE[0] / 2, TINE[1] / 2)]
     along = np.arange(HEEL, TIP + 1e-9, 0.05)
     tine = np.stack(np.meshgrid(along, *rows, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -148,7 +148,7 @@ def test_no_symmetry_of_the_pockets_saves_a_pose_that_is_upside_down_or_reversed
             assert failure(face, T) == wrong, name
 
 
-def test_a_perfect_estimate_leaves_the_room_of_the_epal_drawing():
+def test_a_perfect_estimate_leaves_the_clearance_of_the_epal_drawing():
     slack = docking_slack(at_entry(SHORT_SIDE), SHORT_SIDE, FORK)
     assert (slack.lateral[0], slack.vertical[0]) == pytest.approx((0.06375, 0.030))
     assert (slack.heel[0], slack.tips[0]) == pytest.approx((0.05, 1.10 - 0.8))
@@ -241,7 +241,7 @@ def test_the_heel_gap_is_a_setting():
         ({"x": -0.31}, "too_short"),
     ],
 )
-def test_the_failure_axis_is_the_error_that_uses_up_most_room(motion, axis):
+def test_the_failure_axis_is_the_error_that_uses_up_most_clearance(motion, axis):
     T = at_entry(SHORT_SIDE, **motion)
     assert not docks(SHORT_SIDE, T)
     assert failure(SHORT_SIDE, T) == axis

@@ -6,7 +6,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import ForkConfig, docking_errors, docking_faces
 from warehouse_sim.evaluation.docking.insertion import docking_slack
-from warehouse_sim.evaluation.docking.mesh_sweep import FARTHEST, lane_triangles, mesh_slack, room_to_triangles
+from warehouse_sim.evaluation.docking.mesh_sweep import FARTHEST, clearance_to_triangles, lane_triangles, mesh_slack
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import invert, transform_points
 
@@ -20,7 +20,7 @@ def box(centre, size) -> TriangleMesh:
     return TriangleMesh(unit_box().vertices * np.array(size) + np.array(centre), unit_box().faces)
 
 
-def room(face, T, mesh=MESH):
+def clearance(face, T, mesh=MESH):
     return mesh_slack(np.atleast_3d(T).reshape(-1, 4, 4), face, -0.072, lane_triangles(mesh, face, FORK), FORK)
 
 
@@ -41,7 +41,7 @@ def test_a_triangle_beside_a_tine_is_as_far_as_it_is() -> None:
         ([[1.0, 0.2, 0.0], [1.2, -0.2, 1.0], [1.2, -0.2, -1.0]], -0.02),
         ([[1.0, 1.0, 0.0], [1.3, -1.0, 0.0], [1.3, -1.0, 0.001]], FARTHEST),
     ):
-        got = room_to_triangles(np.eye(4)[None], np.array([corners]), FORK)
+        got = clearance_to_triangles(np.eye(4)[None], np.array([corners]), FORK)
         assert got == pytest.approx([expected], abs=1e-9), corners
 
 
@@ -56,16 +56,16 @@ def test_points_on_a_triangle_agree() -> None:
         points = weights @ triangle
         points = points[points[:, 0] <= FORK.reach]
         slow = (np.abs(points[:, 1:]) - [0.05, 0.02]).max(axis=1).min(initial=FARTHEST)
-        got = room_to_triangles(np.eye(4)[None], triangle[None], FORK)[0]
+        got = clearance_to_triangles(np.eye(4)[None], triangle[None], FORK)[0]
         assert got <= slow + 1e-12
         assert got == pytest.approx(slow, abs=2e-3)
 
 
 def test_the_true_pose_leaves_what_the_boards_leave() -> None:
-    assert room(FACES["-x"], np.eye(4)) == pytest.approx([0.030])
+    assert clearance(FACES["-x"], np.eye(4)) == pytest.approx([0.030])
     # The pocket of the long side lies between skids and deck boards; it is measured up to FARTHEST sideways.
     nominal = docking_slack(np.eye(4)[None], FACES["-y"], FORK)
-    assert room(FACES["-y"], np.eye(4)) == pytest.approx(nominal.vertical)
+    assert clearance(FACES["-y"], np.eye(4)) == pytest.approx(nominal.vertical)
 
 
 def test_what_clears_the_nominal_pockets_clears_the_new_pallet() -> None:
@@ -74,25 +74,25 @@ def test_what_clears_the_nominal_pockets_clears_the_new_pallet() -> None:
     for face in FACES.values():
         slack = docking_slack(T, face, FORK)
         nominal = np.minimum(slack.lateral, slack.vertical)
-        got = room(face, T)
+        got = clearance(face, T)
         docks = nominal >= 0.0
         assert docks.any()
-        # The room is measured along the sides of the tine here, of the pocket there: turned by 0.04 rad and more.
+        # The clearance is measured along the sides of the tine here, of the pocket there: turned by 0.04 rad and more.
         assert (got[docks] >= 0.9 * np.minimum(nominal[docks], FARTHEST)).all()
 
 
-def test_between_the_skids_there_is_more_room_than_the_nominal_pocket() -> None:
+def test_between_the_skids_there_is_more_clearance_than_the_nominal_pocket() -> None:
     """The long side: skids at the two ends and in the middle; tines that pass below their tops meet them."""
     face = FACES["-y"]
     low = at_entry(face, z=-0.035)
     assert docking_slack(low[None], face, FORK).vertical[0] < 0.0
-    assert room(face, low)[0] < 0.0
+    assert clearance(face, low)[0] < 0.0
 
 
 def test_a_board_that_stands_out_is_named() -> None:
     bent = merge([MESH, box((0.0, 0.186, -0.03), (0.1, 0.1, 0.03))])
     for face in (FACES["-x"], FACES["+x"]):
-        got = room(face, np.eye(4), bent)
+        got = clearance(face, np.eye(4), bent)
         slack, errors = docking_slack(np.eye(4)[None], face, FORK), docking_errors(np.eye(4)[None], face)
         assert got[0] < 0.0
         assert failure_axes(errors, slack, face, FORK, got) == ["board"]
@@ -101,14 +101,14 @@ def test_a_board_that_stands_out_is_named() -> None:
 
 def test_a_tine_beside_the_pallet_or_in_the_next_lane_docks_nothing() -> None:
     for aside in (0.3725, -0.3725, 2.0):
-        assert np.isneginf(room(FACES["-x"], at_entry(FACES["-x"], y=aside)))
+        assert np.isneginf(clearance(FACES["-x"], at_entry(FACES["-x"], y=aside)))
 
 
 def test_a_tine_in_the_floor_docks_nothing() -> None:
     """Between the skids of the short side there is no board below: 30 mm lower the tines lie on the floor."""
     face = FACES["-x"]
-    assert room(face, at_entry(face, z=-0.029)) == pytest.approx([0.001])
-    assert room(face, at_entry(face, z=-0.031)) == pytest.approx([-0.001])
+    assert clearance(face, at_entry(face, z=-0.029)) == pytest.approx([0.001])
+    assert clearance(face, at_entry(face, z=-0.031)) == pytest.approx([-0.001])
 
 
 def test_a_quarter_turn_is_a_wrong_face_and_a_half_turn_reversed() -> None:
@@ -124,7 +124,7 @@ def test_a_quarter_turn_is_a_wrong_face_and_a_half_turn_reversed() -> None:
     assert failure_axes(docking_errors(T, face), docking_slack(T, face, FORK), face, FORK) == ["upside_down"]
 
 
-def test_points_of_a_worn_pallet_inside_the_swept_tines_are_contact() -> None:
+def test_points_of_a_damaged_pallet_inside_the_swept_tines_are_contact() -> None:
     """The slow way over a whole pallet: dense points of the surface against the prism of each tine."""
     rng = np.random.default_rng(1)
     face = FACES["-x"]
@@ -132,7 +132,7 @@ def test_points_of_a_worn_pallet_inside_the_swept_tines_are_contact() -> None:
     weights = rng.dirichlet(np.ones(3), 3000)
     cloud = np.einsum("kw,mwc->mkc", weights, corners).reshape(-1, 3)
     T = np.array([random_motion(rng, 0.05, 0.05) for _ in range(25)])
-    for pose, got in zip(T, room(face, T), strict=True):
+    for pose, got in zip(T, clearance(face, T), strict=True):
         touched = False
         for pocket in face.pockets:
             local = transform_points(invert(pose @ pocket.T_object_pocket), cloud)

@@ -1,4 +1,4 @@
-"""What the scene record says of reach decides what docking is asked of."""
+"""What the scene record says of reach decides what docking is evaluated of."""
 
 import json
 from pathlib import Path
@@ -33,11 +33,11 @@ def root(tmp_path: Path) -> Path:
     return make_dataset(tmp_path / "data")
 
 
-def test_what_no_truck_reaches_is_not_asked_and_said(root: Path, tmp_path: Path) -> None:
-    truth = write_estimates(estimates_of(root), tmp_path / "truth.csv")
-    before = evaluate(truth, root, "test")
+def test_what_no_truck_reaches_is_not_requested_and_said(root: Path, tmp_path: Path) -> None:
+    gt = write_estimates(estimates_of(root), tmp_path / "gt.csv")
+    before = evaluate(gt, root, "test")
     assert f"of {int(before.table.has_pockets.sum())} pallets the dataset does not say" in "\n".join(before.summary())
-    assert before.to_plain()["dataset"]["asked"].startswith("all pallets")
+    assert before.to_plain()["dataset"]["evaluated"].startswith("all pallets")
     assert before.docking_left_out == {}
     for number, verdict, stacked in (
         (1, "free", False),
@@ -46,7 +46,7 @@ def test_what_no_truck_reaches_is_not_asked_and_said(root: Path, tmp_path: Path)
         (3, "under a stack", True),
     ):
         say(root, number, verdict, stacked)
-    after = evaluate(truth, root, "test")
+    after = evaluate(gt, root, "test")
     text = "\n".join(after.summary())
     assert "does not say" not in text
     left_out = after.docking_left_out
@@ -62,13 +62,13 @@ def test_what_no_truck_reaches_is_not_asked_and_said(root: Path, tmp_path: Path)
     assert after.overall.gt_count == before.overall.gt_count
 
 
-def test_estimates_of_what_is_not_asked_change_no_docking(root: Path, tmp_path: Path) -> None:
+def test_estimates_of_what_is_not_requested_change_no_docking(root: Path, tmp_path: Path) -> None:
     for instance_id in (1, 2, 3, 4):
         say(root, instance_id, "free" if instance_id == 1 else "outside the aisle")
-    truth = estimates_of(root)
-    scores = evaluate(write_estimates(truth, tmp_path / "truth.csv"), root, "test")
-    asked = [item for item, ok in zip(scores.table.prediction, scores.table.dockable, strict=True) if ok]
-    few = [item for number, item in enumerate(truth) if number in asked]
+    gt = estimates_of(root)
+    scores = evaluate(write_estimates(gt, tmp_path / "gt.csv"), root, "test")
+    evaluated = [item for item, ok in zip(scores.table.prediction, scores.table.dockable, strict=True) if ok]
+    few = [item for number, item in enumerate(gt) if number in evaluated]
     got = evaluate(write_estimates(few, tmp_path / "few.csv"), root, "test")
     assert got.overall.metrics["dock_0mm"] == 1.0
     assert got.overall.metrics["add_10pct"] < 1.0
@@ -94,18 +94,22 @@ def test_the_free_side_before_the_camera_is_approached() -> None:
 def test_a_side_that_never_has_a_margin_is_left_out_of_it() -> None:
     """Notches of the 48 inch side of a GMA pallet are 54 mm high: 7 mm above and below a tine of 40 mm."""
     model = catalog_object("gma_48x40")
-    rooms = {
-        face.name: Standings().room((0, 0, 0), _info(model), face, ForkConfig())
+    clearances = {
+        face.name: Standings().clearance((0, 0, 0), _info(model), face, ForkConfig())
         for face in docking_faces(model.size, model.pockets)
     }
-    assert rooms["-y"] == rooms["+y"] == pytest.approx((0.0254 * (0.625 + 1.5) - 0.040) / 2)
-    assert min(rooms["-x"], rooms["+x"]) > 0.020
-    rows = table(row(room=rooms["-y"], slack_vertical=0.005, slack_mesh=0.005), row(), missed(room=rooms["-y"]))
+    assert clearances["-y"] == clearances["+y"] == pytest.approx((0.0254 * (0.625 + 1.5) - 0.040) / 2)
+    assert min(clearances["-x"], clearances["+x"]) > 0.020
+    rows = table(
+        row(clearance=clearances["-y"], slack_vertical=0.005, slack_mesh=0.005),
+        row(),
+        missed(clearance=clearances["-y"]),
+    )
     got = pass_values(rows, MetricConfig())
     assert got["dock_0mm"].tolist() == [1.0, 1.0, 0.0]
     for name in ("dock_10mm", "dock_20mm", "dock_nominal_10mm", "dock_nominal_20mm"):
         assert np.isnan(got[name]).tolist() == [True, False, True]
-    assert docking_left_out(rows, (0, 10, 20)) == {"no room for 10 mm": 2, "no room for 20 mm": 2}
+    assert docking_left_out(rows, (0, 10, 20)) == {"no clearance for 10 mm": 2, "no clearance for 20 mm": 2}
 
 
 def test_reasons_are_counted_once() -> None:

@@ -43,12 +43,12 @@ def by_rays(mesh: TriangleMesh, T: np.ndarray, camera: PinholeCamera) -> np.ndar
 @pytest.mark.parametrize("mesh", [epal1().mesh(), unit_box()], ids=["epal1", "box"])
 def test_depth_is_that_of_rays_through_pixel_centres(mesh: TriangleMesh, place, turn) -> None:
     T = make_transform(turn, np.array(place))
-    drawn, exact = depth_of(mesh, T, CAMERA), by_rays(mesh, T, CAMERA)
-    differ = (drawn > 0) != (exact > 0)
+    sampled, exact = depth_of(mesh, T, CAMERA), by_rays(mesh, T, CAMERA)
+    differ = (sampled > 0) != (exact > 0)
     assert differ.mean() < 1e-3  # rays along an edge
-    both = (drawn > 0) & (exact > 0)
+    both = (sampled > 0) & (exact > 0)
     assert both.any() == (place[2] > 0)
-    assert np.abs(drawn - exact)[both & ~differ].max(initial=0.0) < 1e-6
+    assert np.abs(sampled - exact)[both & ~differ].max(initial=0.0) < 1e-6
 
 
 def test_a_plate_covers_the_pixels_whose_centres_it_covers() -> None:
@@ -56,6 +56,6 @@ def test_a_plate_covers_the_pixels_whose_centres_it_covers() -> None:
     corners = np.array([[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]])
     plate = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     camera = PinholeCamera(80, 60, 70.0, 70.0, 40.0, 30.0)
-    drawn = depth_of(plate, make_transform(None, np.array([0.0, 0.0, 2.0])), camera)
-    assert (drawn > 0).sum() == 21 * 21
-    assert drawn[20:41, 30:51] == pytest.approx(2.0)
+    sampled = depth_of(plate, make_transform(None, np.array([0.0, 0.0, 2.0])), camera)
+    assert (sampled > 0).sum() == 21 * 21
+    assert sampled[20:41, 30:51] == pytest.approx(2.0)

@@ -51,16 +51,16 @@ def test_cubes_find_what_force_finds(monkeypatch, T, points):
         assert mean_nearest_distance(T, points, KDTree(points)) == pytest.approx(expected, rel=1e-6, abs=1e-8)
 
 
-def test_the_tree_is_hardly_asked_when_moves_are_alike(monkeypatch):
+def test_the_tree_is_hardly_requested_when_moves_are_alike(monkeypatch):
     T, points = moves(300, 0.005, 0.005), surface()
     monkeypatch.setattr(nearest, "_FEW", 0)
-    asked = []
+    evaluated = []
     distances = nearest._Candidates.distances
 
     def watch(self, T, points):
-        asked.append((self.cubes[self.block.number(self.block.places(T, points)), 2] == 0).mean())
+        evaluated.append((self.cubes[self.block.number(self.block.places(T, points)), 2] == 0).mean())
         return distances(self, T, points)
 
     monkeypatch.setattr(nearest._Candidates, "distances", watch)
     mean_nearest_distance(T, points, KDTree(points))
-    assert np.mean(asked) < 0.2
+    assert np.mean(evaluated) < 0.2

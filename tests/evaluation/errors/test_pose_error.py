@@ -39,7 +39,7 @@ def random_pairs(count: int = 60):
     return estimated, true
 
 
-def test_all_errors_vanish_at_the_truth():
+def test_all_errors_vanish_at_the_ground_truth():
     true = seen_from(4.0, 0.4)
     assert symmetric_add(true, true) == pytest.approx(0.0, abs=1e-14)
     assert symmetric_mssd(true, true) == pytest.approx(0.0, abs=1e-14)
@@ -70,7 +70,7 @@ def test_errors_are_ordered_add_s_add_mssd():
 
 
 @pytest.mark.parametrize("error", [symmetric_add, symmetric_mssd])
-def test_a_symmetric_replacement_of_truth_or_estimate_changes_nothing(error):
+def test_a_symmetric_replacement_of_ground_truth_or_estimate_changes_nothing(error):
     estimated, true = random_pairs()
     expected = error(estimated, true)
     assert error(estimated @ HALF_TURN, true) == pytest.approx(expected, abs=1e-12)
@@ -83,9 +83,9 @@ def test_add_and_mssd_equal_the_definitions_point_by_point():
         means, maxima = [], []
         for S in SYMMETRY.transforms:
             guess = surface() @ (T_estimated[:3, :3]).T + T_estimated[:3, 3]
-            truth = (surface() @ S[:3, :3].T + S[:3, 3]) @ T_true[:3, :3].T + T_true[:3, 3]
-            means.append(np.linalg.norm(guess - truth, axis=1).mean())
-            maxima.append(np.linalg.norm(guess - truth, axis=1).max())
+            gt = (surface() @ S[:3, :3].T + S[:3, 3]) @ T_true[:3, :3].T + T_true[:3, 3]
+            means.append(np.linalg.norm(guess - gt, axis=1).mean())
+            maxima.append(np.linalg.norm(guess - gt, axis=1).max())
         assert symmetric_add(T_estimated, T_true) == pytest.approx(min(means))
         assert symmetric_mssd(T_estimated, T_true) == pytest.approx(min(maxima))
 

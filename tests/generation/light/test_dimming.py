@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.acceptance.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions, target_illuminance
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
@@ -22,7 +22,7 @@ RECIPES = ("demo", "conveyor_pickup", "dock_staging")
 
 @cache
 def settled(recipe: str) -> tuple[SceneSpec, RayCaster]:
-    scene = draw_scene(load_recipe(recipe), 0, 0).scene
+    scene = sample_settled_scene(load_recipe(recipe), 0, 0).scene
     return scene, RayCaster(scene)
 
 
@@ -59,8 +59,8 @@ def test_the_floor_gets_the_wanted_lux(recipe: str, preset: str) -> None:
     measured = LightMeter(scene, caster).floor_lux
     assert wanted.low * 0.999 <= measured <= wanted.high * 1.001
     assert floor_lux_by_walks(scene, caster, 2000, np.random.default_rng(7)) == pytest.approx(measured, rel=0.10)
-    asked = lit(recipe, preset, lux=Distribution.constant(77.0))
-    assert LightMeter(asked, caster).floor_lux == pytest.approx(77.0, rel=0.01)
+    requested = lit(recipe, preset, lux=Distribution.constant(77.0))
+    assert LightMeter(requested, caster).floor_lux == pytest.approx(77.0, rel=0.01)
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
@@ -152,7 +152,7 @@ def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:
     assert target_illuminance(LightMeter(scene, caster), view, CAMERA, ids, []) == {}
 
 
-def test_a_hall_without_luminaires_over_its_aisle_is_refused() -> None:
+def test_a_hall_without_luminaires_over_its_aisle_is_rejected() -> None:
     scene, _ = settled("demo")
     luminaires = {item.instance_id for item in scene.instances if scene.model_of(item).class_name == "luminaire"}
     bare = replace(scene, instances=tuple(item for item in scene.instances if item.instance_id not in luminaires))

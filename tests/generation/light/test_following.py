@@ -34,7 +34,7 @@ def test_how_often_an_image_is_taken_does_not_matter() -> None:
 def test_drives_follow_their_own_meter_and_single_images_have_none_before() -> None:
     first, second = drive([8.0, 12.0], 0.1, sequence=0), drive([3.0, 5.0], 0.1, sequence=1)
     mixed = [first[0], second[0], first[1], second[1]]
-    share = 1.0 - np.exp(-1.0)
-    assert evs(mixed, lag=0.1) == pytest.approx([8.0, 3.0, 8.0 + 4.0 * share, 3.0 + 2.0 * share])
+    fraction = 1.0 - np.exp(-1.0)
+    assert evs(mixed, lag=0.1) == pytest.approx([8.0, 3.0, 8.0 + 4.0 * fraction, 3.0 + 2.0 * fraction])
     single = drive([8.0, 12.0], 0.1, sequence=None)
     assert evs(single, lag=10.0) == pytest.approx([8.0, 12.0])

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
@@ -23,12 +23,12 @@ KEPT: tuple[PresetName, ...] = ("dim", "harsh", "failing")
 @pytest.fixture(scope="module")
 def contrast() -> Mapping[tuple[str, float], float]:
     """Return stops between the 5th and the 95th percentile, by preset and share: the mean of three views of a hall."""
-    scene = draw_scene(load_recipe("lighting_study"), 0, 0).scene
+    scene = sample_settled_scene(load_recipe("lighting_study"), 0, 0).scene
     scene = replace(scene, viewpoints=scene.viewpoints[:3])
     caster, found = RayCaster(scene), {}
     with open_renderer("raster") as renderer:
-        for preset, share in [("nominal", 0.8), *((preset, share) for preset in KEPT for share in (0.0, 0.8))]:
-            config = LightingConfig(preset=preset, rows=2, luminaires=4, hall_share=share)
+        for preset, fraction in [("nominal", 0.8), *((preset, fraction) for preset in KEPT for fraction in (0.0, 0.8))]:
+            config = LightingConfig(preset=preset, rows=2, luminaires=4, hall_fraction=fraction)
             lit = light_scene(scene, config, caster, CAMERA, np.random.default_rng(0))
             stops = []
             for view in lit.viewpoints:
@@ -36,7 +36,7 @@ def contrast() -> Mapping[tuple[str, float], float]:
                 grey = renderer.render(CAMERA, view.T_world_camera).rgb @ [0.2126, 0.7152, 0.0722]
                 dark, bright = np.percentile(grey, [5, 95]) + 4.0
                 stops.append(np.log2(bright / dark))
-            found[preset, share] = float(np.mean(stops))
+            found[preset, fraction] = float(np.mean(stops))
     return found
 
 

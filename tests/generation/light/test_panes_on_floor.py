@@ -26,7 +26,7 @@ def scene_of(length: float, width: float, height: float, rooflights: bool = True
 
 @pytest.mark.parametrize("size", [(30.0, 24.0, 9.0), (60.0, 40.0, 11.0)])
 def test_the_floor_gets_what_it_sees_of_the_panes(size: tuple[float, float, float]) -> None:
-    """E = pi L times the share of cosine-weighted rays that meet panes; bars, girders and racks hide the rest."""
+    """E = pi L times the fraction of cosine-weighted rays that meet panes; bars, girders and racks hide the rest."""
     scene = scene_of(*size)
     caster, floor = RayCaster(scene), floor_points(scene)
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))

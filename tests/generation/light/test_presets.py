@@ -6,9 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
@@ -28,7 +28,7 @@ def statistics() -> dict[str, dict[str, float]]:
     # Without a roof: under one, the ends of a hall that is lit over its aisle alone are dark under every preset.
     recipe = load_recipe("demo")
     recipe = replace(recipe, scene=replace(recipe.scene, hall=replace(recipe.scene.hall, roof=False)))
-    scene = replace(draw_scene(recipe, 0, 0).scene, viewpoints=(VIEW,))
+    scene = replace(sample_settled_scene(recipe, 0, 0).scene, viewpoints=(VIEW,))
     caster, found = RayCaster(scene), {}
     with open_renderer("raster") as renderer:
         for preset in PRESETS:

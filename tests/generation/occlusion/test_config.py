@@ -48,6 +48,6 @@ def test_a_width_makes_windows_evenly_within_the_range() -> None:
         (ONE, {"tries": 0}, "tries must be 1-1,000"),
     ],
 )
-def test_what_makes_no_sense_is_refused(fractions: object, more: dict[str, object], message: str) -> None:
+def test_what_makes_no_sense_is_rejected(fractions: object, more: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         read(fractions, **more)

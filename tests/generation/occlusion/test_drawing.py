@@ -13,7 +13,7 @@ from warehouse_sim.scene.unit_load import UnitLoadConfig
 CARTONS = ("carton_600x400x300", "carton_400x300x200")
 
 
-def drawn(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
+def sampled(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
     sampler = OccluderSampler(UnitLoadConfig(cartons=CARTONS, pallets=("epal1",)), np.random.default_rng(seed))
     return [item for item in (sampler.draw(kind, least) for _ in range(count)) if item is not None]
 
@@ -21,7 +21,7 @@ def drawn(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
 @pytest.mark.parametrize("kind", ["load", "wrap", "pallet", "traffic"])
 @pytest.mark.parametrize("least", [0.3, 1.9])
 def test_occluders_stand_on_the_floor_and_are_high_enough(kind: str, least: float) -> None:
-    found = [occluder for seed in range(4) for occluder in drawn(kind, least, 5, seed)]
+    found = [occluder for seed in range(4) for occluder in sampled(kind, least, 5, seed)]
     assert len(found) >= 8
     for occluder in found:
         assert occluder.kind == kind
@@ -33,7 +33,7 @@ def test_occluders_stand_on_the_floor_and_are_high_enough(kind: str, least: floa
 
 def test_loads_are_made_of_the_recipes_goods() -> None:
     for kind in ("load", "wrap"):
-        for occluder in drawn(kind, 0.5, 4):
+        for occluder in sampled(kind, 0.5, 4):
             cartons = {name for name in occluder.models if name.startswith("carton")}
             assert cartons <= set(CARTONS)
             assert {name for name in occluder.models if occluder.models[name].class_name == "pallet"} <= {"epal1"}
@@ -43,11 +43,11 @@ def test_loads_are_made_of_the_recipes_goods() -> None:
 
 def test_nothing_of_the_catalog_is_four_metres_high() -> None:
     for kind in ("load", "wrap", "pallet", "traffic"):
-        assert drawn(kind, 4.0, 2) == []
+        assert sampled(kind, 4.0, 2) == []
 
 
 def test_the_same_stream_gives_the_same_occluders() -> None:
-    one, two = (drawn("load", 1.0, 4, seed=5) for _ in range(2))
+    one, two = (sampled("load", 1.0, 4, seed=5) for _ in range(2))
     for a, b in zip(one, two, strict=True):
         assert [item.model for item in a.instances] == [item.model for item in b.instances]
         for x, y in zip(a.instances, b.instances, strict=True):
@@ -65,8 +65,8 @@ def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: st
         for occluder in filter(None, (sampler.draw("wrap", height), sampler.unit_load(height))):
             pile = Pile(occluder.models, occluder.instances)
             for upper in pile.pallets()[1:]:
-                share, over = pile.supported(upper)
-                assert share >= 0.85
+                fraction, over = pile.supported(upper)
+                assert fraction >= 0.85
                 assert over
                 pairs += 1
             carried = pile.carried()

@@ -38,7 +38,7 @@ def test_a_pallet_leans_against_what_stands_beside_the_target() -> None:
 
 
 def test_nothing_leans_on_what_another_request_put_there() -> None:
-    """A twin without that would leave it in the air."""
+    """A paired variant without that would leave it in the air."""
     drum = catalog_object("drum_steel_216_blue")
     occluder = Occluder("drum", {drum.name: drum}, (ObjectInstance(1, drum.name, upright(0.0, 0.0, drum.size[2] / 2)),))
     occluded = occluded_scene_of(hall())

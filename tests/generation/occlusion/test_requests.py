@@ -8,7 +8,6 @@ import pytest
 from tests.generation.occlusion.scenes import CAMERA, hall, on_floor
 from warehouse_sim.annotate import annotate
 from warehouse_sim.errors import PlacementError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.occlusion import (
     FractionRange,
     OcclusionConfig,
@@ -17,6 +16,7 @@ from warehouse_sim.generation.occlusion import (
     request_views,
 )
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.geometry.separation import BoxStack
@@ -42,9 +42,9 @@ def smoke(observations: int = 6) -> Recipe:
 
 
 def requested(recipe: Recipe, config: OcclusionConfig, index: int = 0) -> Requested:
-    drawn = draw_scene(recipe, 0, index)
-    scene, rng = drawn.scene, scene_rng(0, index, "occlusion")
-    return scene, *request_views(scene, drawn.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
+    sampled = sample_settled_scene(recipe, 0, index)
+    scene, rng = sampled.scene, scene_rng(0, index, "occlusion")
+    return scene, *request_views(scene, sampled.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +72,8 @@ def test_the_drawn_image_shows_the_fraction(smoke_scene: Requested) -> None:
         for item, viewpoint in zip(report.requests, scene.viewpoints, strict=True):
             T, targets = viewpoint.T_world_camera, [x for x in scene.instances if x.instance_id == item.target]
             buffers = renderer.render(camera, T)
-            silhouettes = renderer.silhouettes(camera, T, targets)
-            (label,) = annotate(scene, camera, T, buffers, buffers.depth, silhouettes, targets)
+            amodal_masks = renderer.amodal_masks(camera, T, targets)
+            (label,) = annotate(scene, camera, T, buffers, buffers.depth, amodal_masks, targets)
             assert item.low <= label.visible_fraction <= item.high
             assert label.visible_fraction == pytest.approx(item.reached, abs=0.006)
             assert max(label.hidden_by, key=lambda kind: label.hidden_by[kind]) == item.kind
@@ -112,7 +112,7 @@ def test_the_same_stream_gives_the_same_scene(smoke_scene: Requested) -> None:
 
 
 @pytest.mark.parametrize("kind", ["load", "wrap", "pallet", "traffic", "border"])
-def test_one_kind_alone_can_be_asked_for(kind: str) -> None:
+def test_one_kind_alone_can_be_requested_for(kind: str) -> None:
     config = replace(CONFIG, kinds=(kind,), visible_fraction=VisibleFractions((FractionRange(0.4, 0.6),)))  # type: ignore[arg-type]
     _, _, report = requested(smoke(3), config, index=1)
     assert report.success_rate == 1.0
@@ -186,7 +186,7 @@ def test_vehicles_keep_their_room() -> None:
         assert all(BoxStack.of(bodies).clear_of(box, 0.05) for box in new)
 
 
-def test_a_scene_without_an_aisle_is_refused() -> None:
+def test_a_scene_without_an_aisle_is_rejected() -> None:
     scene = replace(hall(), aisle=None)
     with pytest.raises(PlacementError, match="does not say where its aisle is"):
         single(scene, CONFIG, ViewpointsConfig())

@@ -53,8 +53,8 @@ def test_rays_measure_what_the_renderer_counts() -> None:
     with open_renderer() as renderer:
         renderer.load(scene)
         buffers = renderer.render(CAMERA, VIEW.T_world_camera)
-        silhouettes = renderer.silhouettes(CAMERA, VIEW.T_world_camera, scene.target_instances())
-    (label,) = annotate(scene, CAMERA, VIEW.T_world_camera, buffers, buffers.depth, silhouettes)
+        amodal_masks = renderer.amodal_masks(CAMERA, VIEW.T_world_camera, scene.target_instances())
+    (label,) = annotate(scene, CAMERA, VIEW.T_world_camera, buffers, buffers.depth, amodal_masks)
     assert 0.2 < label.visible_fraction < 0.9
     for rays, tolerance in ((600, 0.03), (4000, 0.006), (10**6, 0.004)):
         found = occluded.look(2, VIEW.T_world_camera, rays)

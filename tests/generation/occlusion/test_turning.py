@@ -10,7 +10,7 @@ from warehouse_sim.geometry.pose import make_transform
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("wanted", [0.2, 0.5, 0.8])
-def test_the_border_cuts_as_much_as_asked(side: float, wanted: float) -> None:
+def test_the_border_cuts_as_much_as_requested(side: float, wanted: float) -> None:
     occluded = occluded_scene_of(hall())
     turned = turn_to_truncate(occluded, VIEW, 2, wanted, 0.02, 600, side)
     assert turned is not None
@@ -37,6 +37,6 @@ def test_a_vehicle_turns_with_its_camera() -> None:
     assert turned.velocity[0] < -0.3
 
 
-def test_a_target_that_is_hidden_more_than_asked_cannot_be_cut() -> None:
+def test_a_target_that_is_hidden_more_than_requested_cannot_be_cut() -> None:
     occluded = occluded_scene_of(hall(("forklift", 0.0, -2.2)))
     assert turn_to_truncate(occluded, VIEW, 2, 0.9, 0.02, 600, 1.0) is None

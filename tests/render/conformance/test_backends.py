@@ -6,8 +6,8 @@ from functools import cache
 import pytest
 
 from warehouse_sim.errors import RenderError
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render import Renderer
@@ -21,8 +21,8 @@ pytestmark = pytest.mark.gl
 
 @cache
 def settled_view() -> View:
-    """A settled draw of a recipe: worn pallets, wrapped loads, racks and a hall, as datasets are made of."""
-    scene = draw_scene(load_recipe("smoke"), 0, 0).scene
+    """A settled draw of a recipe: damaged pallets, wrapped loads, racks and a hall, as datasets are made of."""
+    scene = sample_settled_scene(load_recipe("smoke"), 0, 0).scene
     return View(scene, HALF, scene.viewpoints[0].T_world_camera)
 
 
@@ -48,8 +48,8 @@ class Shifted:
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         beside = replace(camera, cx=camera.cx + 0.5)
-        drawn, moved = (self._renderer.render(item, T_world_camera, normals) for item in (camera, beside))
-        return replace(drawn, **{self._channel: getattr(moved, self._channel)})
+        sampled, moved = (self._renderer.render(item, T_world_camera, normals) for item in (camera, beside))
+        return replace(sampled, **{self._channel: getattr(moved, self._channel)})
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ class Shifted:
         ("depth", "registration", r"depth"),
         ("depth", "channels: tilted", r"depth"),
         ("rgb", "textures", r"textures: declared False, found True"),
-        ("rgb", "lights", r"16 of 20 lights are drawn, 3 are declared"),
+        ("rgb", "lights", r"16 of 20 lights are rendered, 3 are declared"),
     ],
 )
 def test_what_does_not_conform_is_said(renderer: Renderer, channel: str, name: str, message: str) -> None:

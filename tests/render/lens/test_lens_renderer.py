@@ -47,7 +47,7 @@ def placements(camera: PinholeCamera, count: int) -> list[np.ndarray]:
 
 
 @CAMERAS
-def test_masks_silhouettes_and_depth_lie_where_the_camera_projects(
+def test_masks_amodal_masks_and_depth_lie_where_the_camera_projects(
     behind_lens: LensRenderer, camera: PinholeCamera
 ) -> None:
     """Against the closed form along the lens's own rays; the offset is that of the centres of gravity."""
@@ -60,18 +60,16 @@ def test_masks_silhouettes_and_depth_lie_where_the_camera_projects(
         T_world_camera = invert(T_camera_object)
         buffers = behind_lens.render(camera, T_world_camera)
         true_depth = ray_box_depth(T_camera_object, rays)[0].reshape(camera.height, camera.width)
-        mask, truth = buffers.instance_ids == 1, true_depth > 0
-        offsets.append(np.argwhere(mask).mean(axis=0) - np.argwhere(truth).mean(axis=0))
-        differing += np.count_nonzero(mask != truth)
-        outline += np.count_nonzero(truth & ~np.roll(truth, 1, axis=1)) + np.count_nonzero(
-            truth & ~np.roll(truth, 1, 0)
-        )
-        errors.append(np.abs(buffers.depth - true_depth)[mask & truth])
-        (silhouette,) = behind_lens.silhouettes(camera, T_world_camera, scene.instances)
-        left, top = silhouette.offset
-        height, width = silhouette.mask.shape
-        assert np.array_equal(silhouette.mask, mask[top : top + height, left : left + width])
-        assert np.count_nonzero(silhouette.mask) == np.count_nonzero(mask)
+        mask, gt = buffers.instance_ids == 1, true_depth > 0
+        offsets.append(np.argwhere(mask).mean(axis=0) - np.argwhere(gt).mean(axis=0))
+        differing += np.count_nonzero(mask != gt)
+        outline += np.count_nonzero(gt & ~np.roll(gt, 1, axis=1)) + np.count_nonzero(gt & ~np.roll(gt, 1, 0))
+        errors.append(np.abs(buffers.depth - true_depth)[mask & gt])
+        (amodal_mask,) = behind_lens.amodal_masks(camera, T_world_camera, scene.instances)
+        left, top = amodal_mask.offset
+        height, width = amodal_mask.mask.shape
+        assert np.array_equal(amodal_mask.mask, mask[top : top + height, left : left + width])
+        assert np.count_nonzero(amodal_mask.mask) == np.count_nonzero(mask)
     assert np.linalg.norm(offsets, axis=1).mean() < 0.01
     assert differing < 0.005 * outline
     error = np.concatenate(errors)
@@ -86,31 +84,31 @@ def test_every_channel_agrees_with_ray_casting(
     behind_lens.load(wall)
     for viewpoint in wall.viewpoints:
         buffers = behind_lens.render(camera, viewpoint.T_world_camera, normals=True)
-        truth = cast_image(wall, camera, viewpoint.T_world_camera)
-        same = buffers.instance_ids == truth.instance_ids
+        gt = cast_image(wall, camera, viewpoint.T_world_camera)
+        same = buffers.instance_ids == gt.instance_ids
         assert same.mean() > 0.9999
-        compared = same & (truth.instance_ids > 0)
-        error = np.abs(buffers.depth - truth.depth)[compared]
-        assert np.quantile(error - 0.001 * truth.depth[compared], 0.999) < 0.001
+        compared = same & (gt.instance_ids > 0)
+        error = np.abs(buffers.depth - gt.depth)[compared]
+        assert np.quantile(error - 0.001 * gt.depth[compared], 0.999) < 0.001
         assert np.median(error) < 0.0002
         assert buffers.normals is not None
-        cosine = (buffers.normals * truth.normals).sum(axis=-1)[compared]
+        cosine = (buffers.normals * gt.normals).sum(axis=-1)[compared]
         assert np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.999) < 0.1
         assert ((buffers.depth == 0.0) == (buffers.instance_ids == 0)).all()
 
 
-def test_silhouettes_reach_beyond_the_image_and_hold_what_is_visible(
+def test_amodal_masks_reach_beyond_the_image_and_hold_what_is_visible(
     behind_lens: LensRenderer, wall: SceneSpec
 ) -> None:
     behind_lens.load(wall)
     T = wall.viewpoints[2].T_world_camera
     buffers = behind_lens.render(BARREL, T)
-    found = behind_lens.silhouettes(BARREL, T, wall.instances)
+    found = behind_lens.amodal_masks(BARREL, T, wall.instances)
     outside = 0
-    for item, silhouette in zip(wall.instances, found, strict=True):
+    for item, amodal_mask in zip(wall.instances, found, strict=True):
         canvas = np.zeros((3 * BARREL.height, 3 * BARREL.width), bool)
-        left, top = silhouette.offset[0] + BARREL.width, silhouette.offset[1] + BARREL.height
-        canvas[top : top + silhouette.mask.shape[0], left : left + silhouette.mask.shape[1]] = silhouette.mask
+        left, top = amodal_mask.offset[0] + BARREL.width, amodal_mask.offset[1] + BARREL.height
+        canvas[top : top + amodal_mask.mask.shape[0], left : left + amodal_mask.mask.shape[1]] = amodal_mask.mask
         inside = canvas[BARREL.height : 2 * BARREL.height, BARREL.width : 2 * BARREL.width]
         assert not ((buffers.instance_ids == item.instance_id) & ~inside).any()
         outside += np.count_nonzero(canvas) - np.count_nonzero(inside)
@@ -168,12 +166,12 @@ def test_an_image_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRender
     assert abs((by_ids - 0.5 - expected).mean()) < 0.1
 
 
-def test_backends_alone_refuse_a_lens(renderer: Renderer, wall: SceneSpec) -> None:
+def test_backends_alone_reject_a_lens(renderer: Renderer, wall: SceneSpec) -> None:
     renderer.load(wall)
     with pytest.raises(RenderError, match="LensRenderer"):
         renderer.render(BARREL, np.eye(4))
     with pytest.raises(RenderError, match="LensRenderer"):
-        renderer.silhouettes(BARREL, np.eye(4), wall.instances[:1])
+        renderer.amodal_masks(BARREL, np.eye(4), wall.instances[:1])
 
 
 def test_a_camera_without_a_lens_is_passed_on(behind_lens: LensRenderer, renderer: Renderer, wall: SceneSpec) -> None:

@@ -70,7 +70,7 @@ def test_without_the_library_the_error_says_what_to_install(monkeypatch: pytest.
         open_renderer("mujoco", platform="egl")
 
 
-def test_a_platform_that_needs_a_display_is_refused() -> None:
+def test_a_platform_that_needs_a_display_is_rejected() -> None:
     script = (
         "from warehouse_sim.errors import RenderError\nfrom warehouse_sim.render import open_renderer\n"
         "try: open_renderer('mujoco')\nexcept RenderError as error: print(error)"

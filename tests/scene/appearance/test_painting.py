@@ -1,4 +1,4 @@
-"""Paint is drawn by kind of surface: what shares a look in the world shares it here, and nothing else changes."""
+"""Paint is sampled by kind of surface: what shares a look in the world shares it here, and nothing else changes."""
 
 from dataclasses import replace
 from functools import partial
@@ -15,8 +15,8 @@ from warehouse_sim.scene.appearance.surfaces import SURFACES
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.schema import SceneSpec
 
-ALL_NEW = PaintConfig(share=1.0)
-WILD = PaintConfig(share=1.0, any_hue=1.0, dirt=Distribution.uniform(0.0, 1.0), swap=0.5)
+ALL_NEW = PaintConfig(fraction=1.0)
+WILD = PaintConfig(fraction=1.0, any_hue=1.0, dirt=Distribution.uniform(0.0, 1.0), swap=0.5)
 SHIFTED = PaintConfig(value=Distribution.uniform(0.4, 1.4), hue_deg=Distribution.uniform(-20.0, 20.0))
 
 
@@ -33,7 +33,7 @@ def of_class(scene: SceneSpec, name: str) -> list:
     return [item for item in scene.instances if scene.model_of(item).class_name == name]
 
 
-def test_nothing_is_painted_unless_asked_for(plain: SceneSpec) -> None:
+def test_nothing_is_painted_unless_requested_for(plain: SceneSpec) -> None:
     assert painted(plain).instances == plain.instances
     assert SceneRecipe().appearance.resolved() == {}
     assert not any(item.paint for item in plain.instances)
@@ -123,10 +123,10 @@ def test_a_preset_is_what_is_not_said_otherwise() -> None:
 
 
 def test_a_recipe_reads_its_appearance() -> None:
-    recipe = SceneRecipe.from_plain({"appearance": {"racks": {"share": {"min": 0.2, "max": 0.4}}}}, "here")
-    drawn = recipe.drawn(partial(scene_rng, 0, 0))
-    assert drawn.appearance.racks is not None
-    assert 0.2 <= drawn.appearance.racks.share <= 0.4
+    recipe = SceneRecipe.from_plain({"appearance": {"racks": {"fraction": {"min": 0.2, "max": 0.4}}}}, "here")
+    sampled = recipe.sampled(partial(scene_rng, 0, 0))
+    assert sampled.appearance.racks is not None
+    assert 0.2 <= sampled.appearance.racks.fraction <= 0.4
     with pytest.raises(ConfigError, match=r"dirt must stay within 0-1"):
         SceneRecipe.from_plain({"appearance": {"racks": {"dirt": {"min": 0.5, "max": 1.5}}}}, "here")
     with pytest.raises(ConfigError, match=r"preset must be one of 'catalog', 'everyday', 'wild'"):

@@ -22,7 +22,7 @@ def hall_scene(index: int = 0, layout: dict[str, Any] | None = None, lights: Any
     plain = {
         "layout": layout or {"bays": 2, "beam_levels": [1.5], "aisle_width": 9.5},
         "hall": {"roof": True, **hall},
-        "shelving": {"empty_slot_share": 1.0},
+        "shelving": {"empty_slot_fraction": 1.0},
         "lanes": {"fill": 0.0},
         "staging": {"count": 2},
         "lights": lights or {},

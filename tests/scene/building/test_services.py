@@ -27,7 +27,7 @@ def scene() -> SceneSpec:
     return hall_scene(**EVERYTHING)
 
 
-def test_all_that_is_asked_for_is_there(scene: SceneSpec) -> None:
+def test_all_that_is_requested_for_is_there(scene: SceneSpec) -> None:
     names = {item.model for item in scene.instances}
     for start in ("sprinkler_line", "cable_tray", "duct", "light_line", "rooflight", "window_band", "exit_sign"):
         assert any(name.startswith(start) for name in names), start
@@ -51,7 +51,7 @@ def test_by_default_nothing_is_added_and_no_other_draw_moves() -> None:
 
 @pytest.mark.parametrize("index", range(3))
 def test_nothing_stands_in_a_door(index: int) -> None:
-    layout = {"kind": "dock_staging", "doors": 4, "open_share": 1.0, "trailer_share": 0.0, "aisle_width": 9.0}
+    layout = {"kind": "dock_staging", "doors": 4, "open_fraction": 1.0, "trailer_fraction": 0.0, "aisle_width": 9.0}
     scene = hall_scene(
         index, layout=layout, length=30.0, width=30.0, outdoors=True, services=ALL_SERVICES | {"bins": 8}
     )

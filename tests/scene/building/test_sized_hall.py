@@ -7,7 +7,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 
 SIZES = ((12.0, 14.0, 5.0), (48.0, 30.0, 9.0), (120.0, 90.0, 14.0))
-DOCK = {"kind": "dock_staging", "doors": 2, "open_share": 1.0, "trailer_share": 0.5, "aisle_width": 9.0}
+DOCK = {"kind": "dock_staging", "doors": 2, "open_fraction": 1.0, "trailer_fraction": 0.5, "aisle_width": 9.0}
 
 
 def _rays(scene: SceneSpec, count: int = 3000) -> tuple[np.ndarray, np.ndarray]:
@@ -24,7 +24,7 @@ def _rays(scene: SceneSpec, count: int = 3000) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("kind", ["truss", "beam", "board"])
-def test_a_hall_has_the_size_that_is_asked_for_and_no_hole(size: tuple[float, float, float], kind: str) -> None:
+def test_a_hall_has_the_size_that_is_requested_for_and_no_hole(size: tuple[float, float, float], kind: str) -> None:
     length, width, height = size
     scene = hall_scene(length=length, width=width, height=height, roof_kind=kind, lights={"mounting_height": 3.0})
     points, names = _rays(scene)
@@ -60,7 +60,7 @@ def test_a_hall_too_small_names_the_setting_and_the_remedy(settings: dict[str, f
         hall_scene(layout=layout, **settings)
 
 
-def test_luminaires_above_the_roof_are_refused_and_null_hangs_them_below_the_girders() -> None:
+def test_luminaires_above_the_roof_are_rejected_and_null_hangs_them_below_the_girders() -> None:
     with pytest.raises(PlacementError, match=r"lights\.mounting_height.*give null"):
         hall_scene(length=30.0, width=20.0, height=5.0, lights={"mounting_height": 7.0})
     scene = hall_scene(length=30.0, width=22.0, height=6.0, lights={"mounting_height": None, "luminaire": "round"})

@@ -19,9 +19,9 @@ def named(draft: SceneDraft, name: str) -> list[ObjectInstance]:
     return [item for item in draft.instances if item.model == name]
 
 
-@pytest.mark.parametrize(("doors", "share", "opened"), [(1, 0.0, 0), (3, 1.0, 3), (4, 0.5, 2), (6, 0.5, 3)])
-def test_each_opening_of_the_wall_has_a_door_and_open_ones_a_trailer(doors: int, share: float, opened: int) -> None:
-    draft, _, lanes = build(doors=doors, open_share=share, lanes_per_door=2)
+@pytest.mark.parametrize(("doors", "fraction", "opened"), [(1, 0.0, 0), (3, 1.0, 3), (4, 0.5, 2), (6, 0.5, 3)])
+def test_each_opening_of_the_wall_has_a_door_and_open_ones_a_trailer(doors: int, fraction: float, opened: int) -> None:
+    draft, _, lanes = build(doors=doors, open_fraction=fraction, lanes_per_door=2)
     assert lanes == 2 * doors
     leaves = named(draft, "dock_door_open") + named(draft, "dock_door_closed")
     openings = named(draft, "wall_module_dock")
@@ -34,7 +34,7 @@ def test_each_opening_of_the_wall_has_a_door_and_open_ones_a_trailer(doors: int,
 
 
 def test_doors_end_at_the_wall_trailers_begin_behind_it_and_the_apron_is_free() -> None:
-    draft, config, _ = build(open_share=0.5)
+    draft, config, _ = build(open_fraction=0.5)
     wall = named(draft, "wall_module_dock")[0]
     inner = wall.T_world_object[1, 3] - draft.models["wall_module_dock"].size[1] / 2
     assert inner == pytest.approx(config.depth)
@@ -56,6 +56,6 @@ def test_doors_end_at_the_wall_trailers_begin_behind_it_and_the_apron_is_free() 
     assert config.apron > draft.models["dock_leveller"].size[1]
 
 
-def test_too_many_lanes_for_a_door_are_refused() -> None:
+def test_too_many_lanes_for_a_door_are_rejected() -> None:
     with pytest.raises(ConfigError, match=r"4 lanes of 1.6 m do not fit the 6.0 m"):
         DockStagingConfig(lanes_per_door=4, lane_width=1.6)

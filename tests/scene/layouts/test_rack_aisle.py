@@ -93,9 +93,9 @@ def test_tolerances_move_frames_and_beams_within_en_15620_and_slots_follow_the_b
     draft, slots = build(bays=4, beams="step", mesh_decks=True, tolerances=True)
     assert [item.model for item in draft.instances] == [item.model for item in exact.instances]
     moved = 0
-    for drawn, built in zip(exact.instances, draft.instances, strict=True):
-        way = np.abs(built.T_world_object - drawn.T_world_object)
-        if drawn.model.startswith(("rack_frame", "step_beam")):
+    for sampled, built in zip(exact.instances, draft.instances, strict=True):
+        way = np.abs(built.T_world_object - sampled.T_world_object)
+        if sampled.model.startswith(("rack_frame", "step_beam")):
             moved += bool(way.max() > 1e-6)
             assert way[:3, 3].max() < 0.02
             assert way[:3, :3].max() < 0.05
@@ -151,7 +151,7 @@ def test_a_truck_wants_an_aisle_of_its_width() -> None:
         RackAisleConfig(truck="very_narrow")
 
 
-def test_more_racks_than_the_hall_holds_are_refused() -> None:
+def test_more_racks_than_the_hall_holds_are_rejected() -> None:
     layout = RackAisleConfig(rows_behind=8, aisle_width=6.0)
     with pytest.raises(PlacementError, match=r"lower layout\.rows_behind"):
         build_site(SceneDraft(), layout, HallConfig(), np.random.default_rng(0))

@@ -50,14 +50,14 @@ def test_presets_and_stops_may_be_left_open() -> None:
         ("lux: {min: 0, max: 5}", "lux must stay within 0.001-200,000 lx, found 0"),
         ("flux: -5", "flux must stay within 1-10,000,000 lm"),
         ("beam_deg: 180", "beam_deg must be 10-150 deg, found 180"),
-        ("ambient_share: -1", "ambient_share must be 0-10"),
+        ("ambient_fraction: -1", "ambient_fraction must be 0-10"),
         ("temperature: 500", "1,700-20,000 K"),
         ("white_balance: 90000", "1,700-20,000 K"),
         ("intensity: 5000", "intensity is not a setting"),
         ("exposure: {mode: fixed}", "ev belongs to the fixed mode"),
     ],
 )
-def test_what_makes_no_light_is_refused_by_name(text: str, message: str) -> None:
+def test_what_makes_no_light_is_rejected_by_name(text: str, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         read(text)
 
@@ -69,7 +69,7 @@ def test_compensation_comes_on_top_of_the_presets_and_both_stay_in_range() -> No
         read("{exposure: {compensation: 4}, compensation: 2}")
 
 
-def test_photometry_is_read_with_the_recipe_and_refused_with_file_and_line(tmp_path: Path) -> None:
+def test_photometry_is_read_with_the_recipe_and_rejected_with_file_and_line(tmp_path: Path) -> None:
     assert LightingConfig().resolved().distribution is None
     own = from_mapping(LightingConfig, {"photometry": "aisle_narrow"}, "recipe.yaml: lights").resolved()
     assert own.distribution is not None

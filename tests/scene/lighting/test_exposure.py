@@ -42,6 +42,6 @@ def test_compensation_brightens_and_the_camera_has_a_limit() -> None:
         ({"min_ev": 30.0}, "min_ev must be -6 to 18, found 30.0"),
     ],
 )
-def test_what_makes_no_exposure_is_refused(settings: dict, message: str) -> None:
+def test_what_makes_no_exposure_is_rejected(settings: dict, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         ExposureConfig(**settings)

@@ -1,4 +1,4 @@
-"""Rows of light beside the aisle give the hall's floor what is asked for."""
+"""Rows of light beside the aisle give the hall's floor what is requested."""
 
 from dataclasses import replace
 

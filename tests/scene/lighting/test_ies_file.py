@@ -1,4 +1,4 @@
-"""Photometric files against closed forms, and what is refused."""
+"""Photometric files against closed forms, and what is rejected."""
 
 from pathlib import Path
 
@@ -188,7 +188,7 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, old: str, new: str
     assert "\n" not in str(caught.value)
 
 
-def test_empty_missing_and_huge_files_are_refused(tmp_path: Path) -> None:
+def test_empty_missing_and_huge_files_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="found nothing"):
         read_ies(written(tmp_path, ""))
     with pytest.raises(ConfigError, match="cannot be read"):

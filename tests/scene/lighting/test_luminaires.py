@@ -15,7 +15,7 @@ from warehouse_sim.schema import LuminousFace, SceneSpec
 AISLE, HALL = Area(-4.0, 4.0, -8.0, 0.0), Area(-23.8, 23.8, -23.8, 1.5)
 
 
-def drawn(draft: SceneDraft) -> SceneSpec:
+def sampled(draft: SceneDraft) -> SceneSpec:
     return SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), ())
 
 
@@ -24,7 +24,7 @@ def test_luminaires_hang_in_rows_over_the_aisle_each_with_a_face_of_its_own() ->
     hang_luminaires(draft, 2, 2, 6.0, AISLE)
     places = [item.T_world_object[:3, 3] for item in draft.instances]
     np.testing.assert_allclose(places, [[-2, -2, 6], [2, -2, 6], [-2, -6, 6], [2, -6, 6]])
-    luminaires = luminaires_of(drawn(draft))
+    luminaires = luminaires_of(sampled(draft))
     assert len({item.face.material for item in luminaires}) == 4
     for item, place, instance in zip(luminaires, places, draft.instances, strict=True):
         assert item.face.source == "electric"
@@ -41,7 +41,7 @@ def test_light_comes_out_of_whatever_has_a_luminous_face() -> None:
     model = replace(catalog_object("epal1"), name="somebody's", luminous_face=face)
     draft.add(model, make_transform(rotation_z(np.pi / 2), np.array([1.0, 2.0, 3.0])))
     draft.add("column_guard", np.eye(4))
-    (found,) = luminaires_of(drawn(draft))
+    (found,) = luminaires_of(sampled(draft))
     assert found.face is face
     np.testing.assert_allclose(found.direction, [1.0, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(found.position, [1.12, 2.0, 3.0])
@@ -50,7 +50,7 @@ def test_light_comes_out_of_whatever_has_a_luminous_face() -> None:
 def test_one_door_ends_the_aisle_and_one_is_beside_what_stands_along_the_front() -> None:
     draft = SceneDraft()
     add_doors(draft, AISLE, HALL)
-    end, front = luminaires_of(drawn(draft))
+    end, front = luminaires_of(sampled(draft))
     np.testing.assert_allclose(end.direction, [-1, 0, 0], atol=1e-12)
     np.testing.assert_allclose(front.direction, [0, -1, 0], atol=1e-12)
     assert end.position[1] == -4.0

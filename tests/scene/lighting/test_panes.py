@@ -60,7 +60,7 @@ def test_what_panes_show_is_scaled_with_what_they_give() -> None:
     assert only_glowing.applied(hall()).materials[PANE] == materials()[PANE]
 
 
-def test_lighting_a_lit_scene_anew_changes_nothing_outdoors() -> None:
+def test_lighting_a_lit_scene_again_changes_nothing_outdoors() -> None:
     """Dusk is a ninth of the day, and not of the dusk before."""
     config = replace(LightingConfig(), preset="dim")
     once = draw_lighting(config, hall(), FLOOR, np.random.default_rng(0)).applied(hall())

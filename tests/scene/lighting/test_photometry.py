@@ -38,8 +38,8 @@ def test_a_spot_is_full_inside_dark_outside_and_falls_as_gltf_says_between() -> 
         return float(light_illuminance(spot, at(np.tan(angle), 0, 0), UP)[0]) / np.cos(angle) ** 3
 
     assert floor(0.49) == pytest.approx(100.0)
-    share = (np.cos(0.8) - np.cos(1.0)) / (np.cos(0.5) - np.cos(1.0))
-    assert floor(0.8) == pytest.approx(100.0 * share**2)
+    fraction = (np.cos(0.8) - np.cos(1.0)) / (np.cos(0.5) - np.cos(1.0))
+    assert floor(0.8) == pytest.approx(100.0 * fraction**2)
     assert floor(1.01) == 0.0
 
 
@@ -53,8 +53,8 @@ def test_flux_over_the_sphere_is_the_lumens_and_the_beam_ends_at_half_intensity(
     # Rings of the sphere, each of solid angle 2 pi d(cos).
     cosine = np.linspace(-1.0, 1.0, 200001)
     middle = (cosine[1:] + cosine[:-1]) / 2
-    share = relative_intensity(spot, middle, np.zeros((len(middle), 3)))
-    flux = 2 * np.pi * np.sum(spot.intensity * share) * (cosine[1] - cosine[0])
+    fraction = relative_intensity(spot, middle, np.zeros((len(middle), 3)))
+    flux = 2 * np.pi * np.sum(spot.intensity * fraction) * (cosine[1] - cosine[0])
     assert flux == pytest.approx(15000.0, rel=0.01)
     assert luminous_flux(spot) == pytest.approx(15000.0)
 

@@ -55,12 +55,12 @@ def test_which_lights_burn_tells_presets_apart() -> None:
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
 def test_of_failing_luminaires_some_are_dark_one_flickers_and_one_is_whole(count: int) -> None:
     lit = [installed(count=count, seed=seed, preset="failing") for seed in range(9)]
-    drawn = {tuple(np.round(fluxes(item, "electric"), 6)) for item in lit}
-    for each in drawn:
+    sampled = {tuple(np.round(fluxes(item, "electric"), 6)) for item in lit}
+    for each in sampled:
         assert each.count(3750.0) == 1
         assert each.count(15000.0) >= (count > 1)
         assert each.count(0.0) == max(0, min(max(round(0.45 * count), 1), count - 2))
-    assert len(drawn) == 1 if count == 1 else len(drawn) > 1
+    assert len(sampled) == 1 if count == 1 else len(sampled) > 1
 
 
 @pytest.mark.parametrize("rows", [1, 2])
@@ -92,7 +92,7 @@ def test_an_open_door_sends_the_luminance_of_the_sky_times_its_area() -> None:
 
 
 def test_even_light_is_a_share_of_the_luminaires_and_all_is_scaled_together() -> None:
-    lit = installed(ambient_share=0.5)
+    lit = installed(ambient_fraction=0.5)
     up = np.tile([0.0, 0.0, 1.0], (len(FLOOR), 1))
     assert lit.ambient == pytest.approx(0.5 * unshadowed_illuminance(lit.switched_on, FLOOR, up).mean())
     twice = lit.scaled(2.0)
@@ -122,7 +122,7 @@ def test_luminaires_that_are_off_emit_nothing_and_others_emit_their_colour() -> 
     assert shown[1] == pytest.approx(0.25 * shown[2])
 
 
-def test_a_photometric_file_gives_its_own_lumens_where_they_are_asked_for() -> None:
+def test_a_photometric_file_gives_its_own_lumens_where_they_are_requested_for() -> None:
     distribution = load_distribution(find_photometry("aisle_narrow"))
     own = installed(photometry="aisle_narrow", photometry_flux=True)
     assert own.lux is None

@@ -7,7 +7,7 @@ from warehouse_sim.catalog.loads.strength import stacking_strength
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene import sample_scene
-from warehouse_sim.scene.packing.bearing import bearing, supported_share, without_overload
+from warehouse_sim.scene.packing.bearing import bearing, supported_fraction, without_overload
 
 CARTON = catalog_object("carton_600x400x300")
 DECK = (1.2, 0.8)
@@ -51,15 +51,15 @@ def test_layers_that_are_too_many_are_left_out_sooner_across_joints() -> None:
 
 def test_a_top_supports_by_the_area_that_is_level() -> None:
     block = layer(CARTON, 0)
-    assert supported_share(block, DECK, np.eye(4)) == pytest.approx(1.0)
-    assert supported_share(block, DECK, make_transform(translation=np.array([0.12, 0.0, 0.0]))) == pytest.approx(0.9)
-    assert supported_share(block[:3], DECK, np.eye(4)) == pytest.approx(0.75)
+    assert supported_fraction(block, DECK, np.eye(4)) == pytest.approx(1.0)
+    assert supported_fraction(block, DECK, make_transform(translation=np.array([0.12, 0.0, 0.0]))) == pytest.approx(0.9)
+    assert supported_fraction(block[:3], DECK, np.eye(4)) == pytest.approx(0.75)
     lower = catalog_object("carton_600x400x220")
     uneven = [*block[:3], *layer(lower, 0)[3:]]
-    assert supported_share(uneven, DECK, np.eye(4)) == pytest.approx(0.75)
+    assert supported_fraction(uneven, DECK, np.eye(4)) == pytest.approx(0.75)
     drum = catalog_object("drum_steel_216_blue")
     one = [(drum, make_transform(translation=np.array([0.0, 0.0, 0.439])))]
-    assert supported_share(one, (0.585, 0.585), np.eye(4)) == pytest.approx(2**0.5 / 2)  # an octagon in a circle
+    assert supported_fraction(one, (0.585, 0.585), np.eye(4)) == pytest.approx(2**0.5 / 2)  # an octagon in a circle
 
 
 @pytest.mark.parametrize("name", ["industrial", "selective_rack", "dock_staging", "conveyor_pickup"])

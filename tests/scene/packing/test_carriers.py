@@ -11,25 +11,25 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene.packing.carriers import draw_carrier
 from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
-EVERY = UnitLoadConfig(carrier_share=1.0)
+EVERY = UnitLoadConfig(carrier_fraction=1.0)
 
 
-def drawn(headroom: float = 3.0, footprint: tuple[float, float] | None = None, on_floor: bool = True) -> set[str]:
+def sampled(headroom: float = 3.0, footprint: tuple[float, float] | None = None, on_floor: bool = True) -> set[str]:
     rng = np.random.default_rng(0)
     found = [draw_carrier(EVERY, rng, headroom, footprint, np.inf, on_floor) for _ in range(200)]
     return {pair[0].name for pair in found if pair is not None}
 
 
 def test_every_carrier_is_drawn_where_there_is_room() -> None:
-    assert drawn() == set(CARRIERS)
+    assert sampled() == set(CARRIERS)
 
 
 def test_roll_containers_stand_on_the_floor_only_and_places_limit_what_fits() -> None:
-    assert not any(name.startswith("roll") for name in drawn(on_floor=False))
-    assert all(name.startswith("gitterbox") for name in drawn(headroom=1.0))
-    for name in drawn(footprint=(1.2, 0.8)):
+    assert not any(name.startswith("roll") for name in sampled(on_floor=False))
+    assert all(name.startswith("gitterbox") for name in sampled(headroom=1.0))
+    for name in sampled(footprint=(1.2, 0.8)):
         assert name.startswith("roll") or catalog_object(name).size[1] <= 0.82
-    assert drawn(headroom=0.5) == set()
+    assert sampled(headroom=0.5) == set()
 
 
 def test_a_carrier_stands_on_a_pallet_that_it_fits_or_on_its_own_feet() -> None:
@@ -50,14 +50,14 @@ def test_without_a_share_nothing_of_the_stream_is_used() -> None:
     assert [T.tolist() for _, T in first.pieces] == [T.tolist() for _, T in second.pieces]
 
 
-def test_a_name_that_is_no_carrier_is_refused() -> None:
+def test_a_name_that_is_no_carrier_is_rejected() -> None:
     with pytest.raises((ConfigError, ValueError), match="epal1"):
         replace(EVERY, carriers=("epal1",))
 
 
 def test_every_pallet_under_a_carrier_is_among_the_models_of_a_dataset() -> None:
     known = {model.obj_id for model in target_models(load_recipe("block_storage"))}
-    loads = replace(load_recipe("block_storage").scene.loads, carrier_share=1.0)
+    loads = replace(load_recipe("block_storage").scene.loads, carrier_fraction=1.0)
     for seed in range(40):
         pallet = build_unit_load(3.0, loads, np.random.default_rng(seed)).pallet
         assert pallet.class_name != "pallet" or pallet.obj_id in known

@@ -21,14 +21,14 @@ CONFIG = UnitLoadConfig(
     patterns=PATTERNS,
     height=Distribution.uniform(0.3, 1.5),
     max_cartons=60,
-    stacking=StackingConfig(gap_mm=4.0, shift_mm=Distribution.normal(0, 0.7, -1.5, 1.5), half_turn_share=0.5),
+    stacking=StackingConfig(gap_mm=4.0, shift_mm=Distribution.normal(0, 0.7, -1.5, 1.5), half_turn_fraction=0.5),
 )
 KINDS = {
     "cartons": CONFIG,
-    "mixed": replace(CONFIG, mixed_share=1.0),
-    "totes": replace(CONFIG, tote_share=1.0),
-    "drums": replace(CONFIG, drum_share=1.0, drums=("drum_plastic_60_blue", "drum_plastic_60_white")),
-    "sacks": replace(CONFIG, sack_share=1.0),
+    "mixed": replace(CONFIG, mixed_fraction=1.0),
+    "totes": replace(CONFIG, tote_fraction=1.0),
+    "drums": replace(CONFIG, drum_fraction=1.0, drums=("drum_plastic_60_blue", "drum_plastic_60_white")),
+    "sacks": replace(CONFIG, sack_fraction=1.0),
 }
 
 
@@ -70,7 +70,7 @@ def test_a_mixed_load_holds_several_skus_and_others_one() -> None:
 
 
 def test_shares_are_kept() -> None:
-    config = replace(CONFIG, tote_share=0.3, sack_share=0.2)
+    config = replace(CONFIG, tote_fraction=0.3, sack_fraction=0.2)
     rng = np.random.default_rng(0)
     kinds = [draw_goods(ROOM, replace(config, max_cartons=1), rng)[0][0].class_name for _ in range(200)]
     assert 0.17 < kinds.count("tote") / 200 < 0.43  # four standard deviations
@@ -88,7 +88,7 @@ def test_what_fits_nowhere_is_an_error_that_says_what_to_do() -> None:
     with pytest.raises(PlacementError, match="list smaller, lower or lighter goods"):
         draw_goods(replace(ROOM, height=0.1), CONFIG, np.random.default_rng(0))
     with pytest.raises(PlacementError, match="at most 100 kg"):
-        draw_goods(replace(ROOM, payload=100.0), replace(CONFIG, drum_share=1.0), np.random.default_rng(0))
+        draw_goods(replace(ROOM, payload=100.0), replace(CONFIG, drum_fraction=1.0), np.random.default_rng(0))
 
 
 def test_modular_cartons_of_a_picked_order_stand_side_by_side_in_spite_of_gaps() -> None:
@@ -101,7 +101,7 @@ def test_modular_cartons_of_a_picked_order_stand_side_by_side_in_spite_of_gaps()
 
 
 def test_under_the_crush_rule_fragile_cartons_are_on_top_and_heavier_ones_below() -> None:
-    config = replace(CONFIG, mixed_share=1.0, max_cartons=40, height=Distribution.constant(1.2))
+    config = replace(CONFIG, mixed_fraction=1.0, max_cartons=40, height=Distribution.constant(1.2))
     rested = 0
     for seed in range(12):
         pieces = draw_goods(ROOM, config, np.random.default_rng(seed))

@@ -31,7 +31,7 @@ def test_modules_fit_in_spite_of_rounding() -> None:
 
 
 @pytest.mark.parametrize(
-    ("below", "share"),
+    ("below", "fraction"),
     [
         ([(-0.5, -0.5, 0.5, 0.5)], 1.0),
         ([(-0.5, -0.5, 0.2, 0.5)], 0.7),
@@ -41,7 +41,7 @@ def test_modules_fit_in_spite_of_rounding() -> None:
         ([], 0.0),
     ],
 )
-def test_what_is_carried(below: list[tuple[float, ...]], share: float) -> None:
+def test_what_is_carried(below: list[tuple[float, ...]], fraction: float) -> None:
     rows = np.array(below).reshape(-1, 4)
     low, high = np.array([[-0.5, -0.5]]), np.array([[0.5, 0.5]])
-    assert carried(low, high, rows[:, :2], rows[:, 2:])[0] == pytest.approx(share)
+    assert carried(low, high, rows[:, :2], rows[:, 2:])[0] == pytest.approx(fraction)

@@ -12,12 +12,12 @@ ROUGH = StackingConfig(
     gap_mm=6.0,
     shift_mm=Distribution.uniform(-20.0, 20.0),
     yaw_deg=Distribution.uniform(-10.0, 10.0),
-    half_turn_share=0.5,
+    half_turn_fraction=0.5,
 )
 HEIGHT = 1.3
 
 
-def drawn_sizes(rng: np.random.Generator) -> list[np.ndarray]:
+def sampled_sizes(rng: np.random.Generator) -> list[np.ndarray]:
     sizes = rng.uniform([0.2, 0.15, 0.1], [0.6, 0.4, 0.4], (30, 3))
     return sorted((np.round(size, 3) for size in sizes), key=lambda size: -size[0] * size[1])
 
@@ -25,7 +25,7 @@ def drawn_sizes(rng: np.random.Generator) -> list[np.ndarray]:
 def test_whatever_is_drawn_nothing_overlaps_or_leaves_the_surface() -> None:
     for deck, seed in itertools.product(DECKS, range(10)):
         rng = np.random.default_rng(seed)
-        sizes = drawn_sizes(rng)
+        sizes = sampled_sizes(rng)
         boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, deck, HEIGHT, ROUGH, rng)]
         assert len(boxes) >= 4, (deck, seed)
         assert least_distance(boxes) >= 0.0005 - 1e-9, (deck, seed)
@@ -38,7 +38,7 @@ def test_whatever_is_drawn_nothing_overlaps_or_leaves_the_surface() -> None:
 def test_every_piece_rests_on_most_of_its_base() -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        sizes = drawn_sizes(rng)
+        sizes = sampled_sizes(rng)
         exact = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
         boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, exact, rng)]
         extents = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in boxes])

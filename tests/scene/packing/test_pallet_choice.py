@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import PlacementError
-from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.pallet_choice import all_pallets, draw_pallet, on_these
+from warehouse_sim.scene.packing.sampled_pallets import SampledPalletsConfig
 
-LOADS = UnitLoadConfig(pallets=("epal1", "epal3"), drawn_pallets=DrawnPalletsConfig(count=5, share=0.4))
+LOADS = UnitLoadConfig(pallets=("epal1", "epal3"), sampled_pallets=SampledPalletsConfig(count=5, fraction=0.4))
 
 
-def test_the_share_of_drawn_pallets_is_as_asked() -> None:
+def test_the_share_of_drawn_pallets_is_as_requested() -> None:
     rng = np.random.default_rng(0)
     names = Counter(draw_pallet(LOADS, rng).name for _ in range(2000))
-    drawn = sum(count for name, count in names.items() if name.startswith("drawn_pallet"))
-    assert drawn / 2000 == pytest.approx(0.4, abs=0.04)
+    sampled = sum(count for name, count in names.items() if name.startswith("sampled_pallet"))
+    assert sampled / 2000 == pytest.approx(0.4, abs=0.04)
     assert len(names) == 7
 
 

@@ -20,7 +20,7 @@ stacking = st.builds(
     gap_mm=st.floats(1.0, 10.0),
     shift_mm=st.floats(0.0, 15.0).map(lambda mm: Distribution.uniform(-mm, mm)),
     yaw_deg=st.floats(0.0, 8.0).map(lambda deg: Distribution.uniform(-deg, deg)),
-    half_turn_share=st.floats(0.0, 1.0),
+    half_turn_fraction=st.floats(0.0, 1.0),
 )
 
 

@@ -14,8 +14,8 @@ from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.packing.patterns import PATTERNS, pattern_layers
 from warehouse_sim.scene.packing.stacking import StackingConfig, Tier, stack_tiers
 
-FULL = StackingConfig(top_layer_share=Distribution.constant(1.0))
-ROUGH = replace(FULL, layer_shift_mm=Distribution.uniform(-12.0, 12.0), half_turn_share=0.5)
+FULL = StackingConfig(top_layer_fraction=Distribution.constant(1.0))
+ROUGH = replace(FULL, layer_shift_mm=Distribution.uniform(-12.0, 12.0), half_turn_fraction=0.5)
 
 
 def tiers(
@@ -69,9 +69,9 @@ def test_a_stack_leans_by_the_sum_of_its_layers_shifts() -> None:
 
 def test_the_top_layer_is_taken_in_part_anywhere_or_from_one_side() -> None:
     stack = tiers(catalog_object("carton_400x300x200").size, 2, (1.2, 0.8))
-    half = replace(FULL, top_layer_share=Distribution.constant(0.5))
+    half = replace(FULL, top_layer_fraction=Distribution.constant(0.5))
     assert [len(layer) for layer in stack_tiers(stack, half, np.random.default_rng(0))] == [8, 4]
-    none = replace(FULL, top_layer_share=Distribution.constant(0.0))
+    none = replace(FULL, top_layer_fraction=Distribution.constant(0.0))
     assert [len(layer) for layer in stack_tiers(stack[:1], none, np.random.default_rng(0))] == [1]
     for seed in range(8):
         top = stack_tiers(stack, replace(half, top_layer_order="rows"), np.random.default_rng(seed))[1]
@@ -94,9 +94,9 @@ def test_round_pieces_are_turned_any_way_inside_their_cell() -> None:
     assert distances.min() >= 0.4 + 0.0005
 
 
-def test_half_turns_happen_as_often_as_asked() -> None:
+def test_half_turns_happen_as_often_as_requested() -> None:
     stack = tiers(catalog_object("carton_300x200x150").size, 6, (1.2, 0.8))
-    poses = stack_tiers(stack, replace(FULL, half_turn_share=0.5), np.random.default_rng(0))
+    poses = stack_tiers(stack, replace(FULL, half_turn_fraction=0.5), np.random.default_rng(0))
     turned = np.array([np.hypot(T[0, 0] - 1.0, T[1, 0]) > 1.0 for layer in poses for T in layer])
     base = np.array(
         [np.hypot(T[0, 0] - 1.0, T[1, 0]) > 1.0 for T in stack_tiers(stack, FULL, np.random.default_rng(0))[0]]
@@ -115,11 +115,11 @@ def test_jitter_that_cannot_fit_is_an_error() -> None:
     ("setting", "value"),
     [
         ("gap_mm", 0.0),
-        ("top_layer_share", Distribution.constant(1.5)),
+        ("top_layer_fraction", Distribution.constant(1.5)),
         ("layer_shift_mm", Distribution.constant(50.0)),
-        ("half_turn_share", 2.0),
+        ("half_turn_fraction", 2.0),
     ],
 )
-def test_settings_out_of_range_are_refused(setting: str, value: object) -> None:
+def test_settings_out_of_range_are_rejected(setting: str, value: object) -> None:
     with pytest.raises(ConfigError, match=setting):
         replace(FULL, **{setting: value})  # type: ignore[arg-type]

@@ -33,7 +33,7 @@ def test_views_that_nothing_stands_before_stay(scene: SceneSpec) -> None:
     assert replace_blocked_views(scene, CONFIG, np.random.default_rng(0)) is scene
 
 
-def test_a_lost_view_is_chosen_anew_and_the_others_stay(scene: SceneSpec) -> None:
+def test_a_lost_view_is_chosen_again_and_the_others_stay(scene: SceneSpec) -> None:
     crowded = blocked(scene)
     assert 0 in blocked_views(crowded, CONFIG, FreeSpace.of_scene(crowded))
     renewed = replace_blocked_views(crowded, CONFIG, np.random.default_rng(0))

@@ -32,28 +32,28 @@ def test_a_vehicle_stands_beside_a_pallet_and_not_in_it(gap: float, fits: bool) 
 def test_half_of_a_pallet_behind_a_carton_wall_is_out_of_sight() -> None:
     wall = [("carton_600x400x400", (-1.0, -4.3, z), np.pi / 2) for z in (0.2, 0.6)]
     eye, open_space = np.array([-4.0, -4.0, 0.3]), bare_space(PALLET)
-    assert open_space.sight_share(eye, open_space.targets[0]) == 1.0
+    assert open_space.sight_fraction(eye, open_space.targets[0]) == 1.0
     space = bare_space(PALLET, *wall)
-    assert 0.2 < space.sight_share(eye, space.targets[0]) < 0.8
+    assert 0.2 < space.sight_fraction(eye, space.targets[0]) < 0.8
 
 
 def test_leaving_out_far_boxes_does_not_change_what_is_in_sight() -> None:
-    space, rng, shares = FreeSpace.of_scene(aisle_scene(0)), np.random.default_rng(0), []
+    space, rng, fractions = FreeSpace.of_scene(aisle_scene(0)), np.random.default_rng(0), []
     for target in space.targets:
         eye = np.array([rng.uniform(-8, 8), rng.uniform(-9, -1), rng.uniform(0.4, 3.0)])
         size = space.models[target.model].size
         points = transform_points(target.T_world_object, np.vstack([np.zeros(3), 0.8 * box_corners(size)]))
         hidden = space.solids.boxes.subset(space.solids.owner != target.instance_id).block(eye, points)
-        assert space.sight_share(eye, target) == np.mean(~hidden)
-        shares.append(np.mean(~hidden))
-    assert min(shares) < 0.3
-    assert max(shares) > 0.7
+        assert space.sight_fraction(eye, target) == np.mean(~hidden)
+        fractions.append(np.mean(~hidden))
+    assert min(fractions) < 0.3
+    assert max(fractions) > 0.7
 
 
 def test_turns_hold_every_target_once_and_put_the_aisles_first_or_last() -> None:
     space = bare_space(PALLET, ("epal1", (0.0, 2.0, 0.072), 0.0), ("epal1", (3.0, -4.0, 0.072), 0.0))
-    for aisle_share, expected in ((1.0, [True, True, False]), (0.0, [False, True, True])):
-        targets = space.shuffled_targets(aisle_share, np.random.default_rng(0))
+    for aisle_fraction, expected in ((1.0, [True, True, False]), (0.0, [False, True, True])):
+        targets = space.shuffled_targets(aisle_fraction, np.random.default_rng(0))
         assert [space.in_aisle(item) for item in targets] == expected
 
 

@@ -77,10 +77,10 @@ def test_distances_spread_over_the_whole_range() -> None:
     assert max(front) > 6.5
 
 
-@pytest.mark.parametrize(("share", "low", "high"), [(0.0, 0, 0), (0.5, 10, 30), (1.0, 40, 40)])
-def test_the_share_of_views_at_the_aisles_loads_is_kept(share: float, low: int, high: int) -> None:
+@pytest.mark.parametrize(("fraction", "low", "high"), [(0.0, 0, 0), (0.5, 10, 30), (1.0, 40, 40)])
+def test_the_share_of_views_at_the_aisles_loads_is_kept(fraction: float, low: int, high: int) -> None:
     config = ViewpointsConfig(
-        aisle_share=share, offset_deg=Distribution.constant(0.0), approach_deg=Distribution.constant(0.0)
+        aisle_fraction=fraction, offset_deg=Distribution.constant(0.0), approach_deg=Distribution.constant(0.0)
     )
     # Scene 0: each of its loads in the aisle can be seen from somewhere, so that none has to be given up.
     scene = sample_scene(SceneRecipe(viewpoints=config, observations_per_scene=40), 0, 0)

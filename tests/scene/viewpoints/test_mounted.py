@@ -31,7 +31,7 @@ def angles_deg(view: Viewpoint) -> tuple[float, float]:
     return float(np.degrees(np.arcsin(ahead[2]))), float(np.degrees(roll))
 
 
-def test_pitch_and_roll_are_those_that_were_asked_for() -> None:
+def test_pitch_and_roll_are_those_that_were_requested_for() -> None:
     pitch, roll = Distribution.uniform(-30.0, 5.0), Distribution.uniform(-3.0, 3.0)
     found = np.array([angles_deg(view) for view, _ in views(kind="post", pitch_deg=pitch, roll_deg=roll)])
     assert -30.0 <= found[:, 0].min() < -20.0
@@ -58,7 +58,7 @@ def test_a_ceiling_camera_hangs_above_and_looks_down_to_straight_below() -> None
 
 
 def test_views_along_the_aisle_look_along_it_from_anywhere_across() -> None:
-    found = views(kind="post", along_share=1.0, distance=Distribution.uniform(3.0, 10.0))
+    found = views(kind="post", along_fraction=1.0, distance=Distribution.uniform(3.0, 10.0))
     turned = [np.degrees(np.arctan2(view.T_world_camera[1, 2], abs(view.T_world_camera[0, 2]))) for view, _ in found]
     assert np.abs(turned).max() < 20.0
     assert {view.T_world_camera[0, 2] > 0 for view, _ in found} == {True, False}
@@ -77,7 +77,7 @@ def test_new_settings_at_their_defaults_draw_nothing() -> None:
     first, second = (np.random.default_rng(4) for _ in range(2))
     same = Distribution.constant(0.0)
     plain = next(candidate_viewpoints(space.targets[0], space, ViewpointsConfig(kind="amr"), first))
-    named = ViewpointsConfig(kind="amr", roll_deg=same, along_share=0.0)
+    named = ViewpointsConfig(kind="amr", roll_deg=same, along_fraction=0.0)
     assert (
         plain.T_world_camera.tobytes()
         == next(candidate_viewpoints(space.targets[0], space, named, second)).T_world_camera.tobytes()

@@ -89,14 +89,14 @@ def test_a_free_camera_is_on_the_shell_and_looks_at_the_middle() -> None:
     assert np.histogram(azimuths, 4, (-np.pi, np.pi))[0].min() >= 5
 
 
-def test_candidates_can_be_asked_to_be_hidden() -> None:
+def test_candidates_can_be_requested_to_be_hidden() -> None:
     space = FreeSpace.of_scene(aisle_scene(0))
-    rng, shares = np.random.default_rng(0), []
+    rng, fractions = np.random.default_rng(0), []
     for target in space.targets:
         for view in candidate_viewpoints(target, space, ViewpointsConfig(), rng, sight=(0.1, 0.5)):
-            shares.append(space.sight_share(view.T_world_camera[:3, 3], target))
-    assert len(shares) > 10
-    assert 0.1 <= min(shares) <= max(shares) <= 0.5
+            fractions.append(space.sight_fraction(view.T_world_camera[:3, 3], target))
+    assert len(fractions) > 10
+    assert 0.1 <= min(fractions) <= max(fractions) <= 0.5
 
 
 def test_the_same_stream_gives_the_same_views() -> None:

@@ -20,7 +20,7 @@ def added_one_by_one(cosine: float, surfaces: int) -> float:
     sine = np.sqrt(1.0 - cosine**2)
     inside = np.arcsin(sine / 1.5)
     outside = np.arcsin(sine)
-    share = []
+    fraction = []
     if sine == 0:
         single = [((1.5 - 1) / (1.5 + 1)) ** 2] * 2
     else:
@@ -33,8 +33,8 @@ def added_one_by_one(cosine: float, surfaces: int) -> float:
         whole = 0.0
         for _ in range(surfaces):
             whole = whole + (1 - whole) ** 2 * r / (1 - whole * r)
-        share.append(whole)
-    return float(np.mean(share))
+        fraction.append(whole)
+    return float(np.mean(fraction))
 
 
 @pytest.mark.parametrize("layers", [1, 2, 3, 5])

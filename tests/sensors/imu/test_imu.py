@@ -55,8 +55,8 @@ def test_a_level_camera_at_rest_feels_the_floor_push_upwards() -> None:
 def test_the_bias_stays_within_the_data_sheet_and_is_kept_through_a_scene() -> None:
     quiet = ImuConfig(accel_noise_ug=0.0, gyro_noise_deg=0.0)
     found = readings(STILL, 2000, 2, quiet)
-    for name, limit, truth in (("accel", 0.07 * G, [0.0, -G, 0.0]), ("gyro", np.deg2rad(1.0), [0.0, 0.0, 0.0])):
-        bias = found[name] - truth
+    for name, limit, gt in (("accel", 0.07 * G, [0.0, -G, 0.0]), ("gyro", np.deg2rad(1.0), [0.0, 0.0, 0.0])):
+        bias = found[name] - gt
         np.testing.assert_array_equal(bias[:, 0], bias[:, 1])
         assert np.abs(bias).max() <= limit + 1e-12
         assert np.abs(bias).max() > 0.99 * limit

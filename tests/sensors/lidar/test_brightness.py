@@ -25,7 +25,7 @@ def two_walls(material: Material, yaw: float = 0.0) -> SceneSpec:
 
 
 def read(scene: SceneSpec, brightness: BrightnessConfig, seed: int = 0, unit_seed: int = 5) -> LidarScan:
-    """Return a sweep of a unit in a scene whose surfaces are always drawn alike."""
+    """Return a sweep of a unit in a scene whose surfaces are always rendered alike."""
     config, caster = replace(QUIET, brightness=brightness), RayCaster(scene)
     return scan(
         caster,

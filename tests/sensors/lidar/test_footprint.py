@@ -24,16 +24,16 @@ def plate_and_wall(gap: float, plate: float = 0.5, wall: float = 0.5) -> RayCast
 
 
 def between(raycaster: RayCaster, config: LidarConfig, gap: float) -> np.ndarray:
-    """Return how far behind the plate points lie that are on neither surface, as a share of the gap."""
+    """Return how far behind the plate points lie that are on neither surface, as a fraction of the gap."""
     result = scan(raycaster, config, at(0, 0, 0), np.random.default_rng(0))
-    share = (result.points[:, 0].astype(float) - 6.0) / gap
-    return share[(share > 0.01) & (share < 0.99)]
+    fraction = (result.points[:, 0].astype(float) - 6.0) / gap
+    return fraction[(fraction > 0.01) & (fraction < 0.99)]
 
 
 def test_an_edge_within_the_pulse_gives_points_between_the_surfaces() -> None:
     raycaster = plate_and_wall(0.4)
     assert len(between(raycaster, replace(QUIET, divergence_mrad=(0.0, 0.0)), 0.4)) == 0
-    shares = between(raycaster, QUIET, 0.4)
+    fractions = between(raycaster, QUIET, 0.4)
     sweep = make_sweep(QUIET)
     x, y, _ = sweep.directions.T.astype(float)
     at_plate = [
@@ -42,12 +42,12 @@ def test_an_edge_within_the_pulse_gives_points_between_the_surfaces() -> None:
         for side in (-0.571e-3, 0.0, 0.571e-3)
     ]
     crossed = np.ptp(np.sign(at_plate), axis=0) > 0
-    assert len(shares) == crossed.sum() > 10
+    assert len(fractions) == crossed.sum() > 10
     # Two to four rays look at a beam; some of the light goes to the far surface, which sends less of it back.
     far = np.array([1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4])
     near_power, far_power = (1 - far) / 6.0**2, far / 6.4**2
     expected = far_power / (near_power + far_power)
-    assert np.abs(shares[:, None] - expected).min(axis=1).max() < 0.01
+    assert np.abs(fractions[:, None] - expected).min(axis=1).max() < 0.01
 
 
 def test_an_edge_beyond_the_pulse_gives_the_stronger_surface() -> None:
@@ -85,12 +85,12 @@ def test_every_lidar_sees_an_empty_world_and_a_full_one(name: str) -> None:
 
 def test_the_strongest_echo_is_blended_by_power() -> None:
     inf = np.inf
-    shares = Echoes(
+    fractions = Echoes(
         np.float32([[10.0, 10.3, 20.0], [10.0, inf, 20.0], [inf, inf, inf], [5.0, 30.0, 30.2]]),
         np.float32([[0.2, 0.2, 0.3], [0.1, 0.0, 0.9], [0.0, 0.0, 0.0], [0.001, 0.4, 0.4]]),
         np.int32([[1, 2, 3], [1, 0, 3], [0, 0, 0], [1, 2, 3]]),
     )
-    echoes = strongest_echoes(shares, pulse_length=0.75, extinction=0.0)
+    echoes = strongest_echoes(fractions, pulse_length=0.75, extinction=0.0)
     first, second = 0.2 / 10**2, 0.2 / 10.3**2
     blend = (first * 10 + second * 10.3) / (first + second)
     np.testing.assert_allclose(echoes.distance, [blend, 20.0, inf, 30.0996], rtol=1e-5)

@@ -53,6 +53,6 @@ def test_wrong_presets_are_named_with_their_place(data: object, message: str) ->
         {"divergence_mrad": (-1.0, 1.0)},
     ],
 )
-def test_impossible_settings_are_refused_by_name(settings: dict) -> None:
+def test_impossible_settings_are_rejected_by_name(settings: dict) -> None:
     with pytest.raises(ConfigError, match=next(iter(settings))):
         LidarConfig(**settings)

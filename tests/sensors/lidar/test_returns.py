@@ -41,12 +41,12 @@ def test_an_edge_before_a_wall_gives_two_returns_of_one_pulse() -> None:
 
 def test_the_last_and_the_second_strongest_echo_are_picked_by_hand() -> None:
     inf = np.inf
-    shares = Echoes(
+    fractions = Echoes(
         np.float32([[5.0, 10.0, 20.0], [5.0, 10.0, inf], [5.0, 5.2, inf], [inf, inf, inf], [5.0, 10.0, 20.0]]),
         np.float32([[0.5, 0.9, 0.1], [0.01, 0.9, 0.0], [0.4, 0.4, 0.0], [0.0, 0.0, 0.0], [0.01, 0.1, 9.0]]),
         np.int32([[1, 2, 3], [1, 2, 0], [1, 2, 0], [0, 0, 0], [1, 2, 3]]),
     )
-    pulses = PulseEchoes.of(shares, pulse_length=0.75, extinction=0.0)
+    pulses = PulseEchoes.of(fractions, pulse_length=0.75, extinction=0.0)
     assert pulses.pick("strongest").instance_ids.tolist() == [1, 2, 1, 0, 3]
     last = pulses.pick("last")
     assert last.instance_ids.tolist() == [3, 2, 1, 0, 3]

@@ -18,7 +18,7 @@ def buffers() -> RenderBuffers:
     return replace(clean, rgb=np.random.default_rng(0).integers(0, 256, clean.rgb.shape).astype(np.uint8))
 
 
-def test_an_ideal_camera_reads_the_truth(buffers: RenderBuffers) -> None:
+def test_an_ideal_camera_reads_the_ground_truth(buffers: RenderBuffers) -> None:
     config = from_mapping(RgbdConfig, {"depth": {"model": "ideal"}, "color": "ideal"}, "here")
     assert config == RgbdConfig(IdealDepth(), IDEAL_COLOR)
     reading = read_rgbd(buffers, capture_of(), config, np.random.default_rng(0))

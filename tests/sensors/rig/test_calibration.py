@@ -1,4 +1,4 @@
-"""What a rig states of its calibration is off as drawn: by closed forms, once a scene, each sensor for itself."""
+"""What a rig states of its calibration is off as rendered: by closed forms, once a scene, each sensor for itself."""
 
 from functools import partial
 
@@ -17,13 +17,13 @@ from warehouse_sim.sensors.rig import CalibrationConfig, CalibrationError, RigCo
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)
 T_CAMERA_LIDAR = make_transform(np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]), np.array([0.0, -0.2, -0.3]))
-NOTHING = {"focal_share": 0, "center_px": 0, "lens_share": 0, "depth_share": 0, "angle_deg": 0, "place": 0}
+NOTHING = {"focal_fraction": 0, "center_px": 0, "lens_fraction": 0, "depth_fraction": 0, "angle_deg": 0, "place": 0}
 
 
-def error(T_sensor_stated: np.ndarray | None = None, offset: float = 0.0, **more: object) -> CalibrationError:
-    T = np.eye(4) if T_sensor_stated is None else T_sensor_stated
+def error(T_sensor_nominal: np.ndarray | None = None, offset: float = 0.0, **more: object) -> CalibrationError:
+    T = np.eye(4) if T_sensor_nominal is None else T_sensor_nominal
     settings = {"focal_factor": 1.0, "lens_factor": 1.0, "depth_factor": 1.0, "center_px": (0.0, 0.0)} | more
-    return CalibrationError(**settings, T_sensor_stated={"lidar": T}, time_offset={"lidar": offset})
+    return CalibrationError(**settings, T_sensor_nominal={"lidar": T}, time_offset={"lidar": offset})
 
 
 def seen_from(viewpoint: Viewpoint) -> Observation:
@@ -39,8 +39,8 @@ def seen_from(viewpoint: Viewpoint) -> Observation:
 
 def test_the_stated_camera_projects_where_it_should() -> None:
     """At x / z = 0.4, y / z = -0.2: f (1 + s) 0.4 + cx + 3 px."""
-    stated = error(focal_factor=1.01, center_px=(3.0, -2.0)).camera(CAMERA)
-    u, v = stated.project(np.array([2.0, -1.0, 5.0]))
+    nominal = error(focal_factor=1.01, center_px=(3.0, -2.0)).camera(CAMERA)
+    u, v = nominal.project(np.array([2.0, -1.0, 5.0]))
     assert u == pytest.approx(500 * 1.01 * 0.4 + 319.5 + 3.0, abs=1e-9)
     assert v == pytest.approx(-500 * 1.01 * 0.2 + 239.5 - 2.0, abs=1e-9)
 
@@ -48,30 +48,30 @@ def test_the_stated_camera_projects_where_it_should() -> None:
 def test_a_lens_is_stated_to_displace_more() -> None:
     lens = Distortion(-0.2, 0.05, 0.001, -0.002, 0.003)
     true = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5, lens)
-    stated = error(lens_factor=1.1).camera(true)
+    nominal = error(lens_factor=1.1).camera(true)
     point = np.array([0.5, -0.3, 1.0])
     straight = true.pinhole.project(point)
-    np.testing.assert_allclose(stated.project(point) - straight, 1.1 * (true.project(point) - straight), atol=1e-9)
+    np.testing.assert_allclose(nominal.project(point) - straight, 1.1 * (true.project(point) - straight), atol=1e-9)
 
 
 def test_on_a_straight_drive_a_time_offset_is_a_way_of_velocity_times_time() -> None:
     T_world_camera = level_camera(np.array([2.0, 1.0, 1.5]), 0.7, -0.2)
     for velocity in ((1.4, 0.0, 0.0), (0.6, -1.1, 0.0)):
         view = Viewpoint(T_world_camera, T_world_vehicle=make_transform(), velocity=velocity)
-        T_stated = error(offset=0.03).stated(seen_from(view), view).T_camera_sensor["lidar"]
-        moved = (T_world_camera @ T_stated)[:3, 3] - (T_world_camera @ T_CAMERA_LIDAR)[:3, 3]
+        T_nominal = error(offset=0.03).nominal(seen_from(view), view).T_camera_sensor["lidar"]
+        moved = (T_world_camera @ T_nominal)[:3, 3] - (T_world_camera @ T_CAMERA_LIDAR)[:3, 3]
         np.testing.assert_allclose(moved, 0.03 * np.array(velocity), atol=1e-12)
-        np.testing.assert_allclose(T_stated[:3, :3], T_CAMERA_LIDAR[:3, :3], atol=1e-12)
+        np.testing.assert_allclose(T_nominal[:3, :3], T_CAMERA_LIDAR[:3, :3], atol=1e-12)
 
 
 def test_in_a_turn_it_is_the_yaw_of_that_time_and_standing_it_is_nothing() -> None:
     T_world_camera = level_camera(np.array([2.0, 1.0, 1.5]), 0.7)
     turning = Viewpoint(T_world_camera, T_world_vehicle=make_transform(), velocity=(1.0, 0, 0), yaw_rate=0.5)
-    T_stated = error(offset=-0.1).stated(seen_from(turning), turning).T_camera_sensor["lidar"]
-    assert rotation_angle(T_stated[:3, :3], T_CAMERA_LIDAR[:3, :3]) == pytest.approx(0.05, abs=1e-9)
+    T_nominal = error(offset=-0.1).nominal(seen_from(turning), turning).T_camera_sensor["lidar"]
+    assert rotation_angle(T_nominal[:3, :3], T_CAMERA_LIDAR[:3, :3]) == pytest.approx(0.05, abs=1e-9)
     standing = Viewpoint(T_world_camera)
-    T_stated = error(offset=-0.1).stated(seen_from(standing), standing).T_camera_sensor["lidar"]
-    assert np.array_equal(T_stated, T_CAMERA_LIDAR)
+    T_nominal = error(offset=-0.1).nominal(seen_from(standing), standing).T_camera_sensor["lidar"]
+    assert np.array_equal(T_nominal, T_CAMERA_LIDAR)
 
 
 @pytest.mark.parametrize("yaw_rate", [0.0, 0.4])
@@ -85,22 +85,22 @@ def test_motion_as_a_transform_is_the_motion_of_points(yaw_rate: float) -> None:
 def test_the_stated_pose_is_the_true_one_off_by_the_sensors_own_error() -> None:
     T_error = make_transform(level_camera(np.zeros(3), 0.01, 0.02)[:3, :3], np.array([0.01, 0.02, -0.03]))
     view = Viewpoint(level_camera(np.array([0.0, 0, 1]), 0.0))
-    T_stated = error(T_error).stated(seen_from(view), view).T_camera_sensor["lidar"]
-    np.testing.assert_allclose(invert(T_CAMERA_LIDAR) @ T_stated, T_error, atol=1e-12)
+    T_nominal = error(T_error).nominal(seen_from(view), view).T_camera_sensor["lidar"]
+    np.testing.assert_allclose(invert(T_CAMERA_LIDAR) @ T_nominal, T_error, atol=1e-12)
 
 
 def test_errors_have_the_stated_spread_and_are_never_larger_than_three_of_it() -> None:
     config = CalibrationConfig()
-    drawn = [config.draw({"lidar": None}, partial(scene_rng, 0, scene)) for scene in range(4000)]
+    sampled = [config.draw({"lidar": None}, partial(scene_rng, 0, scene)) for scene in range(4000)]
     found = {
-        "focal_share": [item.focal_factor - 1 for item in drawn],
-        "lens_share": [item.lens_factor - 1 for item in drawn],
-        "depth_share": [item.depth_factor - 1 for item in drawn],
-        "center_px": [x for item in drawn for x in item.center_px],
-        "place": [x for item in drawn for x in item.T_sensor_stated["lidar"][:3, 3]],
-        "time_ms": [1e3 * item.time_offset["lidar"] for item in drawn],
+        "focal_fraction": [item.focal_factor - 1 for item in sampled],
+        "lens_fraction": [item.lens_factor - 1 for item in sampled],
+        "depth_fraction": [item.depth_factor - 1 for item in sampled],
+        "center_px": [x for item in sampled for x in item.center_px],
+        "place": [x for item in sampled for x in item.T_sensor_nominal["lidar"][:3, 3]],
+        "time_ms": [1e3 * item.time_offset["lidar"] for item in sampled],
         # Small turns: the angle about x is the entry (2, 1).
-        "angle_deg": [np.degrees(item.T_sensor_stated["lidar"][2, 1]) for item in drawn],
+        "angle_deg": [np.degrees(item.T_sensor_nominal["lidar"][2, 1]) for item in sampled],
     }
     for name, values in found.items():
         spread = getattr(config, name)
@@ -114,9 +114,9 @@ def test_a_sensor_more_changes_no_other_and_the_cameras_housing_is_its_own() -> 
     stream = partial(scene_rng, 3, 7)
     one = CalibrationConfig().draw({"camera": None, "lidar": None, "imu": None, "right": None}, stream)
     two = CalibrationConfig().draw({"rear": None, "lidar": None}, stream)
-    assert list(one.T_sensor_stated) == ["lidar"]
-    assert np.array_equal(one.T_sensor_stated["lidar"], two.T_sensor_stated["lidar"])
-    assert not np.array_equal(two.T_sensor_stated["rear"], two.T_sensor_stated["lidar"])
+    assert list(one.T_sensor_nominal) == ["lidar"]
+    assert np.array_equal(one.T_sensor_nominal["lidar"], two.T_sensor_nominal["lidar"])
+    assert not np.array_equal(two.T_sensor_nominal["rear"], two.T_sensor_nominal["lidar"])
     assert (one.focal_factor, one.center_px, one.time_offset["lidar"]) == (
         two.focal_factor, two.center_px, two.time_offset["lidar"],
     )  # fmt: skip
@@ -134,9 +134,9 @@ def test_it_is_off_by_default_and_comes_back_from_plain_data() -> None:
 
 
 def test_without_spread_everything_is_stated_as_it_is() -> None:
-    drawn = CalibrationConfig(**NOTHING, time_ms=0).draw({"lidar": None}, partial(scene_rng, 0, 0))
-    assert (drawn.focal_factor, drawn.depth_factor, drawn.center_px) == (1.0, 1.0, (0.0, 0.0))
+    sampled = CalibrationConfig(**NOTHING, time_ms=0).draw({"lidar": None}, partial(scene_rng, 0, 0))
+    assert (sampled.focal_factor, sampled.depth_factor, sampled.center_px) == (1.0, 1.0, (0.0, 0.0))
     view = Viewpoint(level_camera(np.array([0.0, 0, 1]), 0.0), velocity=(1.0, 0.0, 0.0))
-    stated = drawn.stated(seen_from(view), view)
-    assert stated.camera == CAMERA
-    np.testing.assert_allclose(stated.T_camera_sensor["lidar"], T_CAMERA_LIDAR, atol=1e-15)
+    nominal = sampled.nominal(seen_from(view), view)
+    assert nominal.camera == CAMERA
+    np.testing.assert_allclose(nominal.T_camera_sensor["lidar"], T_CAMERA_LIDAR, atol=1e-15)

@@ -8,7 +8,7 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rig import RigConfig, SensorChoice
 
-DRAWN = {
+RENDERED = {
     "choices": [
         "d455",
         {"name": "dim tof", "weight": 3, "depth": {"preset": "flexx2", "noise_scale": 2.0}, "color": "raw"},
@@ -18,9 +18,9 @@ DRAWN = {
 
 def test_a_rig_without_choices_has_its_own_camera_without_a_name() -> None:
     rig = from_mapping(RigConfig, {"rgbd": {"depth": "d435"}}, "here")
-    drawn = rig.draw_sensor(np.random.default_rng(0))
-    depth = replace(rig.rgbd.depth, unit=drawn.rgbd.depth.unit)
-    assert drawn == SensorChoice("", replace(rig.rgbd, depth=depth))
+    sampled = rig.draw_sensor(np.random.default_rng(0))
+    depth = replace(rig.rgbd.depth, unit=sampled.rgbd.depth.unit)
+    assert sampled == SensorChoice("", replace(rig.rgbd, depth=depth))
 
 
 def test_each_scene_has_another_built_camera_unless_its_number_is_given() -> None:
@@ -33,15 +33,15 @@ def test_each_scene_has_another_built_camera_unless_its_number_is_given() -> Non
 
 
 def test_cameras_are_drawn_by_their_weights() -> None:
-    rig = from_mapping(RigConfig, DRAWN, "here")
-    drawn = [rig.draw_sensor(np.random.default_rng(seed)) for seed in range(800)]
-    counted = Counter(choice.name for choice in drawn)
+    rig = from_mapping(RigConfig, RENDERED, "here")
+    sampled = [rig.draw_sensor(np.random.default_rng(seed)) for seed in range(800)]
+    counted = Counter(choice.name for choice in sampled)
     assert counted["dim tof"] / 800 == pytest.approx(0.75, abs=0.05)
-    (first,) = {replace(choice.rgbd.depth, unit=None) for choice in drawn if choice.name == "d455"}
+    (first,) = {replace(choice.rgbd.depth, unit=None) for choice in sampled if choice.name == "d455"}
     assert first == PRESETS["d455"]
 
 
 def test_choices_are_written_and_read_back() -> None:
-    rig = from_mapping(RigConfig, DRAWN, "here")
+    rig = from_mapping(RigConfig, RENDERED, "here")
     assert from_mapping(RigConfig, to_mapping(rig), "again") == rig
     assert "choices" not in to_mapping(RigConfig())

@@ -53,7 +53,7 @@ def test_frames_are_those_of_cameras_and_of_vehicles() -> None:
     np.testing.assert_allclose(mounted["lidar"].T_camera_sensor()[:3, 0], [0.0, 0.0, 1.0])
 
 
-def test_every_sensor_has_a_stream_of_its_own_and_only_cameras_are_drawn_again_by_a_noise_twin() -> None:
+def test_every_sensor_has_a_stream_of_its_own_and_only_cameras_are_drawn_again_by_a_noise_paired_variant() -> None:
     mounted = rig_of(PLAIN).mounted()
     names = [item.stream_of(3) for item in mounted.values()]
     assert names == ["rgbd 3", "lidar 3", "lidar rear 3", "right 3", "imu 3", "sensor low 3", "sensor pair 3"]

@@ -1,6 +1,6 @@
-"""What a robot's detections have that true masks have not: errors of the outline, neighbours, boxes, wrong names.
+"""Errors of detections that ground-truth masks lack: wrong outlines, neighbours, boxes, wrong names.
 
-Each is a function of an image with true masks and a random stream, and none is what training uses.
+Each is a function of an image with ground-truth masks and a random stream, and none is what training uses.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ _FIELD_PX = 8.0
 """Correlation length of a segmenter's errors along an outline."""
 _FIELD_SIGMA_PX = 2.5
 """Their standard deviation; about what is left of an outline that was predicted at a quarter of the resolution."""
-_HOLE_SHARE, _HOLES = 0.2, (0.1, 0.3)
+_HOLE_FRACTION, _HOLES = 0.2, (0.1, 0.3)
 """How many masks have a hole, and how large it is against their box."""
 _TOUCH_PX, _TOUCH_M = 2, 0.25
 """Masks so near in the image and in depth become one."""
@@ -117,7 +117,7 @@ def _wandering(mask: Bool[np.ndarray, "h w"], rng: np.random.Generator) -> Bool[
     inside = mask[window]
     outline = _distance(inside) - _distance(~inside)
     found = outline + _FIELD_SIGMA_PX * _smooth_field(inside.shape, rng) > 0
-    if rng.random() < _HOLE_SHARE:
+    if rng.random() < _HOLE_FRACTION:
         found &= ~_hole(inside.shape, (v - top, u - left), rng)
     result = np.zeros_like(mask)
     result[window] = found
@@ -138,7 +138,7 @@ def _smooth_field(shape: tuple[int, ...], rng: np.random.Generator) -> Float[np.
 def _hole(
     shape: tuple[int, ...], pixels: tuple[np.ndarray, np.ndarray], rng: np.random.Generator
 ) -> Bool[np.ndarray, "h w"]:
-    """Return an ellipse about one of the pixels, its axes a share of those of their box."""
+    """Return an ellipse about one of the pixels, its axes a fraction of those of their box."""
     v, u = pixels
     chosen = int(rng.integers(len(v)))
     half = [max(np.ptp(axis) * rng.uniform(*_HOLES) / 2.0, 1.0) for axis in (v, u)]

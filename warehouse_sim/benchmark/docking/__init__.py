@@ -1,1 +1,1 @@
-"""A simulated truck goes where an estimate sends it, and says whether the swept test of ``evaluate`` is right."""
+"""A simulated truck goes where an estimate sends it, as a check of the swept-volume check of ``evaluate``."""

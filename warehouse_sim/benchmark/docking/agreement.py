@@ -1,4 +1,4 @@
-"""Swept test against simulation: how often they say the same, and where they do not."""
+"""Swept-volume check against simulation: how often they say the same, and where they do not."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 
 Row = dict[str, Any]
 MARGINS_MM = (0, 10, 20)
@@ -14,24 +14,24 @@ _DRAWS = 2000
 
 
 def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
-    """Return what the swept test says with a margin to the very pallet; the limits of depth stay.
+    """Return what the swept-volume check says with a margin to the very pallet; the limits of depth stay.
 
     Args:
         row: An answer.
-        margin_mm: Of the swept test.
+        margin_mm: Of the swept-volume check.
         nominal: To the walls of the nominal pockets instead.
     """
-    room = dict(row["swept"]["room"])
+    clearance = dict(row["swept"]["clearance"])
     if nominal:
-        room["mesh"] = row["swept"]["room_nominal"]
-    if any(value is None for value in room.values()):
+        clearance["mesh"] = row["swept"]["clearance_nominal"]
+    if any(value is None for value in clearance.values()):
         return False
-    return bool(room["mesh"] >= margin_mm / 1000.0 and min(room["heel"], room["tips"]) >= 0.0)
+    return bool(clearance["mesh"] >= margin_mm / 1000.0 and min(clearance["heel"], clearance["tips"]) >= 0.0)
 
 
-def asked(rows: Sequence[Row], margin_mm: float) -> list[Row]:
+def evaluated(rows: Sequence[Row], margin_mm: float) -> list[Row]:
     """Return the rows of pallets that leave a margin at their true pose."""
-    return [row for row in rows if row["swept"]["room_of_truth"] >= margin_mm / 1000.0]
+    return [row for row in rows if row["swept"]["gt_clearance"] >= margin_mm / 1000.0]
 
 
 def simulated_docks(row: Row) -> bool:
@@ -40,14 +40,14 @@ def simulated_docks(row: Row) -> bool:
 
 
 def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False) -> dict[str, Any]:
-    """Count how both judge; the share that agrees has a 95 % interval over scenes.
+    """Count how both judge; the fraction that agrees has a 95 % interval over scenes.
 
     Args:
         rows: At least one.
-        margin_mm: Of the swept test; pallets that cannot leave it at their true pose are left out.
+        margin_mm: Of the swept-volume check; pallets that cannot leave it at their true pose are left out.
         nominal: Judge by nominal pockets.
     """
-    rows = asked(rows, margin_mm)
+    rows = evaluated(rows, margin_mm)
     swept = np.array([swept_docks(row, margin_mm, nominal) for row in rows], dtype=bool)
     simulated = np.array([simulated_docks(row) for row in rows], dtype=bool)
     places = [(row["source"], row["scene"]) for row in rows]
@@ -62,12 +62,12 @@ def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False
         "simulation only": int((~swept & simulated).sum()),
         "neither": int((~swept & ~simulated).sum()),
         "agree": float(same.mean()),
-        "agree_95": share_interval(same, scenes, _DRAWS, np.random.default_rng(0)),
+        "agree_95": fraction_interval(same, scenes, _DRAWS, np.random.default_rng(0)),
     }
 
 
 def by_kind(rows: Sequence[Row]) -> list[Row]:
-    """Return for each source and kind of estimate the share of agreement, the shares that dock, and what fails."""
+    """Return for each source and kind of estimate the fractions that agree and dock, and what fails."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         groups.setdefault((row["source"], row["kind"]), []).append(row)
@@ -77,7 +77,7 @@ def by_kind(rows: Sequence[Row]) -> list[Row]:
             "value": confusion(found)["agree"],
             "interval": confusion(found)["agree_95"],
             "poses": len(found),
-            "swept test docks": float(np.mean([swept_docks(row) for row in found])),
+            "swept-volume check docks": float(np.mean([swept_docks(row) for row in found])),
             "simulation docks": float(np.mean([simulated_docks(row) for row in found])),
             "swept only": sum(swept_docks(row) and not simulated_docks(row) for row in found),
             "simulation only": sum(simulated_docks(row) and not swept_docks(row) for row in found),
@@ -88,9 +88,9 @@ def by_kind(rows: Sequence[Row]) -> list[Row]:
 
 
 def disagreements(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows on which they differ, the ones that the swept test was surest of first."""
+    """Return the rows on which they differ, the ones that the swept-volume check was surest of first."""
     return sorted(
-        (row for row in rows if swept_docks(row) != simulated_docks(row)), key=lambda row: -abs(least_room(row))
+        (row for row in rows if swept_docks(row) != simulated_docks(row)), key=lambda row: -abs(least_clearance(row))
     )
 
 
@@ -105,9 +105,9 @@ def causes(rows: Sequence[Row]) -> dict[str, int]:
     return dict(found.most_common())
 
 
-def least_room(row: Row) -> float:
-    """Return the smallest room (m) that the swept test found; -inf where a tine leaves its pocket or its direction."""
-    return min(float("-inf") if value is None else value for value in row["swept"]["room"].values())
+def least_clearance(row: Row) -> float:
+    """Return the smallest clearance (m) of the swept-volume check; -inf where a tine leaves its pocket or direction."""
+    return min(float("-inf") if value is None else value for value in row["swept"]["clearance"].values())
 
 
 def told(row: Row) -> str:
@@ -115,8 +115,8 @@ def told(row: Row) -> str:
     errors = row["swept"]["errors"]
     offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))
     turns = " ".join(f"{name} {np.rad2deg(errors[name]):+.1f} deg" for name in ("yaw", "pitch"))
-    room, simulated = least_room(row), row["simulated"]
-    left = f"room {1000 * room:+.1f} mm" if np.isfinite(room) else "a tine out of its pocket"
+    clearance, simulated = least_clearance(row), row["simulated"]
+    left = f"clearance {1000 * clearance:+.1f} mm" if np.isfinite(clearance) else "a tine out of its pocket"
     met = f" {simulated['by']}" if simulated["by"] else ""
     return (
         f"{row['source']} scene {row['scene']} pallet {row['instance']} {row['face']} ({row['kind']}): "

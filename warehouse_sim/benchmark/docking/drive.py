@@ -16,7 +16,7 @@ from warehouse_sim.evaluation.docking.fork import DockingFace
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, invert, rotation_angle, transform_points
 
-Outcome = Literal["docked", "struck", "pushed", "not lifted", "fell", "refused"]
+Outcome = Literal["docked", "struck", "pushed", "not lifted", "fell", "rejected"]
 OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 _LOOK_EVERY = 5
 """Steps between two looks at the pallet and two orders to the servos; forces are felt in every step."""
@@ -71,9 +71,9 @@ def dock(
         watch: Sees the model at every look.
     """
     T_world_dock = station.pallet.T_world_object @ T_object_estimated @ face.T_object_dock
-    problem = _refusal(station, face, T_world_dock, truck)
+    problem = _rejection(station, face, T_world_dock, truck)
     if problem:
-        return Docking("refused", problem)
+        return Docking("rejected", problem)
     aside = [(invert(face.T_object_dock) @ pocket.T_object_pocket)[1, 3] for pocket in face.pockets]
     model = build(station, truck, T_world_dock, np.array(aside))
     corners = transform_points(station.pallet.T_world_object, box_corners(station.scene.model_of(station.pallet).size))
@@ -83,7 +83,7 @@ def dock(
     return run.all(start, stop, float(rng.uniform(-truck.side_play, truck.side_play)), face)
 
 
-def _refusal(station: Station, face: DockingFace, T_world_dock: Transform, truck: TruckConfig) -> str:
+def _rejection(station: Station, face: DockingFace, T_world_dock: Transform, truck: TruckConfig) -> str:
     """Return why the truck knows, without touching anything, that it cannot drive to an estimate."""
     true = station.pallet.T_world_object @ face.T_object_dock
     if T_world_dock[2, 2] <= 0.0:

@@ -26,7 +26,7 @@ def picture(path: Path, question: Question, station: Station, truck: TruckConfig
 
     Args:
         path: PNG file.
-        question: What was asked.
+        question: What was evaluated.
         station: Where.
         truck: The truck.
         lines: What stands under the picture.

@@ -1,4 +1,4 @@
-"""Known errors on top of the truth, spread around what the swept test allows, without asking the simulation."""
+"""Known errors on top of the ground truth, spread around the limits of the swept-volume check."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
 
 AXES = ("lateral", "vertical", "depth", "yaw", "pitch")
-KINDS = ("truth", "too deep", *AXES, "all")
-"""The truth itself, 0.2 m too deep, one error alone, and all five at once."""
+KINDS = ("oracle", "too deep", *AXES, "all")
+"""The ground truth itself, 0.2 m too deep, one error alone, and all five at once."""
 _DEEP = 0.2
 _ALONE, _TOGETHER = 2.0, 0.7
-"""Errors are uniform up to this share of their limit, when alone and when all five come together."""
+"""Errors are uniform up to this fraction of their limit, when alone and when all five come together."""
 
 
 def planted(kind: str, face: DockingFace, fork: ForkConfig, rng: np.random.Generator) -> Transform:
@@ -20,8 +20,8 @@ def planted(kind: str, face: DockingFace, fork: ForkConfig, rng: np.random.Gener
         errors["depth"] = _DEEP
     for name in AXES if kind == "all" else (kind,) if kind in AXES else ():
         below, above = limits(face, fork)[name]
-        share = float(rng.uniform(-1.0, 1.0)) * (_TOGETHER if kind == "all" else _ALONE)
-        errors[name] = share * (above if share > 0.0 else below)
+        fraction = float(rng.uniform(-1.0, 1.0)) * (_TOGETHER if kind == "all" else _ALONE)
+        errors[name] = fraction * (above if fraction > 0.0 else below)
     return misplaced(face, **errors)
 
 

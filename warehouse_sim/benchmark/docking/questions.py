@@ -1,4 +1,4 @@
-"""What the simulation is asked: an estimate of a pallet in a scene, from the face that a truck stands before."""
+"""What the simulation is evaluated: an estimate of a pallet in a scene, from the face that a truck stands before."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +27,8 @@ class Question:
     """Of the pallet in the scene."""
     face: str
     kind: str
-    """Where the estimate is from: "truth", "too deep", the one error that was planted, "all" for all, "predicted"."""
+    """Where the estimate is from: "ground truth", "too deep", the one error that was planted, "all" for all,
+    "predicted"."""
     T_object_estimated: Transform
     """Under the best symmetry, in the true object frame."""
 
@@ -45,16 +46,18 @@ def why_not(station: Station, face: DockingFace, truck: TruckConfig, verdict: st
         station: The pallet.
         face: The side.
         truck: Its tines must fit, worn as the pallet is.
-        verdict: What reachability says of that side.
+        verdict: What accessibility says of that side.
     """
     if verdict not in (FREE, UNDER_A_STACK):
         return verdict
-    room = rooms(station, face, truck, np.eye(4))
-    return "" if min(room.values()) >= 0.0 else "no room for the tines"
+    clearance = clearances(station, face, truck, np.eye(4))
+    return "" if min(clearance.values()) >= 0.0 else "no clearance for the tines"
 
 
-def rooms(station: Station, face: DockingFace, truck: TruckConfig, T_object_estimated: Transform) -> dict[str, float]:
-    """Return the room (m) that an estimate leaves: to the very pallet ("mesh"), and along the tines."""
+def clearances(
+    station: Station, face: DockingFace, truck: TruckConfig, T_object_estimated: Transform
+) -> dict[str, float]:
+    """Return the clearance (m) that an estimate leaves: to the very pallet ("mesh"), and along the tines."""
     slack = docking_slack(T_object_estimated[None], face, truck.fork)
     model = station.scene.model_of(station.pallet)
     lanes = lane_triangles(model.mesh(), face, truck.fork)
@@ -65,18 +68,18 @@ def rooms(station: Station, face: DockingFace, truck: TruckConfig, T_object_esti
 
 
 def swept_answer(question: Question, station: Station, truck: TruckConfig) -> dict[str, Any]:
-    """Return what the swept test says of a question, with the rooms (m) and errors (m, rad) that it is made of."""
+    """Return the swept-volume check's answer, with the clearances (m) and errors (m, rad) behind it."""
     face = station.face(question.face)
     estimated = question.T_object_estimated[None]
     slack, errors = docking_slack(estimated, face, truck.fork), docking_errors(estimated, face)
-    room = rooms(station, face, truck, question.T_object_estimated)
+    clearance = clearances(station, face, truck, question.T_object_estimated)
     at_walls = float(np.minimum(slack.lateral, slack.vertical)[0])
     return {
-        "docks": bool(min(room.values()) >= 0.0),
-        "room": {name: value if np.isfinite(value) else None for name, value in room.items()},
-        "room_nominal": at_walls if np.isfinite(at_walls) else None,
-        "room_of_truth": rooms(station, face, truck, np.eye(4))["mesh"],
-        "limiting_error": failure_axes(errors, slack, face, truck.fork, np.array([room["mesh"]]))[0],
+        "docks": bool(min(clearance.values()) >= 0.0),
+        "clearance": {name: value if np.isfinite(value) else None for name, value in clearance.items()},
+        "clearance_nominal": at_walls if np.isfinite(at_walls) else None,
+        "gt_clearance": clearances(station, face, truck, np.eye(4))["mesh"],
+        "limiting_error": failure_axes(errors, slack, face, truck.fork, np.array([clearance["mesh"]]))[0],
         "errors": {
             name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch", "roll")
         },

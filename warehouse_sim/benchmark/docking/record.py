@@ -43,7 +43,7 @@ def _ask(question: Question, station: Station, truck: TruckConfig) -> Row:
         "stack": station.carries_pallets,
         "load_kg": float(sum(station.scene.model_of(item).mass for item in station.load)),
         "height": float(station.pallet.T_world_object[2, 3]),
-        "worn": "~" in station.pallet.model,
+        "damaged": "~" in station.pallet.model,
         "swept": swept_answer(question, station, truck),
         "simulated": asdict(answer),
         "cpu_s": seconds,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.planted import KINDS, planted
 from warehouse_sim.benchmark.docking.questions import Question, why_not
@@ -25,22 +25,22 @@ from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, nearest_symmetry
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.pairing import pair_up
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.reach_later import recorded_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.schema import ObjectModel, Reachability, SceneSpec
+from warehouse_sim.schema import Accessibility, ObjectModel, SceneSpec
 
 _LEAST_VISIBLE = 0.1
 """As the scores have it."""
 _SIDES_A_SCENE = 5
 """Sides of pallets on which errors are planted in one scene: poses of one scene are alike, so more scenes say more."""
 _FARTHEST, _LEAST_AHEAD = 10.0, 0.5
-"""Pallets between these distances before a viewpoint (m) are asked in a drawn scene, seen or hidden."""
+"""Pallets between these distances before a viewpoint (m) are evaluated in a drawn scene, seen or hidden."""
 
-Asked = tuple[Question, Station]
+Evaluated = tuple[Question, Station]
 Seen = tuple[int, int, str, str, Transform | None]
 """Image, instance, face, kind and estimate; without an estimate errors are planted."""
 
@@ -54,7 +54,8 @@ class Source:
     seed: int = 0
     split: str = "test"
     a_scene: int | None = None
-    """Predictions of at most so many pallets of a scene are asked, of the same ones whoever predicts; None asks all."""
+    """Predictions of at most so many pallets of a scene are evaluated, of the same ones whoever predicts; None asks
+    all."""
 
     def __post_init__(self) -> None:
         data, _, file = self.name.partition("=")
@@ -72,11 +73,11 @@ class Source:
         path = self.predictions
         return "" if path is None else "/".join(path.parts[-4:-1] if path.stem == "predictions" else (path.stem,))
 
-    def questions(self, most: int) -> Iterator[Asked]:
+    def questions(self, most: int) -> Iterator[Evaluated]:
         """Yield up to ``most`` questions, scene by scene; the same ones for the same arguments."""
         found = 0
         for scene, truck, seen in self._scenes():
-            reach = reachability(scene, TRUCKS[truck])
+            reach = accessibility(scene, TRUCKS[truck])
             if self.a_scene is not None:
                 seen = sorted(seen, key=lambda item: zlib.crc32(f"{scene.scene_index} {item[:3]}".encode()))
             for question, station in islice(self._of_scene(scene, reach, seen), self.a_scene):
@@ -85,27 +86,27 @@ class Source:
                 if found == most:
                     return
 
-    def _of_scene(self, scene: SceneSpec, reach: Mapping[int, Reachability], seen: list[Seen]) -> Iterator[Asked]:
-        asked: dict[tuple[int, str], str] = {}
+    def _of_scene(self, scene: SceneSpec, reach: Mapping[int, Accessibility], seen: list[Seen]) -> Iterator[Evaluated]:
+        evaluated: dict[tuple[int, str], str] = {}
         solids = Solids.of(scene.instances, scene.models)
         for image, instance, name, kind, estimate in seen:
-            if estimate is None and sum(not reason for reason in asked.values()) == _SIDES_A_SCENE:
+            if estimate is None and sum(not reason for reason in evaluated.values()) == _SIDES_A_SCENE:
                 return
             station = station_of(scene, instance, solids)
             face = station.face(name)
-            if (instance, name) not in asked:
-                asked[instance, name] = why_not(station, face, self.truck, reach[instance].faces[name])
-                reason = asked[instance, name]
+            if (instance, name) not in evaluated:
+                evaluated[instance, name] = why_not(station, face, self.truck, reach[instance].faces[name])
+                reason = evaluated[instance, name]
                 if reason:
                     self.left_out[reason] = self.left_out.get(reason, 0) + 1
-            if asked[instance, name]:
+            if evaluated[instance, name]:
                 continue
-            for kind_asked in KINDS if estimate is None else (kind,):
-                # Each question has a stream of its own, so that it is the same whatever was asked before.
-                stream = [self.seed, scene.scene_index, instance, zlib.crc32(f"{name} {kind_asked}".encode())]
+            for kind_evaluated in KINDS if estimate is None else (kind,):
+                # Each question has a stream of its own, so that it is the same whatever was evaluated before.
+                stream = [self.seed, scene.scene_index, instance, zlib.crc32(f"{name} {kind_evaluated}".encode())]
                 rng = np.random.default_rng(stream)
-                T = planted(kind_asked, face, self.truck.fork, rng) if estimate is None else estimate
-                yield Question(self.label, scene.scene_index, image, instance, name, kind_asked, T), station
+                T = planted(kind_evaluated, face, self.truck.fork, rng) if estimate is None else estimate
+                yield Question(self.label, scene.scene_index, image, instance, name, kind_evaluated, T), station
 
     def _scenes(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         if self.is_dataset:
@@ -113,8 +114,8 @@ class Source:
             return
         recipe = load_recipe(self.name)
         for index in range(1_000_000):
-            drawn = draw_scene(recipe, self.seed, index)
-            yield drawn.scene, drawn.settings.layout.truck, list(_before_viewpoints(drawn.scene))
+            sampled = sample_settled_scene(recipe, self.seed, index)
+            yield sampled.scene, sampled.settings.layout.truck, list(_before_viewpoints(sampled.scene))
 
     def _recorded(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         reader = DatasetReader(self.root)

@@ -1,7 +1,7 @@
 """The truck: what it is made of, how it moves, and what it may do to a pallet; each number with where it is from.
 
-All of them were set before the simulation was first compared with the swept test, and none was changed after, but for
-``lowest``: without it an estimate that is pitched up sent the heels through the floor.
+All of them were set before the simulation was first compared with the swept-volume check, and none was changed after,
+but for ``lowest``: without it an estimate that is pitched up sent the heels through the floor.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +14,8 @@ class TruckConfig:
     """A level truck with forks on a carriage, and the limits that make a docking fail."""
 
     fork: ForkConfig = field(default_factory=ForkConfig)
-    """Tines of 100 x 40 x 1150 mm (ISO 2330, class 2A), heel 5 cm before the estimated face: as the swept test has."""
+    """Tines of 100 x 40 x 1150 mm (ISO 2330, class 2A), heel 5 cm before the estimated face: as the swept-volume check
+    has."""
     tip_thickness: float = 0.012
     """Of the tines at their tips (m); their underside rises to it over the last quarter, as the catalog draws forks.
     ISO 2330 leaves the tip to the maker: an assumption."""
@@ -36,7 +37,7 @@ class TruckConfig:
     tilt_play: float = 0.0049
     """Angle by which the tips can be pushed up before the carriage resists (rad): 2 mm of clearance at the lower hook
     (as above) over the 407 mm between the bars of a class 2 carriage (ISO 2328). Empty forks rest at its lower end,
-    which is how a truck is measured in; so it costs no room below and gives way above."""
+    which is how a truck is measured in; so it costs no clearance below and gives way above."""
     speed: float = 0.2
     """Of insertion (m/s): NISTIR 8140 (2016) drove all precise dockings at 0.2 m/s or less."""
     lift_speed: float = 0.1

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 
 
 def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequence[Verdict]:
-    """Return a verdict for each predicted pose that docking is asked of; answers are kept beside the predictions.
+    """Return a verdict for each predicted pose that docking is evaluated of; answers are kept beside the predictions.
 
     Args:
         data: The dataset.

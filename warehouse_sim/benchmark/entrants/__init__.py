@@ -1,1 +1,1 @@
-"""Who enters a suite and how they are asked: the truth, estimators by name, networks that a suite trains."""
+"""Who enters a suite and how they are evaluated: the ground truth, estimators by name, networks that a suite trains."""

@@ -28,7 +28,7 @@ def answers(
         reader: The dataset.
         split: Which images.
         disturb: Name of what is done to each image; it has a random stream of its own.
-        progress: Called with the share that is done.
+        progress: Called with the fraction that is done.
 
     Raises:
         UnknownNameError: No such estimator or disturbance.

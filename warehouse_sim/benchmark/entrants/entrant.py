@@ -1,4 +1,4 @@
-"""Who enters a suite: the truth, shuffled truth, estimators by name or run folder, files of results of others."""
+"""Who enters a suite: the oracle, shuffled ground truth, estimators by name or run folder, result files."""
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -22,14 +22,14 @@ from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
 from warehouse_sim.version import __version__
 
-TRUTH, SHUFFLED = "truth", "shuffled"
-Share = Callable[[float, str], None]
+GT, SHUFFLED = "oracle", "shuffled"
+Fraction = Callable[[float, str], None]
 _SEED = 20_260
 """Of the shuffling."""
 _WHO = "estimator (a bundled name, a run folder, one that needs no training, or a CSV of poses)"
 _TRIES = 100
 """Draws before all others are gone through."""
-_DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "doubt.yaml")
+_DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "uncertainty.yaml")
 """What of a model's folder its answers depend on."""
 
 
@@ -48,24 +48,24 @@ class Entrant(Protocol):
         """Return all that decides its answers besides the data."""
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return its answers to the images of a split."""
 
 
 @dataclass(frozen=True)
-class Truth:
+class Oracle:
     """The labels themselves: what a metric gives to whoever is right."""
 
-    name: str = TRUTH
+    name: str = GT
     trainings: int = 0
 
     def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
         """Return its name: the data decide the rest."""
-        return {"kind": TRUTH}
+        return {"kind": GT}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return every label as an estimate."""
         return [_estimate(image, item, item.T_camera_object) for image, item in _labels(reader, split)]
@@ -83,7 +83,7 @@ class Shuffled:
         return {"kind": SHUFFLED, "seed": _SEED}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return every label with the pose of one in another place; of a dataset with one image nothing is left."""
         labels = _labels(reader, split)
@@ -94,8 +94,8 @@ class Shuffled:
         found, taken = [], set[tuple[int, int, bytes]]()
         for image, item in labels:
             among = by_object[item.obj_id], labels
-            drawn = (_drawn_elsewhere(image, some, rng, taken) for some in among)
-            other = next((one for one in drawn if one is not None), None)
+            sampled = (_rendered_elsewhere(image, some, rng, taken) for some in among)
+            other = next((one for one in sampled if one is not None), None)
             if other is not None:
                 taken.add((image.scene_id, image.image_id, other.T_camera_object.tobytes()))
                 found.append(_estimate(image, item, other.T_camera_object))
@@ -103,7 +103,7 @@ class Shuffled:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Evaluated:
     """An estimator of this package or of a plug-in, or the trainings of one with several seeds: one of them."""
 
     name: str
@@ -133,7 +133,7 @@ class Asked:
         return from_mapping(PredictConfig, plain, f"conditions: {condition.data}: predict")
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return what the estimator says."""
         return answers(replace(self.way, config=self.told(condition)), reader, split, condition.disturb, progress)
@@ -152,7 +152,7 @@ class ResultFile:
         return {"kind": "file", "sha256": file_digest(self._file(condition))}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Share
+        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return the rows of the file."""
         return predictions.read(self._file(condition))
@@ -180,23 +180,23 @@ class Group:
 
 
 def entrant(name: str) -> Group:
-    """Return who goes by a name of the command line: truth, shuffled, a CSV or a folder of such, or an estimator's way.
+    """Return what a name stands for: oracle, shuffled, a CSV or a folder of such, or an estimator's way.
 
     Raises:
         UnknownNameError: Nobody does.
         InputError: It is told what it does not take.
     """
-    if name in (TRUTH, SHUFFLED):
-        return Group(name, (Truth() if name == TRUTH else Shuffled(),))
+    if name in (GT, SHUFFLED):
+        return Group(name, (Oracle() if name == GT else Shuffled(),))
     path = Path(name)
     if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
         return Group(path.stem, (ResultFile(path.stem, path),))
     way = way_of(name)
     known = {*model_names(), *ESTIMATORS.names()}
     if way.model not in known and not Path(way.model).is_dir():
-        raise UnknownNameError(_WHO, name, [TRUTH, SHUFFLED, *known])
+        raise UnknownNameError(_WHO, name, [GT, SHUFFLED, *known])
     shown = path.name if path.is_dir() else name
-    return Group(shown, (Asked(shown, way, trainings=int(way.is_trained)),))
+    return Group(shown, (Evaluated(shown, way, trainings=int(way.is_trained)),))
 
 
 def weights_digest(name: str) -> str:
@@ -216,7 +216,7 @@ def _estimate(image: ImageRecord, item: TargetRecord, T_camera_object: np.ndarra
     return PoseEstimate(image.scene_id, image.image_id, item.obj_id, 1.0, T_camera_object, detection=item.gt_index)
 
 
-def _drawn_elsewhere(
+def _rendered_elsewhere(
     image: ImageRecord,
     among: Sequence[tuple[ImageRecord, TargetRecord]],
     rng: np.random.Generator,
@@ -237,7 +237,7 @@ def _drawn_elsewhere(
 
 
 def _elsewhere(image: ImageRecord, other: ImageRecord) -> bool:
-    """Return whether an image was taken in another scene or from another place; a twin's poses are one's own."""
+    """Return whether an image was taken in another scene or from another place; paired variants share poses."""
     if other.scene_id != image.scene_id:
         return True
     # Where a dataset says nothing of a world, all images have that of the camera.

@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.entrants.entrant import Asked, Group
+from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.suite import TrainingConfig
@@ -20,7 +20,7 @@ from warehouse_sim.version import __version__
 
 _ALONE = PredictConfig(selection="consensus", refine="none")
 """What networks that are compared answer by: themselves."""
-Share = Callable[[float, str], None]
+Fraction = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class OneTraining:
         """Whether it was trained before, to its end."""
         return is_kept(self.run, self._inputs)
 
-    def make(self, progress: Share = lambda share, note: None) -> Path:
+    def make(self, progress: Fraction = lambda fraction, note: None) -> Path:
         """Return its run folder, trained first, or to its end, where it is not.
 
         Raises:
@@ -75,7 +75,7 @@ def trained(
     training: TrainingConfig,
     data: Mapping[str, Path],
     out: Path,
-    progress: Share = lambda share, note: None,
+    progress: Fraction = lambda fraction, note: None,
 ) -> Iterator[Group]:
     """Yield an entrant for each length of a training, with one member for each seed, trained where it is missing.
 
@@ -86,7 +86,7 @@ def trained(
         training: What is trained, on what, for how long.
         data: Folders by name.
         out: Folder of the benchmark; runs are under ``runs``.
-        progress: Called with the share of one training that is done.
+        progress: Called with the fraction of one training that is done.
 
     Raises:
         ConfigError: The settings are none of training.
@@ -94,7 +94,7 @@ def trained(
     """
     for shown, alike in groupby(trainings_of(name, training, data, out), key=lambda one: one.shown):
         some = list(alike)
-        members = tuple(Asked(shown, Way(str(one.make(progress)), _ALONE), trainings=1) for one in some)
+        members = tuple(Evaluated(shown, Way(str(one.make(progress)), _ALONE), trainings=1) for one in some)
         yield Group(shown, members, {"samples": some[0].steps * some[0].config.batch})
 
 

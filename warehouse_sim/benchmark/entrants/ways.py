@@ -1,9 +1,9 @@
-"""How tables use an estimator: ``NAME+WORD+...``, such as ``densefusion-depth+evidence``.
+"""How tables use an estimator: ``NAME+WORD+...``, such as ``densefusion-depth+verify``.
 
-Words are selections (argmax, weighted, weighted-50, consensus), refinements (icp, evidence), ``flight`` for a camera
-that measures time of flight, ``lidar`` and ``lidar-sparse`` for the depth of a LiDAR, ``boxes`` for true boxes in place
-of true masks, and ``stated`` for the calibration that the rig states. A trained estimator that names neither selection
-nor refinement goes by consensus and ICP; one that names a selection alone is not refined.
+Words are selections (argmax, weighted, weighted-50, consensus), refinements (icp, verification), ``flight`` for a
+camera that measures time of flight, ``lidar`` and ``lidar-sparse`` for the depth of a LiDAR, ``boxes`` for ground-truth
+boxes in place of ground-truth masks, and ``nominal`` for the calibration that the rig states. A trained estimator that
+names neither selection nor refinement goes by consensus and ICP; one that names a selection alone is not refined.
 """
 
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 
-_EVIDENCE = "evidence"
+_VERIFICATION = "verify"
 _WORDS: dict[str, dict[str, object]] = {
     **{name: {"selection": name} for name in get_args(Selection)},
     "icp": {"refine": "icp"},
-    _EVIDENCE: {"refine": "evidence"},
+    _VERIFICATION: {"refine": "verify"},
     "flight": {"time_of_flight": True},
     "lidar": {"depth": "lidar"},
     "lidar-sparse": {"depth": "lidar-sparse"},
-    "boxes": {"detections": "truth-boxes"},
-    "stated": {"calibration": "stated"},
+    "boxes": {"detections": "gt-boxes"},
+    "nominal": {"calibration": "nominal"},
 }
 _OF_TRAINED = ("selection", "refine", "time_of_flight")
 
@@ -44,7 +44,7 @@ class Way:
 
     @property
     def folder(self) -> Path:
-        """Where its weights, if any, and its doubt lie."""
+        """Where its weights, if any, and its uncertainty lie."""
         return Path(self.model) if Path(self.model).is_dir() else data_folder("models") / self.model
 
     @property
@@ -59,9 +59,9 @@ class Way:
         inner = f"{getattr(registered, 'front_end', '')}+{getattr(registered, 'estimator', '')}"
         return (self.model, *filter(None, inner.split("+")))
 
-    def open(self, objects: Mapping[int, ObjectInfo], doubt: bool = True) -> PoseEstimator:
+    def open(self, objects: Mapping[int, ObjectInfo], uncertainty: bool = True) -> PoseEstimator:
         """Return the estimator, shown the objects of a dataset where it learns them that way."""
-        estimator = load_estimator(self.model, replace(self.config, doubt=doubt))
+        estimator = load_estimator(self.model, replace(self.config, uncertainty=uncertainty))
         if isinstance(estimator, Onboarding):
             estimator.onboard(objects)
         return estimator
@@ -77,7 +77,7 @@ def way_of(method: str) -> Way:
 
     Raises:
         UnknownNameError: There is no such word.
-        InputError: Evidence or ICP is asked for beside an estimator that goes by nothing else.
+        InputError: Verification or ICP is requested beside an estimator that goes by nothing else.
     """
     if Path(method).is_dir():
         return Way(method, PredictConfig(selection="consensus", refine="icp"))
@@ -89,7 +89,7 @@ def way_of(method: str) -> Way:
         told |= _WORDS[word]
     if not _has_stages(model):
         if beside := [word for word in words if set(_WORDS[word]) & set(_OF_TRAINED)]:
-            raise InputError(f"{model} needs no training and decides by evidence itself: leave +{beside[0]} out")
+            raise InputError(f"{model} needs no training and decides by verification itself: leave +{beside[0]} out")
         return Way(model, replace(PredictConfig(), **told))  # type: ignore[arg-type]
     default = PredictConfig(selection="consensus", refine="none" if "selection" in told else "icp")
     return Way(model, replace(default, **told))  # type: ignore[arg-type]

@@ -1,1 +1,1 @@
-"""Recorded frames in place of generated ones: labelled fronts, and whether a fork would go into them."""
+"""Recorded frames in place of generated ones: labelled faces, and whether a fork would go into them."""

@@ -1,4 +1,4 @@
-"""What a fork does at recorded fronts when it trusts an estimate, whatever errors masks and gravity have."""
+"""What a fork does at recorded faces when it trusts an estimate, whatever errors masks and gravity have."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from warehouse_sim.benchmark.recorded.fronts import Entry, RecordedFront, drive_in
+from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in
 from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -33,14 +33,14 @@ def masked(mask: np.ndarray, kind: str, model: str | None) -> Detection:
     return Detection(mask, model)
 
 
-def gravity_of(front: RecordedFront, kind: str, rng: np.random.Generator) -> np.ndarray | None:
+def gravity_of(recorded: RecordedFace, kind: str, rng: np.random.Generator) -> np.ndarray | None:
     """Return what is told of gravity."""
     if kind == "none":
         return None
     if kind == "label":
-        return front.gravity
-    axis = np.cross(front.gravity, rng.normal(size=3))
-    off = front.gravity + np.tan(np.deg2rad(_OFF_DEG)) * np.cross(axis / np.linalg.norm(axis), front.gravity)
+        return recorded.gravity
+    axis = np.cross(recorded.gravity, rng.normal(size=3))
+    off = recorded.gravity + np.tan(np.deg2rad(_OFF_DEG)) * np.cross(axis / np.linalg.norm(axis), recorded.gravity)
     return np.asarray(off / np.linalg.norm(off))
 
 
@@ -50,8 +50,8 @@ Answer = tuple[Transform, list[np.ndarray] | None]
 
 def answer_of(estimate: PoseEstimate, objects: Mapping[int, ObjectInfo]) -> Answer | None:
     """Return where an estimate sends the fork; None where it does not say."""
-    if estimate.front is not None:
-        return estimate.front.T_camera_dock, list(estimate.front.pockets)
+    if estimate.face is not None:
+        return estimate.face.T_camera_dock, list(estimate.face.pockets)
     info = objects.get(estimate.obj_id)
     if info is None or not info.pockets:
         return None
@@ -64,7 +64,7 @@ def answer_of(estimate: PoseEstimate, objects: Mapping[int, ObjectInfo]) -> Answ
 def estimated(
     estimator: PoseEstimator | None, objects: Mapping[int, ObjectInfo], image: RgbdImage, color: Path
 ) -> Answer | None:
-    """Return where an estimator, or for None the trivial method, sends the fork."""
+    """Return where an estimator, or for None the baseline, sends the fork."""
     if estimator is None:
         pixels = image.detections[0].pixels(*image.depth.shape) & (image.depth > 0)
         points = image.camera.unproject(image.depth)[pixels].astype(float)
@@ -78,16 +78,16 @@ def estimated(
 def entries(
     estimator: PoseEstimator | None,
     objects: Mapping[int, ObjectInfo],
-    fronts: Sequence[RecordedFront],
+    recordings: Sequence[RecordedFace],
     masks: str,
     gravity: str,
     model: str | None = None,
 ) -> list[Entry | None]:
-    """Return what the fork does at each front; None where there is no answer."""
+    """Return what the fork does at each face; None where there is no answer."""
     found: list[Entry | None] = []
-    for index, front in enumerate(fronts):
-        down = gravity_of(front, gravity, np.random.default_rng([7, index]))
-        image = RgbdImage.from_arrays(front.depth, front.K, [masked(front.mask, masks, model)], gravity=down)
-        answer = estimated(estimator, objects, image, front.color)
-        found.append(None if answer is None else drive_in(front, *answer, ForkConfig()))
+    for index, recorded in enumerate(recordings):
+        down = gravity_of(recorded, gravity, np.random.default_rng([7, index]))
+        image = RgbdImage.from_arrays(recorded.depth, recorded.K, [masked(recorded.mask, masks, model)], gravity=down)
+        answer = estimated(estimator, objects, image, recorded.color)
+        found.append(None if answer is None else drive_in(recorded, *answer, ForkConfig()))
     return found

@@ -8,7 +8,7 @@ from warehouse_sim.benchmark.report.names import headline
 from warehouse_sim.benchmark.result import SuiteResult
 from warehouse_sim.benchmark.rows.row import Row, Table
 
-RANKED: tuple[Table, ...] = ("scores", "fronts", "simulated", "driven", "detection")
+RANKED: tuple[Table, ...] = ("scores", "faces", "simulated", "driven", "detection")
 
 
 @dataclass(frozen=True)

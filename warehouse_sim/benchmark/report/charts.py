@@ -53,7 +53,7 @@ def lines_chart(series: Mapping[str, Sequence[tuple[float, Row]]], looks: Looks,
                 axes.tick_params(axis="x", labelsize=8)
         else:
             axes.set_xlim(left=0)
-        # Chance and the truth may lie outside; what is compared shall not be squeezed for them.
+        # Chance and the ground truth may lie outside; what is compared shall not be squeezed for them.
         least = min((100.0 * row.interval[0] for name in shown for _, row in series[name]), default=0.0)
         axes.set(ylim=(max(0.96 * least - 5.0, -1.5), 101.5), xlabel=axis.label, ylabel=axis.unit)
         return drawing.svg(prefix)

@@ -8,9 +8,9 @@ from typing import Any, Literal
 from warehouse_sim.benchmark.result import EstimatorFacts
 from warehouse_sim.evaluation.report.figure import PALETTE
 
-Kind = Literal["", "truth", "chance", "trivial"]
+Kind = Literal["", "oracle", "chance", "trivial"]
 _KINDS: dict[str, Kind] = {
-    "truth": "truth",
+    "oracle": "oracle",
     "shuffled": "chance",
     "rectangle-fit": "trivial",
     "plane and rectangle": "trivial",
@@ -19,7 +19,7 @@ _COLORS = (*PALETTE[:5], "#b08a00", "#1797b5", "#d35fb0", "#7a9a1d", "#9a6b48")
 _MARKS = (("o", "●"), ("s", "■"), ("^", "▲"), ("D", "◆"), ("v", "▼"), ("P", "✚"), ("X", "✖"))
 _GREY = "#7d8792"
 _REFERENCES: dict[str, tuple[tuple[str, str], Any]] = {
-    "truth": (("|", "┆"), (0, (1, 2))),
+    "oracle": (("|", "┆"), (0, (1, 2))),
     "chance": (("x", "×"), (0, (1, 2))),
     "trivial": (("*", "★"), (0, (5, 2))),
 }
@@ -34,7 +34,7 @@ class Look:
     """Its place among the estimators of the result; names in a chart's elements are made of it."""
     name: str
     kind: Kind
-    """What it stands beside the others for, where it is a reference: the truth, chance, or the trivial method."""
+    """What it stands beside the others for, where it is a reference: the ground truth, chance, or the baseline."""
     color: str
     mark: str
     """Of matplotlib."""
@@ -44,13 +44,13 @@ class Look:
 
     @property
     def short(self) -> str:
-        """The name, cut in the middle where a chart has no room for it."""
+        """The name, cut in the middle where a chart has no clearance for it."""
         return shortened(self.name)
 
     @property
     def is_bound(self) -> bool:
-        """Whether it is the truth or chance, which say what a score can be, not who is better."""
-        return self.kind in ("truth", "chance")
+        """Whether it is the ground truth or chance, which say what a score can be, not who is better."""
+        return self.kind in ("oracle", "chance")
 
 
 def shortened(text: str) -> str:

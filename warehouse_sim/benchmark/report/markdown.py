@@ -13,7 +13,7 @@ TITLES: dict[Table, str] = {
     "detection": "Detection",
     "confusion": "Confusion",
     "precision": "Precision by recall",
-    "fronts": "Recorded fronts",
+    "faces": "Recorded fronts",
     "simulated": "Simulated truck",
     "driven": "Closed loop",
 }
@@ -26,7 +26,7 @@ HOW: dict[Table, str] = {
     "detection": "Average precision in per cent, intervals over scenes.",
     "confusion": "Per cent of the true objects of a class that were found as another, or not at all.",
     "precision": "Precision in per cent at recalls of 10 to 100 %.",
-    "fronts": "Per cent of recorded fronts that a fork enters that trusts the estimate.",
+    "faces": "Per cent of recorded fronts that a fork enters that trusts the estimate.",
     "simulated": "Per cent of the poses at which a simulated truck takes the pallet.",
     "driven": "Per cent of the approaches with the estimator in the loop that dock, and that stop by themselves.",
 }
@@ -51,7 +51,7 @@ def page(result: SuiteResult) -> str:
 def summary(result: SuiteResult) -> Iterator[str]:
     """Yield the lines that a person wants to read first."""
     yield from size_lines(result)
-    for table in ("scores", "effects", "detection", "fronts"):
+    for table in ("scores", "effects", "detection", "faces"):
         rows = [row for row in result.rows if row.table == table]
         if table == "scores":
             rows = [row for row in rows if row.group == "all"] or rows
@@ -72,8 +72,8 @@ def size_lines(result: SuiteResult) -> Iterator[str]:
         left = ", ".join(f"{count} {why}" for why, count in item.left_out_of_docking.items())
         yield (
             f"{item.name}: {_counted(item.scenes, 'scene')}, {_counted(item.images, 'image')}, "
-            f"{_counted(item.ground_truths, 'ground truth')} ({source})"
-            f"{'; docking is not asked of: ' + left if left else ''}"
+            f"{_counted(item.ground_truths, 'ground gt')} ({source})"
+            f"{'; docking is not evaluated of: ' + left if left else ''}"
         )
 
 
@@ -104,14 +104,14 @@ def cell_text(row: Row | None, first: Row) -> str:
         return "-"
     low, high = row.interval
     if row.table != "effects":
-        text = f"{share_text(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
+        text = f"{fraction_text(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
     else:
         text = f"{100 * row.value:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
         text = f"**{text}**" if low > 0.0 or high < 0.0 else text
     return text if row.n == first.n else f"{text} of {row.n}"
 
 
-def share_text(value: float) -> str:
-    """Return a share in per cent; 100.0 is kept for what is really all."""
+def fraction_text(value: float) -> str:
+    """Return a fraction in per cent; 100.0 is kept for what is really all."""
     text = f"{100 * value:.1f}"
     return "99.9" if text == "100.0" and value < 1.0 else text

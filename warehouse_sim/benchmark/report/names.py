@@ -7,7 +7,7 @@ from warehouse_sim.benchmark.rows.row import Row
 
 _SPACE = "\u00a0"
 _HEADLINES = ("dock_0mm", "add_adds_10pct", "add_10pct", "docked", "ap_box_50")
-"""The number a forklift needs where there is one; else the share within a tenth of the diameter."""
+"""The number a forklift needs where there is one; else the fraction within a tenth of the diameter."""
 _PATTERNS = (
     (r"dock_0mm", "docked"),
     (r"dock_nominal_0mm", "docked, nominal pockets"),
@@ -23,8 +23,8 @@ _PATTERNS = (
     (r"pose_5cm_5deg", "5 cm 5°"),
     (r"ap_box_(\d+)", r"AP of boxes at \1 %"),
     (r"ap_mask_(\d+)", r"AP of masks at \1 %"),
-    (r"swept_docked", "swept test: docked"),
-    (r"swept_agrees", "swept test agrees"),
+    (r"swept_docked", "swept-volume check: docked"),
+    (r"swept_agrees", "swept-volume check agrees"),
 )
 _OF_FOUND = "_of_found"
 

@@ -24,7 +24,7 @@ _BIN_TITLES = {"m": "distance (m)", "visible": "visible fraction"}
 _GROUPS_FIRST = 3
 """Of how many groups or conditions curves and spreads are shown at once; those of the others can be opened."""
 _MARKS_FIRST = 120
-"""With more marks than this a chart is long, and shown when asked for."""
+"""With more marks than this a chart is long, and shown when requested."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Panel:
     title: str
     draw: Draw
     first: bool
-    """Shown at once; the others when asked for."""
+    """Shown at once; the others when requested."""
 
 
 def panels(result: SuiteResult) -> Iterator[Panel]:
@@ -60,7 +60,7 @@ def _of(rows: Sequence[Row], table: Table) -> list[Row]:
 def _lines(
     title: str, points: Sequence[tuple[Row, float]], looks: Looks, axis: Axis, first: bool = True
 ) -> Iterator[Panel]:
-    """Yield a chart of lines, unless nobody but the truth and chance is in it."""
+    """Yield a chart of lines, unless nobody but the ground truth and chance is in it."""
     series: dict[str, list[tuple[float, Row]]] = {}
     for row, place in points:
         series.setdefault(row.estimator, []).append((place, row))
@@ -69,7 +69,7 @@ def _lines(
 
 
 def _told(rows: Sequence[Row], looks: Looks) -> list[Row]:
-    """Leave out the truth and chance, which charts of levels do not need."""
+    """Leave out the ground truth and chance, which charts of levels do not need."""
     return [row for row in rows if not looks[row.estimator].is_bound]
 
 
@@ -135,17 +135,17 @@ def _over_bins(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
 
 
 def _over_margins(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
-    """Share that docks over the room that must be left, in the true pockets and in the nominal ones."""
+    """Fraction that docks over the clearance that must be left, in the true pockets and in the nominal ones."""
     places = list(_places([row for row in scores if row.group == "all"]))
     for where, of_place in places:
         for kind, title in (("dock", "Docked"), ("dock_nominal", "Docked, nominal pockets")):
             found = [(re.fullmatch(rf"{kind}_(\d+)mm", row.metric), row) for row in of_place]
             margins = sorted({int(named[1]) for named, _ in found if named})
-            axis = Axis("room that must be left (mm)", {k: str(mm) for k, mm in enumerate(margins)}, "docked (%)")
+            axis = Axis("clearance that must be left (mm)", {k: str(mm) for k, mm in enumerate(margins)}, "docked (%)")
             points = [(row, margins.index(int(named[1]))) for named, row in found if named]
             first = kind == "dock" and len(places) <= _GROUPS_FIRST
             if len(margins) > 1:
-                yield from _lines(f"{title} over the room to spare{where}", points, looks, axis, first)
+                yield from _lines(f"{title} over the clearance to spare{where}", points, looks, axis, first)
 
 
 def _by_condition(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
@@ -155,7 +155,7 @@ def _by_condition(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
 
 
 def _by_category(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
-    """Score by what is no scale: class, object, twin."""
+    """Score by what is no scale: class, object, paired variant."""
     rows = [
         row
         for row in _told(scores, looks)

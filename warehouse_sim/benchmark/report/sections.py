@@ -6,7 +6,7 @@ from typing import Any
 
 from warehouse_sim.benchmark.report.board import Board, Place
 from warehouse_sim.benchmark.report.looks import Look, family_of, looks_of
-from warehouse_sim.benchmark.report.markdown import HOW, TITLES, share_text, size_lines
+from warehouse_sim.benchmark.report.markdown import HOW, TITLES, fraction_text, size_lines
 from warehouse_sim.benchmark.report.names import metric_title
 from warehouse_sim.benchmark.report.panels import Panel, panels
 from warehouse_sim.benchmark.result import SuiteResult
@@ -49,10 +49,10 @@ def suite_section(result: SuiteResult, found: Sequence[Board], number: int, alon
 
 
 def shown_cell(row: Row) -> dict[str, Any]:
-    """Return what a cell shows of a share: text, interval and the numbers of its bar."""
+    """Return what a cell shows of a fraction: text, interval and the numbers of its bar."""
     low, high = row.interval
     return {
-        "text": share_text(row.value),
+        "text": fraction_text(row.value),
         "interval": f"{100 * low:.0f}–{100 * high:.0f}",
         "value": 100.0 * row.value,
         "low": 100.0 * low,
@@ -103,18 +103,18 @@ def _key(result: SuiteResult, looks: dict[str, Look]) -> list[tuple[Look, str]]:
 def _confusions(result: SuiteResult) -> list[dict[str, Any]]:
     """Return a table for each detector and condition: a line for each true class, a column for each it was found as.
 
-    What of all that was found is on nothing stands below, since it is a share of something else.
+    What of all that was found is on nothing stands below, since it is a fraction of something else.
     """
     rows = [row for row in result.rows if row.table == "confusion"]
     tables = []
     for estimator, condition in dict.fromkeys((row.estimator, row.condition) for row in rows):
         mine = [row for row in rows if (row.estimator, row.condition) == (estimator, condition)]
         false = [row for row in mine if row.metric == f"{_AS}nothing"]
-        shares = [row for row in mine if row not in false]
-        columns = sorted({row.metric for row in shares}, key=lambda name: (name == f"{_AS}missed", name))
+        fractions = [row for row in mine if row not in false]
+        columns = sorted({row.metric for row in fractions}, key=lambda name: (name == f"{_AS}missed", name))
         lines = []
-        for true in dict.fromkeys(row.group for row in shares):
-            cells = {row.metric: row for row in shares if row.group == true}
+        for true in dict.fromkeys(row.group for row in fractions):
+            cells = {row.metric: row for row in fractions if row.group == true}
             shown = [shown_cell(cells[name]) if name in cells else None for name in columns]
             lines.append({"name": true, "n": next(iter(cells.values())).n, "cells": shown})
         tables.append(

@@ -1,4 +1,4 @@
-"""Paired effects: the same ground truth with one thing changed, by twins of a dataset or by conditions."""
+"""Paired effects: the same ground truth with one thing changed, by paired variants of a dataset or by conditions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -35,7 +35,7 @@ class Pairs:
 
 
 def effect_rows(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
-    """Yield by how much each change raises the share of each metric, for every estimator.
+    """Yield by how much each change raises the fraction of each metric, for every estimator.
 
     Args:
         answers: All of the suite.
@@ -85,7 +85,9 @@ def _of_variants(answers: Sequence[Answer], suite: Suite, compare: CompareConfig
             continue
         if compare.against not in variants:
             known = ", ".join(dict.fromkeys(variants))
-            raise ConfigError(f"{suite.name}: compare: against: there is no twin {compare.against!r}; known: {known}")
+            raise ConfigError(
+                f"{suite.name}: compare: against: there is no paired variant {compare.against!r}; known: {known}"
+            )
         for variant in dict.fromkeys(variants):
             if variant != compare.against:
                 rows = _rows_of(answer, variant), _rows_of(answer, compare.against)
@@ -172,7 +174,7 @@ def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """A ground truth as twins share it."""
+    """A ground truth as paired variants share it."""
 
     key: Key
     centre: Float[np.ndarray, " 3"]
@@ -202,7 +204,7 @@ def _rows_of(answer: Answer, variant: str) -> Bool[np.ndarray, " n"]:
 
 
 def _all_rows(answer: Answer) -> Bool[np.ndarray, " n"]:
-    """Return all rows, of twins those of the base: the others have the same keys."""
+    """Return all rows, of paired variants those of the base: the others have the same keys."""
     if answer.opened.variants:
         return _rows_of(answer, answer.opened.variants[0])
     return np.ones(len(answer.scores[0].table), dtype=bool)

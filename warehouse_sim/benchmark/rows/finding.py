@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.entrants.entrant import TRUTH, weights_digest
+from warehouse_sim.benchmark.entrants.entrant import GT, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.rows.row import Row, Table
 from warehouse_sim.benchmark.rows.scores import DRAWS
@@ -16,8 +16,8 @@ from warehouse_sim.dataset.results.detection_file import read_results, write_res
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.estimators.detect import detect
 from warehouse_sim.evaluation.detection.intervals import precision_intervals
-from warehouse_sim.evaluation.detection.scores import Asked, Seen, seen_by_class, wanted_in
-from warehouse_sim.evaluation.intervals import share_interval, wilson
+from warehouse_sim.evaluation.detection.scores import Evaluated, Seen, seen_by_class, wanted_in
+from warehouse_sim.evaluation.intervals import fraction_interval, wilson
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.overlap import box_ious
 from warehouse_sim.geometry.precision_recall import match, precision_recall
@@ -29,26 +29,26 @@ _RECALLS = tuple(round(0.1 * k, 1) for k in range(1, 11))
 _FOUND, _NOTHING, _SOMETHING, _MISSED = "what was found", "nothing", "something", "missed"
 
 
-def found_by(name: str, opened: Opened, out: Path, anew: bool = False) -> list[FoundObject]:
+def found_by(name: str, opened: Opened, out: Path, overwrite: bool = False) -> list[FoundObject]:
     """Return what a detector finds in the images of a dataset, kept as a file of COCO's results.
 
     Args:
-        name: ``truth``, or detectors and segmenters by name, run folder or file, joined by +.
+        name: ``gt``, or detectors and segmenters by name, run folder or file, joined by +.
         opened: The dataset.
         out: Folder of the benchmark.
-        anew: Detect again, whatever is kept.
+        overwrite: Detect again, whatever is kept.
 
     Raises:
         TrainingError: There are no bundled weights of that name.
         UnknownNameError: There is no such detector.
     """
     reader = opened.reader
-    if name == TRUTH:
+    if name == GT:
         return [item for image in reader.images(opened.split) for item in _labelled(reader, image)]
     weights = {part: weights_digest(part) for part in name.split("+")}
     inputs = {"kind": "detector", "names": list(weights), "weights_sha256": weights, "data": reader.digest}
     place = folder_for(out / "detections" / opened.made.root.resolve().name, name.rpartition("/")[2], inputs)
-    if anew or not is_kept(place, inputs):
+    if overwrite or not is_kept(place, inputs):
         found, _ = detect(name, opened.made.root, opened.split)
         make_folder(place)
         write_results(place / "detections.json", found, reader)
@@ -57,7 +57,7 @@ def found_by(name: str, opened: Opened, out: Path, anew: bool = False) -> list[F
 
 
 def detection_rows(name: str, condition: str, found: Sequence[FoundObject], opened: Opened) -> Iterator[Row]:
-    """Yield the rows of one detector on one dataset; trainings is 1 for all but the truth.
+    """Yield the rows of one detector on one dataset; trainings is 1 for all but the ground truth.
 
     Args:
         name: The detector.
@@ -65,10 +65,10 @@ def detection_rows(name: str, condition: str, found: Sequence[FoundObject], open
         found: Its detections.
         opened: The dataset.
     """
-    reader, asked = opened.reader, Asked()
+    reader, evaluated = opened.reader, Evaluated()
     images = reader.images(opened.split)
-    trainings = int(name != TRUTH)
-    for class_name, parts in sorted(seen_by_class(found, reader, images, asked).items()):
+    trainings = int(name != GT)
+    for class_name, parts in sorted(seen_by_class(found, reader, images, evaluated).items()):
         if not wanted_in(parts):
             continue
         scenes = len({item.scene_id for item in parts})
@@ -86,12 +86,12 @@ def detection_rows(name: str, condition: str, found: Sequence[FoundObject], open
             return Row(table, name, condition, group, metric, round(value, 5), interval, n, scenes, trainings)
 
         for metric, (value, low, high) in precision_intervals(parts, _AP_DRAWS, np.random.default_rng(0)).items():
-            # With one scene, or none in doubt, a bootstrap has no width.
+            # With one scene, or none in uncertainty, a bootstrap has no width.
             one, other = wilson(value, wanted_in(parts))
             yield row("detection", f"ap_{metric}", value, (min(low, one), max(high, other)))
         for recall, value, ends in _precision_by_recall(parts):
             yield row("precision", f"at_recall_{round(100 * recall)}", value, ends)
-    yield from _confusion_rows(name, condition, found, opened, asked, trainings)
+    yield from _confusion_rows(name, condition, found, opened, evaluated, trainings)
 
 
 def _labelled(reader: DatasetReader, image: ImageRecord) -> Iterator[FoundObject]:
@@ -107,10 +107,10 @@ def _precision_by_recall(parts: Sequence[Seen]) -> Iterator[tuple[float, float, 
     scenes = sorted({item.scene_id for item in parts})
     of_scene = [[m for m, item in zip(matches, parts, strict=True) if item.scene_id == scene] for scene in scenes]
     picks = np.random.default_rng(0).integers(len(scenes), size=(_AP_DRAWS, len(scenes)))
-    drawn = np.stack([_read_at([m for number in row for m in of_scene[number]]) for row in picks])
+    sampled = np.stack([_read_at([m for number in row for m in of_scene[number]]) for row in picks])
     whole, wanted = _read_at(matches), wanted_in(parts)
     for number, recall in enumerate(_RECALLS):
-        low, high = np.percentile(drawn[:, number], [2.5, 97.5])
+        low, high = np.percentile(sampled[:, number], [2.5, 97.5])
         one, other = wilson(float(whole[number]), max(round(recall * wanted), 1))
         yield recall, float(whole[number]), (min(float(low), one), max(float(high), other))
 
@@ -127,12 +127,14 @@ def _confusion_rows(
     condition: str,
     found: Sequence[FoundObject],
     opened: Opened,
-    asked: Asked,
+    evaluated: Evaluated,
     trainings: int,
 ) -> Iterator[Row]:
-    """Yield as what the objects of each class were found, and what share of the detections is on nothing."""
+    """Yield as what the objects of each class were found, and what fraction of the detections is on nothing."""
     pairs = [
-        pair for image in opened.reader.images(opened.split) for pair in _confusions(image, found, opened.reader, asked)
+        pair
+        for image in opened.reader.images(opened.split)
+        for pair in _confusions(image, found, opened.reader, evaluated)
     ]
     for true in sorted({true for true, _, _ in pairs}):
         mine = [(label, scene) for of, label, scene in pairs if of == true]
@@ -140,7 +142,7 @@ def _confusion_rows(
         labels = {_NOTHING} if true == _FOUND else {label for label, _ in mine} | {_MISSED}
         for label in sorted(labels):
             values = np.array([one == label for one, _ in mine], dtype=float)
-            low, high = share_interval(values, scene_id, DRAWS, np.random.default_rng(0))
+            low, high = fraction_interval(values, scene_id, DRAWS, np.random.default_rng(0))
             value = float(values.mean())
             interval = round(min(low, value), 5), round(max(high, value), 5)
             counted = len(values), len(set(scene_id.tolist()))
@@ -148,7 +150,7 @@ def _confusion_rows(
 
 
 def _confusions(
-    image: ImageRecord, found: Sequence[FoundObject], reader: DatasetReader, asked: Asked
+    image: ImageRecord, found: Sequence[FoundObject], reader: DatasetReader, evaluated: Evaluated
 ) -> Iterator[tuple[str, str, int]]:
     """Yield true class, class that it was found as, and scene: the surest detection first, whatever its class."""
     mine = [
@@ -159,9 +161,9 @@ def _confusions(
     mine.sort(key=lambda item: -item.score)
     targets = [item for item in image.targets if item.pixels_visible > 0]
     boxes = np.array([_edges(item) for item in mine], dtype=float).reshape(-1, 4)
-    truth = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
-    truth[:, 2:] += 1.0
-    overlap, as_what = box_ious(boxes, truth), dict[int, str]()
+    gt = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
+    gt[:, 2:] += 1.0
+    overlap, as_what = box_ious(boxes, gt), dict[int, str]()
     for row, item in enumerate(mine):
         free = [k for k in range(len(targets)) if k not in as_what and overlap[row, k] >= _LEAST_OVERLAP]
         label = item.class_name or _class_of(item, reader)
@@ -170,7 +172,7 @@ def _confusions(
         on_something = bool((overlap[row] >= _LEAST_OVERLAP).any())
         yield _FOUND, _SOMETHING if on_something else _NOTHING, image.scene_id
     for number, target in enumerate(targets):
-        if asked.takes(target):
+        if evaluated.takes(target):
             yield reader.objects[target.obj_id].class_name, as_what.get(number, _MISSED), image.scene_id
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Table = Literal[
-    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "fronts", "simulated", "driven"
+    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "faces", "simulated", "driven"
 ]
 
 
@@ -17,7 +17,7 @@ class Row:
     estimator: str
     """Who answered."""
     condition: str
-    """What was asked."""
+    """What was evaluated."""
     group: str
     """Of which ground truths, "all" or a group's label."""
     metric: str

@@ -1,4 +1,4 @@
-"""Rows of a result made of scores: shares of every group and metric, and accuracy over threshold."""
+"""Rows of a result made of scores: fractions of every group and metric, and accuracy over threshold."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.intervals import seed_interval, share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 
 DRAWS = 1000
@@ -52,17 +52,17 @@ def over_trainings(answer: Answer, metric: str) -> Float[np.ndarray, "t n"]:
 
 
 def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
-    """Yield the shares of every group and metric of a suite."""
+    """Yield the fractions of every group and metric of a suite."""
     columns = {metric: over_trainings(answer, metric) for metric in suite.metrics}
     subjects = answer.subjects(suite.edges)
     for label, rows in all_groups(subjects, suite.by):
         for metric, values in columns.items():
-            row = share_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
+            row = fraction_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
             if row is not None:
                 yield row
 
 
-def share_row(
+def fraction_row(
     answer: Answer,
     table: Table,
     label: str,
@@ -70,7 +70,7 @@ def share_row(
     values: Float[np.ndarray, "t n"],
     scene_id: np.ndarray,
 ) -> Row | None:
-    """Return a share as a row; None where it applies to nothing.
+    """Return a fraction as a row; None where it applies to nothing.
 
     The interval over scenes is that of the mean over trainings; with several trainings it is widened to Student's
     interval over them, which is what another training may give.
@@ -78,9 +78,9 @@ def share_row(
     applies = ~np.isnan(values).all(axis=0)
     if not applies.any():
         return None
-    by_truth, scenes = np.nanmean(values[:, applies], axis=0), scene_id[applies]
-    low, high = share_interval(by_truth, scenes, DRAWS, np.random.default_rng(0))
-    value = float(by_truth.mean())
+    by_gt, scenes = np.nanmean(values[:, applies], axis=0), scene_id[applies]
+    low, high = fraction_interval(by_gt, scenes, DRAWS, np.random.default_rng(0))
+    value = float(by_gt.mean())
     if len(values) > 1:
         one, other = seed_interval([float(np.nanmean(part[applies])) for part in values])
         low, high = max(min(low, one), 0.0), min(max(high, other), 1.0)
@@ -110,6 +110,6 @@ def curve_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
     columns = {f"add_{percent}pct": over_trainings(answer, f"add_{percent}pct") for percent in range(1, 11)}
     for label, rows in all_groups(subjects, suite.by):
         for metric, values in columns.items():
-            row = share_row(answer, "curves", label, metric, values[:, rows], subjects.table.scene_id[rows])
+            row = fraction_row(answer, "curves", label, metric, values[:, rows], subjects.table.scene_id[rows])
             if row is not None:
                 yield row

@@ -7,14 +7,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from warehouse_sim.benchmark.entrants.entrant import Asked, Group
+from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import DRAWS, make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
 from warehouse_sim.dataset.results import predictions
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.output import make_folder
 from warehouse_sim.registry import Registry
 
@@ -27,14 +27,14 @@ class Verdict:
     docked: bool
     """Whether the truck took the pallet."""
     swept: bool
-    """What the swept test of ``evaluate`` says of the same pose."""
+    """What the swept-volume check of ``evaluate`` says of the same pose."""
 
 
 class DockingSimulation(Protocol):
     """Drives a truck to the poses of a file of predictions on a dataset."""
 
     def __call__(self, data: Path, predictions: Path, split: str, most: int) -> Sequence[Verdict]:
-        """Return a verdict for each of at most ``most`` poses that docking is asked of."""
+        """Return a verdict for each of at most ``most`` poses that docking is evaluated of."""
 
 
 SIMULATIONS = Registry("docking simulation")
@@ -62,7 +62,7 @@ class ClosedLoop(Protocol):
     def __call__(
         self, config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str, Any], out: Path
     ) -> Iterator[Drive]:
-        """Yield how each episode ended, of the truth and of all ``ways``."""
+        """Yield how each episode ended, of the ground truth and of all ``ways``."""
 
 
 CLOSED_LOOPS = Registry("closed loop")
@@ -71,7 +71,7 @@ CLOSED_LOOPS.add("truck", "warehouse_sim.benchmark.docking.closed_loop.drives:dr
 
 
 def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:
-    """Yield what each registered simulation says of ``most`` poses: docked, and agreement with the swept test."""
+    """Yield each registered simulation's answer on ``most`` poses: docked, and agreement with the check."""
     for name in SIMULATIONS.names():
         simulate: DockingSimulation = SIMULATIONS.get(name)
         folder = out / "simulated" / f"{answer.group.name}-{answer.condition}".replace("/", "-")
@@ -90,25 +90,25 @@ def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:
             "swept_agrees": [item.docked == item.swept for item in verdicts],
         }
         for metric, column in values.items():
-            share = np.array(column, dtype=float)
-            low, high = share_interval(share, scenes, DRAWS, np.random.default_rng(0))
-            value = float(share.mean())
+            fraction = np.array(column, dtype=float)
+            low, high = fraction_interval(fraction, scenes, DRAWS, np.random.default_rng(0))
+            value = float(fraction.mean())
             yield make_row(answer, "simulated", name, metric, value, (min(low, value), max(high, value)), scenes)
 
 
 def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> Iterator[Row]:
-    """Yield for each who drives, recipe and level the shares that dock and that stop by themselves.
+    """Yield for each who drives, recipe and level the fractions that dock and that stop by themselves.
 
     Of several trainings the first drives.
     """
-    asked = {
+    evaluated = {
         group.name: group.members[0]
         for group in groups
-        if isinstance(group.members[0], Asked) and group.name in (config.estimators or (group.name,))
+        if isinstance(group.members[0], Evaluated) and group.name in (config.estimators or (group.name,))
     }
-    ways = {name: item.way for name, item in asked.items() if isinstance(item, Asked)}
-    inputs = {name: item.inputs(ConditionConfig("")) for name, item in asked.items()}
-    trainings = {name: item.trainings for name, item in asked.items()}
+    ways = {name: item.way for name, item in evaluated.items() if isinstance(item, Evaluated)}
+    inputs = {name: item.inputs(ConditionConfig("")) for name, item in evaluated.items()}
+    trainings = {name: item.trainings for name, item in evaluated.items()}
     names = {group.name for group in groups}
     folder = out / "closed_loop"
     for loop in CLOSED_LOOPS.names() if config.recipes else ():
@@ -119,12 +119,12 @@ def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> I
             found.setdefault((item.method, item.source, item.level), []).append(item)
         for (method, source, level), items in found.items():
             if method not in names:
-                continue  # the truth drives anyway
+                continue  # the ground truth drives anyway
             scenes = np.array([item.scene_id for item in items])
             for metric in ("docked", "aborted"):
-                share = np.array([getattr(item, metric) for item in items], dtype=float)
-                low, high = share_interval(share, scenes, DRAWS, np.random.default_rng(0))
-                value = round(float(share.mean()), 5)
+                fraction = np.array([getattr(item, metric) for item in items], dtype=float)
+                low, high = fraction_interval(fraction, scenes, DRAWS, np.random.default_rng(0))
+                value = round(float(fraction.mean()), 5)
                 ends = round(min(float(low), value), 5), round(max(float(high), value), 5)
                 counted = len(items), len(set(scenes.tolist())), trainings.get(method, 0)
                 yield Row("driven", method, source, f"closed loop {loop}: {level}", metric, value, ends, *counted)

@@ -32,7 +32,7 @@ def building_model(
         class_name: Detection class.
         obj_id: Number of the geometry.
         size: Outer edges (m).
-        parts: What is drawn.
+        parts: What is sampled.
         collision: Boxes for physics; those of ``parts``, which then are boxes, by default.
         turns: Number of equal turns about z that leave the look unchanged.
         mass: Kilograms, 0 for what never moves.

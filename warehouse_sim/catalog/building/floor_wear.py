@@ -62,8 +62,8 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         rng.uniform(0.05, 0.4) / order * np.cos(order * angle + rng.uniform(0, 2 * np.pi)) for order in (1, 2, 3, 5)
     )
     stretch, parts = rng.uniform(1.0, 1.9), []
-    for ring, share in enumerate((1.0, 0.9, 0.78, 0.6) if kind == "stain" else (1.0, 0.93)):
-        radius = reach * share * (1.0 + wobble)
+    for ring, fraction in enumerate((1.0, 0.9, 0.78, 0.6) if kind == "stain" else (1.0, 0.93)):
+        radius = reach * fraction * (1.0 + wobble)
         outline = tuple(
             zip((stretch * radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)
         )
@@ -95,9 +95,9 @@ def _band(line: Float[np.ndarray, "n 2"], width: float) -> TriangleMesh:
     """Return the closed band of ``width`` m along a line; it narrows at both ends."""
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    share = np.ones(len(line))
-    share[[0, -1]] = 0.15
-    across = np.column_stack([-along[:, 1], along[:, 0]]) * (share * width / 2)[:, None]
+    fraction = np.ones(len(line))
+    fraction[[0, -1]] = 0.15
+    across = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * width / 2)[:, None]
     count, z = len(line), _FILM / 2
     rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
     vertices = np.concatenate([np.column_stack([points, np.full(count, level)]) for points, level in rings])

@@ -1,6 +1,6 @@
 """What is painted on the floor or left there by tyres: flat objects without collision, their underside on the floor.
 
-Lines of at least 50 mm mark traffic routes (ASR A1.3, 5.3); 100 mm is common. A line is drawn 1 mm thick, within the
+Lines of at least 50 mm mark traffic routes (ASR A1.3, 5.3); 100 mm is common. A line is sampled 1 mm thick, within the
 1.5-3 mm of thermoplastic marking; a tyre mark, which has no thickness, as 0.4 mm so that it shows from afar.
 """
 
@@ -109,8 +109,8 @@ def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:
     """Return a flat band along ``line`` (m), a tyre wide in its middle and a fifth of it at its ends."""
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    share = np.minimum(1.0, 0.2 + 3.2 * np.minimum(np.linspace(0, 1, len(line)), np.linspace(1, 0, len(line))))
-    left = np.column_stack([-along[:, 1], along[:, 0]]) * (share * _TYRE_WIDTH / 2)[:, None]
+    fraction = np.minimum(1.0, 0.2 + 3.2 * np.minimum(np.linspace(0, 1, len(line)), np.linspace(1, 0, len(line))))
+    left = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * _TYRE_WIDTH / 2)[:, None]
     count = len(line)
     rings = np.stack([line - left, line + left, line + left, line - left], axis=1)
     z = np.broadcast_to([-_TYRE_FILM / 2, -_TYRE_FILM / 2, _TYRE_FILM / 2, _TYRE_FILM / 2], (count, 4))

@@ -92,7 +92,7 @@ def _side(turn: int, reach: float, along: float, ground: float) -> list[Part]:
 
 def _dome(band: int) -> Part:
     """Return one ring of the sky, faces inward."""
-    low, high = (np.pi / 2 * (share / SKY_BANDS) ** 1.6 for share in (band, band + 1))
+    low, high = (np.pi / 2 * (fraction / SKY_BANDS) ** 1.6 for fraction in (band, band + 1))
     around = np.arange(_SIDES) / _SIDES * 2 * np.pi
     rings = [
         np.column_stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.full(_SIDES, np.sin(up))])

@@ -27,7 +27,7 @@ _BARS = {
 AISLE_SIGNS = {f"aisle_sign_{number:02d}": number for number in range(1, 13)}
 """Catalog name -> number of the aisle."""
 FLOOR_LABELS = {f"floor_label_{number:02d}": number for number in range(1, 9)}
-"""Catalog name -> number that its barcode is drawn from."""
+"""Catalog name -> number that its barcode is sampled from."""
 
 
 def extinguisher(name: str = "extinguisher") -> ObjectModel:

@@ -39,7 +39,7 @@ def concrete_column(name: str = "column_concrete", tall: float = WALL_SIZE[2]) -
     half, cut = 0.2, 0.015
     corners = [(half, cut - half), (half, half - cut), (half - cut, half), (cut - half, half)]
     outline = tuple(corners + [(-x, -y) for x, y in corners])
-    # 2 mm of paint: the shaft is drawn thinner, so that the size is the painted one.
+    # 2 mm of paint: the shaft is sampled thinner, so that the size is the painted one.
     shaft = solid_part(prism(outline, tall), (0.99, 0.99, 1.0), (0.0, 0.0, 0.0), "concrete")
     stripes = []
     for index in range(5):

@@ -50,9 +50,9 @@ def step_ladder(name: str = "step_ladder") -> ObjectModel:
             parts.append(box_part(size, middle, material, turn))
             solids.append(OrientedBox(make_transform(turn, middle), size))
     for number in range(1, 6):
-        share = number / 5.0
-        x, z = -spread + share * (spread - 0.05), share * (height - 0.02)
-        tread = (0.085 if number < 5 else 0.24, width * (1.0 - 0.16 * share) - 0.02, 0.03)
+        fraction = number / 5.0
+        x, z = -spread + fraction * (spread - 0.05), fraction * (height - 0.02)
+        tread = (0.085 if number < 5 else 0.24, width * (1.0 - 0.16 * fraction) - 0.02, 0.03)
         at = (x if number < 5 else 0.0, 0.0, z)
         parts.append(box_part(tread, at, "plastic_red" if number == 5 else "galvanised"))
         solids.append(solid_box(tread, at))

@@ -91,13 +91,13 @@ def barcode(number: int, width: float, height: float, bars: int = 18) -> Shapes:
     )
 
 
-def text_lines(width: float, height: float, shares: Sequence[float]) -> Shapes:
-    """Return lines too small to read, one for each of ``shares`` of the width (m), from the top of ``height`` (m)."""
-    pitch = height / len(shares)
-    tops = [height / 2 - i * pitch for i in range(len(shares))]
+def text_lines(width: float, height: float, fractions: Sequence[float]) -> Shapes:
+    """Return lines too small to read, one per entry of ``fractions`` of the width (m), down from ``height`` (m)."""
+    pitch = height / len(fractions)
+    tops = [height / 2 - i * pitch for i in range(len(fractions))]
     return tuple(
-        rectangle(-width / 2, top - 0.6 * pitch, -width / 2 + share * width, top)
-        for top, share in zip(tops, shares, strict=True)
+        rectangle(-width / 2, top - 0.6 * pitch, -width / 2 + fraction * width, top)
+        for top, fraction in zip(tops, fractions, strict=True)
     )
 
 

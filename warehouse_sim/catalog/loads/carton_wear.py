@@ -13,7 +13,7 @@ from jaxtyping import Float, Int, Int32
 
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import invert, transform_points
-from warehouse_sim.ranges import Range, Share, check_ranges
+from warehouse_sim.ranges import Fraction, Range, check_ranges
 from warehouse_sim.schema import ObjectModel, Part
 
 _FACET = 0.035
@@ -39,15 +39,15 @@ Points = Float[np.ndarray, "n 3"]
 class CartonWearConfig:
     """How cartons are battered."""
 
-    share: Share = 0.0
-    """Share of the cartons that are, 0-1."""
+    fraction: Fraction = 0.0
+    """Fraction of the cartons that are, 0-1."""
     depth: Annotated[float, Range(0.001, 0.06, "m")] = 0.02
     """Depth of the deepest dents and corners (m), 0.001-0.06."""
     bulge: Annotated[float, Range(0, 0.02, "m")] = 0.005
     """How far the edges of a side lie behind its middle at most (m), 0-0.02."""
 
-    open_share: Share = 0.0
-    """Share of the cartons up to 2.2 m that stand open or ajar where nothing is above them, 0-1."""
+    open_fraction: Fraction = 0.0
+    """Fraction of the cartons up to 2.2 m that stand open or ajar where nothing is above them, 0-1."""
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -124,10 +124,10 @@ class _Corner:
 
 def _bulged(points: Points, half: np.ndarray, depth: float) -> Points:
     """Return points of upright sides drawn in by up to ``depth`` (m) towards the sides' edges; lid and floor stay."""
-    share = 1.0 - np.clip(points / half, -1.0, 1.0) ** 2
+    fraction = 1.0 - np.clip(points / half, -1.0, 1.0) ** 2
     moved = points.copy()
     for axis, across in ((0, 1), (1, 0)):
-        behind = depth * (1.0 - share[:, across] * share[:, 2])
+        behind = depth * (1.0 - fraction[:, across] * fraction[:, 2])
         moved[:, axis] *= 1.0 - behind / half[axis]
     return moved
 

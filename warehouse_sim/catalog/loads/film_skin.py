@@ -19,12 +19,12 @@ COLUMNS = 40
 """Columns around a load; every ``COLUMNS / 4`` there is a corner."""
 _SIDE = COLUMNS // 4
 _ALONG = np.concatenate([[0.0, 0.022], np.linspace(0.022, 0.978, _SIDE - 1)[1:-1], [0.978]])
-"""Where the columns of a side stand, as shares of its length: close to the corners, so that these are rounded."""
+"""Where the columns of a side stand, as fractions of its length: close to the corners, so that these are rounded."""
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 _BLUNT = 0.3
-"""Share of its distance to the goods by which film cuts a corner short."""
-_DRAWN_IN = 1.3
-"""Height over which film is drawn in, over how far it is."""
+"""Fraction of its distance to the goods by which film cuts a corner short."""
+_SAMPLED_IN = 1.3
+"""Height over which film is sampled in, over how far it is."""
 _SAME = 0.008
 """Outlines that differ by less than this (m) are one."""
 _FLAT = 0.002
@@ -73,19 +73,19 @@ class FilmSkin:
     ) -> Float[np.ndarray, "n 3"]:
         """Return places on the film (m), ``proud`` (m) outside of it, in waves that never go inwards."""
         left = np.floor(column).astype(int)
-        share = (column - left)[:, None]
+        fraction = (column - left)[:, None]
         here, after = self._at(left % COLUMNS, height), self._at((left + 1) % COLUMNS, height)
         along = self._at((left + 2) % COLUMNS, height) - self._at((left - 1) % COLUMNS, height)
         out = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
         far = proud + self._swell(column, height)
-        return np.column_stack([here + share * (after - here) + far[:, None] * out, height])
+        return np.column_stack([here + fraction * (after - here) + far[:, None] * out, height])
 
     def _at(self, column: np.ndarray, height: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         """Return where whole columns stand at heights (m)."""
         upper = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
         low, high = self.heights[upper - 1], self.heights[upper]
-        share = np.clip((height - low) / (high - low), 0.0, 1.0)[:, None]
-        return np.asarray(self.rings[upper - 1, column] * (1.0 - share) + self.rings[upper, column] * share)
+        fraction = np.clip((height - low) / (high - low), 0.0, 1.0)[:, None]
+        return np.asarray(self.rings[upper - 1, column] * (1.0 - fraction) + self.rings[upper, column] * fraction)
 
     def _swell(self, column: Float[np.ndarray, " n"], height: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """Return how far the film stands off its tight shape (m): in slanting waves, and not at all at corners."""
@@ -108,9 +108,9 @@ def film_skin(levels: Sequence[Level], away: float, slack: float, rng: np.random
     knots: list[tuple[float, np.ndarray]] = [(levels[0].low, rings[0])]
     for (lower, below), (upper, above) in itertools.pairwise(zip(levels, rings, strict=True)):
         both = _ring(convex_hull(np.concatenate([lower.outline, upper.outline])), away)
-        knots += _drawn_in(lower, below, both, -1.0)
+        knots += _sampled_in(lower, below, both, -1.0)
         knots.append((upper.low, both))
-        knots += _drawn_in(upper, above, both, 1.0)
+        knots += _sampled_in(upper, above, both, 1.0)
     knots.append((levels[-1].high, rings[-1]))
     waves = np.column_stack([
         rng.integers(3, 15, _WAVES) * rng.choice([-1, 1], _WAVES),
@@ -121,12 +121,12 @@ def film_skin(levels: Sequence[Level], away: float, slack: float, rng: np.random
     return FilmSkin(np.array([height for height, _ in knots]), np.array([ring for _, ring in knots]), waves)
 
 
-def _drawn_in(level: Level, own: np.ndarray, common: np.ndarray, sign: float) -> list[tuple[float, np.ndarray]]:
+def _sampled_in(level: Level, own: np.ndarray, common: np.ndarray, sign: float) -> list[tuple[float, np.ndarray]]:
     """Return the ring where film that leaves the ``common`` outline at an edge of ``level`` has reached its ``own``."""
     gap = float(np.linalg.norm(own - common, axis=1).max())
     if gap < _SAME:
         return []
-    rise = min(_DRAWN_IN * gap, 0.45 * (level.high - level.low))
+    rise = min(_SAMPLED_IN * gap, 0.45 * (level.high - level.low))
     return [(level.low + rise if sign > 0 else level.high - rise, own)]
 
 

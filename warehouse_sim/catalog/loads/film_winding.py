@@ -3,7 +3,8 @@
 Film of 500 mm width rises by 300 mm a turn, so that 200 mm of each turn lie over the one before; three turns and more
 hold foot and top. What has more layers is less clear: each number of layers has a material of its own, and none of them
 lies over another, so that all renderers agree. Its folds, roped edges and loose end are narrow strips of denser film.
-The film has no collision boxes and is transparent to true depth and ids, as its materials' opacity is below 1.
+The film has no collision boxes and is transparent to true depth and instance masks, as its materials' opacity is below
+1.
 """
 
 import itertools
@@ -32,8 +33,8 @@ _AWAY = 0.004
 """Distance of the film from the goods (m)."""
 _PROUD = 0.0012
 """How far folds stand over the film (m)."""
-_CLOSED_SHARE = 0.3
-"""Share of the loads whose top is covered, too."""
+_CLOSED_FRACTION = 0.3
+"""Fraction of the loads whose top is covered, too."""
 _OVER_TOP = 0.09
 """How far film reaches over the edge of an open top (m)."""
 _SLIVER = 1e-8
@@ -52,14 +53,14 @@ def wound_film(levels: Sequence[Level], slack: float) -> tuple[ObjectModel, Floa
     """
     key = np.concatenate([np.append(level.outline.ravel(), [level.low, level.high]) for level in levels])
     tag = zlib.crc32(np.round(np.append(key, slack), 6).tobytes())
-    # What is alike has like film: nothing is drawn from the scene's streams.
+    # What is alike has like film: nothing is sampled from the scene's streams.
     rng = np.random.default_rng(tag)
     skin = film_skin(levels, _AWAY, slack, rng)
     start = float(rng.uniform(-_RISE, 0.0))
     sheets = _turns(skin, start, slack)
     sheets[DENSE] += [*_folds(skin, rng), *_edges(skin, start, slack), _tail(skin, rng)]
     meshes = laid_on(skin, sheets)
-    top = _top(skin, levels[-1].outline, closed=bool(rng.random() < _CLOSED_SHARE))
+    top = _top(skin, levels[-1].outline, closed=bool(rng.random() < _CLOSED_FRACTION))
     meshes[THIN] = merge([meshes[THIN], top])
     merged = {material: _without_slivers(mesh) for material, mesh in meshes.items() if len(mesh.faces)}
     points = np.concatenate([mesh.vertices for mesh in merged.values()])
@@ -142,11 +143,11 @@ def _folds(skin: FilmSkin, rng: np.random.Generator) -> list[Sheet]:
     for corner in np.flatnonzero(rng.random(4) < 0.9):
         for _ in range(int(rng.integers(2, 6))):
             reach, sign = rng.uniform(0.25, 0.95) * _SIDE, rng.choice([-1.0, 1.0])
-            share = np.linspace(0.0, 1.0, 9)
+            fraction = np.linspace(0.0, 1.0, 9)
             drop = rng.uniform(0.05, 0.4) * min(1.0, room) * rng.choice([-1.0, 1.0])
-            height = skin.low + room * rng.uniform(0.08, 0.92) + drop * share + 0.012 * np.sin(7.0 * share)
-            width = rng.uniform(0.004, 0.014) * (1.0 - 0.8 * share)
-            column = (corner * _SIDE + sign * reach * share) % COLUMNS
+            height = skin.low + room * rng.uniform(0.08, 0.92) + drop * fraction + 0.012 * np.sin(7.0 * fraction)
+            width = rng.uniform(0.004, 0.014) * (1.0 - 0.8 * fraction)
+            column = (corner * _SIDE + sign * reach * fraction) % COLUMNS
             order = slice(None) if sign > 0 else slice(None, None, -1)
             folds.append(_ribbon(skin, column[order], height[order], width[order]))
     return folds
@@ -172,10 +173,10 @@ def _tail(skin: FilmSkin, rng: np.random.Generator) -> Sheet:
     room = skin.high - skin.low
     top = skin.low + room * rng.uniform(0.45, 0.85)
     drop = min(rng.uniform(0.15, 0.45), 0.9 * (top - skin.low))
-    share = np.linspace(0.0, 1.0, 10)
-    centre = _SIDE * rng.integers(4) + rng.uniform(1.5, _SIDE - 1.5) + 0.25 * np.sin(rng.uniform(3.0, 7.0) * share)
-    half = rng.uniform(0.1, 0.3) * (1.0 - 0.75 * share + 0.12 * np.sin(9.0 * share))
-    height = top - drop * share
+    fraction = np.linspace(0.0, 1.0, 10)
+    centre = _SIDE * rng.integers(4) + rng.uniform(1.5, _SIDE - 1.5) + 0.25 * np.sin(rng.uniform(3.0, 7.0) * fraction)
+    half = rng.uniform(0.1, 0.3) * (1.0 - 0.75 * fraction + 0.12 * np.sin(9.0 * fraction))
+    height = top - drop * fraction
     column = np.stack([(centre + side * half) % COLUMNS for side in (-1.0, 1.0)])
     return Sheet(column, np.stack([height, height]), 0.004)
 

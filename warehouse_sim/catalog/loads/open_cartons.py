@@ -22,7 +22,7 @@ OPEN_CARTONS = {f"{sku}_{way}": (sku, way) for sku in ALL_SKUS for way in _LEANS
 _BOARD = {1: 0.004, 2: 0.007}
 """Walls -> thickness of the board (m)."""
 _LEFT = 0.78
-"""Height to which an open carton is still filled, as a share of its own."""
+"""Height to which an open carton is still filled, as a fraction of its own."""
 _MASS_LEFT = 0.75
 _PACK = 0.11
 """Edge of the packs in it (m), about."""

@@ -173,11 +173,11 @@ def _filling(sku: ToteSku) -> list[tuple[Triple, Triple]]:
     floor, free = -sku.height / 2 + _FOOT_HEIGHT + _WALL, sku.height - _RIM_HEIGHT - _FOOT_HEIGHT - 0.01
     columns, rows = (3, 2) if sku.length > 0.5 else (2, 2)
     cell = inner / (columns, rows)
-    shares = np.random.default_rng(sku.obj_id).uniform(0.6, 1.0, (columns, rows))
+    fractions = np.random.default_rng(sku.obj_id).uniform(0.6, 1.0, (columns, rows))
     found: list[tuple[Triple, Triple]] = []
     for i in range(columns):
         for j in range(rows):
-            tall = float(free * shares[i, j])
+            tall = float(free * fractions[i, j])
             centre = (np.array([i, j]) + 0.5) * cell - inner / 2
             x, y = (cell - 0.004).tolist()
             found.append(((x, y, tall), (float(centre[0]), float(centre[1]), floor + tall / 2)))

@@ -1,9 +1,9 @@
 """Stretch film around a load: overlapping bands of a spiral, with the edge of the last one folded over the top.
 
 Machine film is 500 mm wide and wound with half its width over the turn before, stronger at foot and top. Its thickness
-of 17-23 micrometres is drawn as half a millimetre. The film is made to measure: every load has its own shell, all of
-them under one obj_id. Film tints what lies behind it and has no depth and no pixels of its own in id images, since its
-material's opacity is below 1; its id, class and pose are in the scene record like those of everything else.
+of 17-23 micrometres is sampled as half a millimetre. The film is made to measure: every load has its own shell, all of
+them under one obj_id. Film tints what lies behind it and has no depth and no pixels of its own in instance masks, since
+its material's opacity is below 1; its id, class and pose are in the scene record like those of everything else.
 """
 
 import zlib

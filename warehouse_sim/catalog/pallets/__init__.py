@@ -6,7 +6,7 @@ Frame of all: origin at the centre of the bounding box, x along the longer edge,
 from collections.abc import Callable
 
 from warehouse_sim.catalog.pallets import block_pallet, plans, plastic, stringer_pallet
-from warehouse_sim.catalog.pallets.wear import WearConfig, worn
+from warehouse_sim.catalog.pallets.wear import WearConfig, damaged
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.schema import ObjectModel
 
@@ -62,4 +62,4 @@ def epal1(name: str = "epal1") -> ObjectModel:
     return pallet(name)
 
 
-__all__ = ["HEIGHT", "LENGTH", "PALLETS", "WIDTH", "WearConfig", "epal1", "pallet", "worn"]
+__all__ = ["HEIGHT", "LENGTH", "PALLETS", "WIDTH", "WearConfig", "damaged", "epal1", "pallet"]

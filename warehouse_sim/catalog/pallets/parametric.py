@@ -42,7 +42,7 @@ class PalletShape:
     boards: Annotated[int, Range(3, 15)]
     """Boards of a wooden deck, 3-15."""
     cover: Annotated[float, Range(0.3, 0.95)]
-    """Share of a wooden deck that boards cover, 0.3-0.95."""
+    """Fraction of a wooden deck that boards cover, 0.3-0.95."""
     lead: Annotated[float, Range(1.0, 2.0)]
     """Width of a wooden deck's first and last board over that of the others, 1-2."""
     deck_along: Literal["x", "y"]
@@ -154,7 +154,7 @@ def _foot_plan(obj_id: int, shape: PalletShape) -> plastic.FootPallet:
 
 
 def _deck(across: float, shape: PalletShape) -> tuple[float, ...]:
-    """Return the widths of the deck boards (m), which cover their share of ``across``."""
+    """Return the widths of the deck boards (m), which cover their fraction of ``across``."""
     inner = shape.cover * across / (shape.boards - 2 + 2 * shape.lead)
     return (shape.lead * inner, *(inner,) * (shape.boards - 2), shape.lead * inner)
 

@@ -1,6 +1,6 @@
 """A sheet to print on: drawn at twice its size and reduced, so that letters have soft edges.
 
-Places are shares of the sheet's height: (0, 0) is its upper left corner, (aspect, 1) its lower right one. Codes are
+Places are fractions of the sheet's height: (0, 0) is its upper left corner, (aspect, 1) its lower right one. Codes are
 drawn in whole pixels of the result, so that they stay readable.
 """
 

@@ -83,7 +83,7 @@ def step_beam(name: str) -> ObjectModel:
     middle, back = CONNECTOR_SHEET / 2, STEP_BEAM_DEPTH / 2
     front = back - BEAM_DEPTH
     bottom, step = top - BEAM_HEIGHT, top - STEP_HEIGHT
-    # The section is drawn in (y, z) and extruded along its own z, which is then laid along x.
+    # The section is sampled in (y, z) and extruded along its own z, which is then laid along x.
     section = ((front, bottom), (back, bottom), (back, step), (back - STEP_DEPTH, step), (back - STEP_DEPTH, top))
     body = solid_part(prism((*section, (front, top)), length), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), _PAINT, _ALONG_X)
     plates: list[Part] = []

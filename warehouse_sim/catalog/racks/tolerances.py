@@ -22,17 +22,17 @@ class RackTolerances:
     frontage_mm: float = 10.0
     """B0: a rack's front against its line on the floor (mm), >= 0."""
     plumb: float = 1.0 / 350.0
-    """Cx, Cz: a frame's top against its foot, as a share of its height, >= 0."""
+    """Cx, Cz: a frame's top against its foot, as a fraction of its height, >= 0."""
     aisle_mm: float = 15.0
     """E: width of an aisle near the floor (mm), >= 0."""
     beam_mm: float = 3.0
-    """Gy: a beam's level; the larger of this (mm) and ``beam_share`` of its length counts, >= 0."""
-    beam_share: float = 1.0 / 500.0
-    """Gy: the same as a share of the beam's length, >= 0."""
+    """Gy: a beam's level; the larger of this (mm) and ``beam_fraction`` of its length counts, >= 0."""
+    beam_fraction: float = 1.0 / 500.0
+    """Gy: the same as a fraction of the beam's length, >= 0."""
     twist_deg_per_m: float = 1.0
     """Tw: a beam's twist at half its length (deg a metre of it), >= 0."""
     deflection: float = 1.0 / 200.0
-    """Sag of a fully loaded beam at half its length, as a share of the length (FEM 10.2.02, EN 15512), >= 0."""
+    """Sag of a fully loaded beam at half its length, as a fraction of the length (FEM 10.2.02, EN 15512), >= 0."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -46,7 +46,7 @@ def bay_widths(nominal: float, count: int, limits: RackTolerances, rng: np.rando
 
 
 def aisle_width(nominal: float, limits: RackTolerances, rng: np.random.Generator) -> float:
-    """Return the width (m) of an aisle that was drawn as ``nominal`` (m)."""
+    """Return the width (m) of an aisle that was sampled as ``nominal`` (m)."""
     return nominal + float(_within(limits.aisle_mm / 1000, rng))
 
 
@@ -65,14 +65,14 @@ def frame_pose(height: float, limits: RackTolerances, rng: np.random.Generator) 
 
 def beam_pose(length: float, limits: RackTolerances, rng: np.random.Generator) -> Transform:
     """Return ``T_nominal_beam`` of a beam of ``length`` (m): its ends not quite level, its section a little twisted."""
-    slope = float(_within(max(limits.beam_mm / 1000, limits.beam_share * length), rng)) / length
+    slope = float(_within(max(limits.beam_mm / 1000, limits.beam_fraction * length), rng)) / length
     twist = float(np.deg2rad(_within(limits.twist_deg_per_m, rng) * length / 2))
     return make_transform(rotation_y(-float(np.arctan(slope))) @ rotation_x(twist))
 
 
-def beam_sag(length: float, load_share: float, limits: RackTolerances) -> float:
-    """Return how far (m) a beam of ``length`` (m) sags at its middle under ``load_share`` (0-1) of its safe load."""
-    return limits.deflection * length * load_share
+def beam_sag(length: float, load_fraction: float, limits: RackTolerances) -> float:
+    """Return how far (m) a beam of ``length`` (m) sags at its middle under ``load_fraction`` (0-1) of its safe load."""
+    return limits.deflection * length * load_fraction
 
 
 def rack_yaw(length: float, limits: RackTolerances, rng: np.random.Generator) -> Float[np.ndarray, "3 3"]:

@@ -15,8 +15,8 @@ def kraft(rng: np.random.Generator) -> Tile:
     fibres = fibres + strokes(rng, SIZE, 2500, (3.0, 14.0), (-1.0, 1.0), 3.0).T
     specks = smooth_step((value_noise(rng, SIZE, 256, 256) - 0.93) / 0.07)
     place = (np.arange(SIZE) + 0.5) * (_FLUTES / SIZE)
-    share = place - np.floor(place)
-    flutes = smooth_step(2.0 * np.minimum(share, 1.0 - share))[None, :] * (0.5 + octaves(rng, SIZE, 3, 3, 2))
+    fraction = place - np.floor(place)
+    flutes = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction))[None, :] * (0.5 + octaves(rng, SIZE, 3, 3, 2))
     clouds, dents = octaves(rng, SIZE, 6, 6, 4), octaves(rng, SIZE, 5, 5, 2)
     scuffs = strokes(rng, SIZE, 14, (15.0, 80.0), (-0.8, 0.8), 0.4)
     albedo = (

@@ -42,8 +42,8 @@ def film(rng: np.random.Generator) -> Tile:
 def rubber(rng: np.random.Generator) -> Tile:
     """Paint rubber: fine grain, grey abrasion and dust."""
     grain, dust = octaves(rng, SIZE, 160, 160, 2), octaves(rng, SIZE, 6, 6, 5)
-    worn = smooth_step((octaves(rng, SIZE, 40, 48, 3) - 0.5) / 0.35)
-    albedo = 1.0 + 0.5 * (dust - 0.5) + 0.25 * (grain - 0.5) + 0.3 * worn
+    damaged = smooth_step((octaves(rng, SIZE, 40, 48, 3) - 0.5) / 0.35)
+    albedo = 1.0 + 0.5 * (dust - 0.5) + 0.25 * (grain - 0.5) + 0.3 * damaged
     height = 0.8 * (grain - 0.5)
-    roughness = 1.0 + 0.12 * (dust - 0.5) + 0.10 * (grain - 0.5) + 0.06 * worn
+    roughness = 1.0 + 0.12 * (dust - 0.5) + 0.10 * (grain - 0.5) + 0.06 * damaged
     return Tile(albedo, height, roughness)

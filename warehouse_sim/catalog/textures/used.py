@@ -84,9 +84,9 @@ def blockwork(rng: np.random.Generator) -> Tile:
     along = (columns + 0.5) * (_BLOCKS / SIZE) + 0.5 * (course % 2)
     block = np.floor(along).astype(int) % _BLOCKS
     tone = rng.random((_COURSES, _BLOCKS))[course, block] - 0.5
-    share_u, share_v = along % 1.0, (rows + 0.5) * (_COURSES / SIZE) % 1.0
-    edge_u = np.minimum(share_u, 1.0 - share_u) * (SIZE / _BLOCKS)
-    edge_v = np.minimum(share_v, 1.0 - share_v) * (SIZE / _COURSES)
+    fraction_u, fraction_v = along % 1.0, (rows + 0.5) * (_COURSES / SIZE) % 1.0
+    edge_u = np.minimum(fraction_u, 1.0 - fraction_u) * (SIZE / _BLOCKS)
+    edge_v = np.minimum(fraction_v, 1.0 - fraction_v) * (SIZE / _COURSES)
     mortar = smooth_step(1.6 - np.minimum(edge_u, edge_v))
     clouds = _clouds(rng, SIZE, (10, 20, 40, 80, 160), (0.8, 0.9, 1.0, 1.0, 1.0))
     owner, near, _ = grains(rng, SIZE, 120)
@@ -103,8 +103,8 @@ def liner(rng: np.random.Generator) -> Tile:
     fibres = strokes(rng, SIZE, 3500, (3.0, 14.0), (-1.0, 1.0), 3.0)
     fibres = fibres + strokes(rng, SIZE, 2500, (3.0, 14.0), (-1.0, 1.0), 3.0).T
     place = (np.arange(SIZE) + 0.5) * (_FLUTES / SIZE)
-    share = place - np.floor(place)
-    flutes = smooth_step(2.0 * np.minimum(share, 1.0 - share))[None, :] * (0.4 + octaves(rng, SIZE, 6, 6, 3))
+    fraction = place - np.floor(place)
+    flutes = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction))[None, :] * (0.4 + octaves(rng, SIZE, 6, 6, 3))
     scuffs = softened(strokes(rng, SIZE, 60, (12.0, 90.0), (-0.8, 0.8), 0.4))
     rubs = softened(strokes(rng, SIZE, 26, (30.0, 130.0), (-0.15, 0.15), 0.2))
     marks = smooth_step((octaves(rng, SIZE, 10, 10, 4) - 0.62) / 0.10)

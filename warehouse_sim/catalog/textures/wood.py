@@ -67,6 +67,6 @@ def _saw_marks(rng: np.random.Generator) -> Texels:
     """Return the marks that a band saw leaves across the grain, -0.5 to 0.5, here and there."""
     rows, columns = np.mgrid[0:SIZE, 0:SIZE]
     turns = (88.0 * columns + 3.0 * rows) / SIZE + 2.5 * octaves(rng, SIZE, 9, 2, 3)
-    share = turns - np.floor(turns)
-    waves = smooth_step(2.0 * np.minimum(share, 1.0 - share)) * octaves(rng, SIZE, 60, 6, 2)
+    fraction = turns - np.floor(turns)
+    waves = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction)) * octaves(rng, SIZE, 60, 6, 2)
     return softened(waves * smooth_step((octaves(rng, SIZE, 5, 5, 3) - 0.5) / 0.2))

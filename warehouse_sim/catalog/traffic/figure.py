@@ -1,8 +1,8 @@
 """The body of a worker: limbs, trunk, head and what they wear, put together from tubes and rounded blocks.
 
-Measures are shares of stature: segments after Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control
-of Human Movement, figure 4.1; breadths and depths fit DIN 33402-2 with work clothes. Vest with two bands around and two
-over the shoulders, 50 mm wide (EN ISO 20471, class 2).
+Measures are fractions of stature: segments after Drillis and Contini (1966), as in Winter, Biomechanics and Motor
+Control of Human Movement, figure 4.1; breadths and depths fit DIN 33402-2 with work clothes. Vest with two bands around
+and two over the shoulders, 50 mm wide (EN ISO 20471, class 2).
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from warehouse_sim.schema import Part
 
 Vector = Float[np.ndarray, " 3"]
 Piece = tuple[list[Part], list[OrientedBox]]
-"""What is drawn and what collides."""
+"""What is sampled and what collides."""
 
 SOLE, HELMET = 0.03, 0.035
 """Height that safety shoes and a helmet add (m)."""
@@ -199,16 +199,18 @@ class Figure:
         dense = smoothed(np.column_stack([path, radii]), self._grain.between)
         return tube(dense[:, :3], dense[:, 3:], sides=sides or self._grain.limb)
 
-    def _around(self, share: Float[np.ndarray, " n"], standoff: float = 0.0) -> TriangleMesh:
-        """Return the trunk between heights given as shares of stature, ``standoff`` (m) of the vest."""
-        depth, breadth = self._trunk_radii(share)
-        path = np.array([(0.0, 0.0, z * self._h) for z in share])
+    def _around(self, fraction: Float[np.ndarray, " n"], standoff: float = 0.0) -> TriangleMesh:
+        """Return the trunk between heights given as fractions of stature, ``standoff`` (m) of the vest."""
+        depth, breadth = self._trunk_radii(fraction)
+        path = np.array([(0.0, 0.0, z * self._h) for z in fraction])
         return self._tube(path, np.column_stack([depth, breadth]) + standoff, self._grain.trunk)
 
-    def _trunk_radii(self, share: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Return half depth and half breadth (m) of the vest at heights given as shares of stature."""
+    def _trunk_radii(
+        self, fraction: Float[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Return half depth and half breadth (m) of the vest at heights given as fractions of stature."""
         profile = smoothed(_TRUNK, self._grain.between)
-        depth, breadth = (self._hg * np.interp(share, profile[:, 0], profile[:, column]) for column in (1, 2))
+        depth, breadth = (self._hg * np.interp(fraction, profile[:, 0], profile[:, column]) for column in (1, 2))
         return depth, breadth
 
     def _bands(self) -> list[TriangleMesh]:
@@ -259,7 +261,7 @@ class Figure:
         return [placed(sleeve, self.worker.sleeves), placed(hand, "guard_black")], [upper, lower]
 
     def _block(self, side: float, profile: float, size: Triple, at: Triple, material: str) -> Part:
-        """Return a rounded block whose size and place are shares of stature."""
+        """Return a rounded block whose size and place are fractions of stature."""
         mesh = superellipsoid(side, profile, *self._grain.block)
         return solid_part(mesh, self._h * np.asarray(size), self._h * np.asarray(at), material)
 

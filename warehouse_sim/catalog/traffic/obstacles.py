@@ -129,15 +129,15 @@ def hanging_wrap(name: str) -> ObjectModel:
         raise UnknownNameError("hanging wrap", name, list(WRAPS))
     obj_id, length, width = WRAPS[name]
     parts = []
-    for share, broad, offset, phase in ((1.0, 1.0, 0.0, 0.0), (0.72, 0.25, 0.35, 1.7), (0.45, 0.16, -0.38, 3.1)):
-        parts.append(placed(_strip(share * length, broad * width, offset * width, length, phase), "stretch_film"))
+    for fraction, broad, offset, phase in ((1.0, 1.0, 0.0, 0.0), (0.72, 0.25, 0.35, 1.7), (0.45, 0.16, -0.38, 3.1)):
+        parts.append(placed(_strip(fraction * length, broad * width, offset * width, length, phase), "stretch_film"))
     return assembled(name, "wrap", obj_id, parts, (), 0.0)
 
 
 def _strip(drop: float, width: float, y: float, top: float, phase: float) -> TriangleMesh:
     """Return film that hangs ``drop`` (m) down from ``top`` at ``y`` and narrows towards its torn end."""
-    share = np.linspace(0.0, 1.0, 15)
-    sway = 0.03 * share * np.sin(2.5 * np.pi * share + phase)
-    path = np.column_stack([sway, y + 0.4 * sway, top - drop * share])
-    torn = np.interp(share, [0.0, 0.1, 0.45, 0.9, 1.0], [0.55, 1.0, 0.7, 0.45, 0.12]) * width / 2
+    fraction = np.linspace(0.0, 1.0, 15)
+    sway = 0.03 * fraction * np.sin(2.5 * np.pi * fraction + phase)
+    path = np.column_stack([sway, y + 0.4 * sway, top - drop * fraction])
+    torn = np.interp(fraction, [0.0, 0.1, 0.45, 0.9, 1.0], [0.55, 1.0, 0.7, 0.45, 0.12]) * width / 2
     return tube(path, [(_FILM / 2 + 0.02 * half, half) for half in torn], sides=12)

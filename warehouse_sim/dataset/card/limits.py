@@ -10,10 +10,10 @@ from warehouse_sim.dataset.recipe_contents import depth_models
 FILM = "wrap"
 """Class of stretch film."""
 _CONVERTED = [
-    "Images, poses and masks are those of the dataset it was converted from; nothing was measured anew, and its errors "
+    "Images, poses and masks are those of the dataset it was converted from; nothing was measured again; its errors "
     "of labelling are still in it.",
     "Each image is a scene of its own; what that dataset does not say (light, objects without labels) is missing.",
-    "Silhouettes end at the border of the image.",
+    "Amodal masks end at the border of the image.",
 ]
 _QUANTA = {"bop": "BOP depth in steps of 1 mm", "kitti": "KITTI depth in steps of 1/256 m"}
 

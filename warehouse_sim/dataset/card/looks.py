@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from warehouse_sim.dataset.card.tally import Look
-from warehouse_sim.dataset.scene_record import is_worn
+from warehouse_sim.dataset.scene_record import is_damaged
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, SceneSpec
 
 _BYTES = 6
@@ -27,7 +27,7 @@ def looks_of(scene: SceneSpec) -> dict[int, Look]:
                 meshes[item.model] = _mesh_digest(model)
             mesh = meshes[item.model]
             paint = _look_digest(mesh, item, model, scene.materials)
-            looks[item.look] = Look(model.class_name, model.obj_id, mesh, paint, is_worn(item.model))
+            looks[item.look] = Look(model.class_name, model.obj_id, mesh, paint, is_damaged(item.model))
         found[item.instance_id] = looks[item.look]
     return found
 

@@ -39,7 +39,7 @@ def dataset_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) 
     """
     layout = DatasetLayout(root)
     each = manifest.observations_per_scene
-    folders = (*manifest.formats, *(path.name for path in (layout.readings, layout.worn, layout.scenes)))
+    folders = (*manifest.formats, *(path.name for path in (layout.readings, layout.damaged, layout.scenes)))
     return Card(
         name=manifest.contents.name or "A dataset",
         description=manifest.contents.description,
@@ -78,7 +78,9 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
         "more sensors": ", ".join(f"{name} ({kind})" for name, kind in contents.sensors.items()),
         "images": "" if camera is None else f"{camera.width} x {camera.height} px, focal length {camera.focal_px:g} px",
         "LiDAR points": f"{tally.points:,}, {tally.points / tally.observations:,.0f} a sweep" if tally.points else "",
-        "twins": ", ".join(dict.fromkeys(twin.variant for twin in manifest.twins)),
+        "paired_variants": ", ".join(
+            dict.fromkeys(paired_variant.variant for paired_variant in manifest.paired_variants)
+        ),
     }
     if tally.scenes < len(manifest.scene_indices):
         older = len(manifest.scene_indices) - tally.scenes

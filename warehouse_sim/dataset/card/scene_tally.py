@@ -16,18 +16,18 @@ class SceneTally:
 
     Args:
         scene: As it was drawn.
-        twins: Name and scene of each variant beside it.
+        paired_variants: Name and scene of each variant beside it.
     """
 
-    def __init__(self, scene: SceneSpec, twins: Sequence[tuple[str, SceneSpec]] = ()) -> None:
-        self._scene, self._twins = scene, dict(twins)
+    def __init__(self, scene: SceneSpec, paired_variants: Sequence[tuple[str, SceneSpec]] = ()) -> None:
+        self._scene, self._paired_variants = scene, dict(paired_variants)
         self._tally = Tally(scenes=1)
         self._seen: dict[str, set[int]] = {}
         self._labels: dict[str, Counter[int]] = {}
 
     def add(self, observation: Observation) -> None:
         """Count one observation."""
-        variant = observation.conditions.variant if observation.conditions.variant in self._twins else ""
+        variant = observation.conditions.variant if observation.conditions.variant in self._paired_variants else ""
         labelled = [item for item in observation.annotations if item.pixels_visible > 0]
         ids = np.flatnonzero(np.bincount(observation.buffers.instance_ids.ravel()))
         self._seen.setdefault(variant, set()).update(ids.tolist())
@@ -45,7 +45,7 @@ class SceneTally:
 
     def finish(self) -> Tally:
         """Return the tally, with what stands in the scene."""
-        for variant, scene in {"": self._scene, **self._twins}.items():
+        for variant, scene in {"": self._scene, **self._paired_variants}.items():
             seen, labels = self._seen.get(variant, set()), self._labels.get(variant, Counter())
             looks = looks_of(scene)
             for item in scene.instances:

@@ -20,13 +20,13 @@ class Look:
 
     class_name: str
     obj_id: int
-    """Number of the CAD geometry, that of the unworn type for a worn object."""
+    """Number of the CAD geometry, that of the undamaged type for a damaged object."""
     mesh: str
     """Digest of the triangles; objects that are equal in shape have the same."""
     look: str
     """Digest of the triangles and of what each part is painted with."""
-    worn: bool
-    """Whether the triangles are those of a worn object."""
+    damaged: bool
+    """Whether the triangles are those of a damaged object."""
 
 
 @dataclass
@@ -34,11 +34,11 @@ class LookCount:
     """How often one look occurs."""
 
     placed: int = 0
-    """Objects that have it, in scenes as they were drawn: those of twins are not counted again."""
+    """Objects that have it, in scenes as they were drawn: those of paired variants are not counted again."""
     seen: int = 0
     """Of those objects, how many have a pixel in an image."""
     labels: int = 0
-    """Labels of such objects in all images, twins' included."""
+    """Labels of such objects in all images, paired variants' included."""
 
 
 @dataclass
@@ -96,7 +96,7 @@ def read_tally(data: Mapping[str, Any], where: str) -> Tally:
             take(row, "obj_id", int, inner, WHOLE),
             take(row, "mesh", str, inner),
             take(row, "look", str, inner),
-            take(row, "worn", bool, inner),
+            take(row, "damaged", bool, inner),
         )
         looks[look] = LookCount(*(take(row, key, int, inner, _COUNTS) for key in ("placed", "seen", "labels")))
     return Tally(

@@ -82,7 +82,7 @@ def _classes(tally: Tally) -> str:
                 *(f"{sum(getattr(count, key) for _, count in found):,}" for key in ("labels", "placed", "seen")),
                 f"{len({look.obj_id for look, _ in found}):,}",
                 f"{len({look.mesh for look, _ in found}):,}",
-                f"{len({look.mesh for look, _ in found if look.worn}):,}",
+                f"{len({look.mesh for look, _ in found if look.damaged}):,}",
                 f"{len({look.look for look, _ in found}):,}",
                 f"{len({look.look for look, count in found if count.seen or count.labels}):,}",
             )

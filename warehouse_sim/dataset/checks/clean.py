@@ -1,9 +1,9 @@
-"""Whether a clean depth image is the truth behind a reading."""
+"""Whether a clean depth image is the ground truth behind a reading."""
 
 import numpy as np
 from jaxtyping import Num
 
-NOT_ITS_TRUTH = "is not the truth behind the depth that was read"
+NOT_ITS_GT = "is not the ground truth behind the depth that was read"
 # Depth sensors err by a few per cent, at edges by more; an image of another place errs by much more.
 _LARGEST_ERROR = 0.2
 _ENOUGH_READINGS = 100
@@ -17,5 +17,5 @@ def matches_reading(clean: Num[np.ndarray, "h w"], read: Num[np.ndarray, "h w"])
     both = (clean > 0) & (read > 0)
     if readings < _ENOUGH_READINGS:
         return True
-    truth = clean[both].astype(np.float64)
-    return 2 * len(truth) > readings and bool(np.median(np.abs(read[both] - truth) / truth) < _LARGEST_ERROR)
+    gt = clean[both].astype(np.float64)
+    return 2 * len(gt) > readings and bool(np.median(np.abs(read[both] - gt) / gt) < _LARGEST_ERROR)

@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float32, UInt8
 
 OF_ANOTHER_PLACE = "shows no edges where the depth image has them; it is of another place, or shifted against it"
 _JUMP = 0.2
-"""Depth that changes by this share within two pixels, beyond what a plane does, is an edge between two things."""
+"""Depth that changes by this fraction within two pixels, beyond what a plane does, is an edge between two things."""
 _AROUND_EDGES = np.ones((13, 13), np.uint8)
 """All depth around an edge must be known: where a sensor begins to lose sight, readings jump without an edge."""
 _ENOUGH_EDGES = 300
@@ -68,16 +68,16 @@ def edge_rank(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]
 
 
 def colour_problem(clean: UInt8[np.ndarray, "h w 3"], read: UInt8[np.ndarray, "h w 3"]) -> str:
-    """Return what says that ``clean`` is not the truth behind the image that was read, empty if nothing does."""
+    """Return what says that ``clean`` is not the ground truth behind the image that was read, empty if nothing does."""
     if clean.shape != read.shape:
         return "is not as large as the image that was read"
-    truth, found = (cv2.resize(item, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for item in (clean, read))
-    truth, found = truth.astype(np.float32), found.astype(np.float32)
-    straight, exchanged = (float(np.mean((found - item) ** 2)) for item in (truth, truth[..., ::-1]))
-    apart = float(np.abs(truth[..., 0] - truth[..., 2]).mean())
+    gt, found = (cv2.resize(item, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for item in (clean, read))
+    gt, found = gt.astype(np.float32), found.astype(np.float32)
+    straight, exchanged = (float(np.mean((found - item) ** 2)) for item in (gt, gt[..., ::-1]))
+    apart = float(np.abs(gt[..., 0] - gt[..., 2]).mean())
     if apart > _ENOUGH_COLOUR and exchanged < 0.5 * straight:
         return "has red and blue the other way round than the image that was read"
-    greys = truth.mean(axis=2).ravel(), found.mean(axis=2).ravel()
+    greys = gt.mean(axis=2).ravel(), found.mean(axis=2).ravel()
     if min(map(np.std, greys)) > _ENOUGH_COLOUR and np.corrcoef(*greys)[0, 1] < _LEAST_ALIKE:
         return "is not of what the image that was read shows"
     return ""

@@ -62,7 +62,7 @@ class Findings:
 
 @dataclass(frozen=True)
 class NamedCheck:
-    """A check as it is asked for."""
+    """A check as it is requested."""
 
     name: str
     """As ``validate`` prints it."""

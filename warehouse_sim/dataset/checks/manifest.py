@@ -37,7 +37,7 @@ def contents(subject: Subject) -> Findings:
 
 
 def require_size(subject: Subject) -> None:
-    """Refuse a manifest that says another number of observations than its first scene's record.
+    """Reject a manifest that says another number of observations than its first scene's record.
 
     Nearly every file would be reported missing.
 
@@ -75,8 +75,8 @@ def _own_targets(findings: Findings, subject: Subject) -> None:
     for name in sorted(classes - targets):
         findings.require(False, f"{where}: lack the class {name} of an object in {subject.layout.objects}")
     # A recipe can ask for a class of which it then places nothing.
-    asked = subject.manifest.contents.targets
-    allowed = classes if asked is None else asked
+    requested = subject.manifest.contents.targets
+    allowed = classes if requested is None else requested
     for name in sorted(targets):
         findings.require(name in allowed, f"{where}: {shown(name)} is no class of the recipe or of the objects")
 

@@ -1,4 +1,4 @@
-"""Draw the silhouette and depth of a surface from points on it: rough, but as fast for a scan as for a box."""
+"""Draw the amodal mask and depth of a surface from points on it: rough, but as fast for a scan as for a box."""
 
 import cv2
 import numpy as np
@@ -32,7 +32,7 @@ def point_depth(
     depth = np.full((camera.height, camera.width), np.inf, np.float32)
     # Of several numbers for one place the last one stays.
     depth[v[inside][order].astype(int), u[inside][order].astype(int)] = placed[inside, 2][order]
-    silhouette = cv2.morphologyEx(np.isfinite(depth).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSED) > 0
+    amodal_mask = cv2.morphologyEx(np.isfinite(depth).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSED) > 0
     # What lies behind shows through gaps between the points in front.
     nearest = cv2.erode(np.where(np.isfinite(depth), depth, np.float32(1e9)), _CLOSED, borderValue=1e9)
-    return np.where(silhouette, nearest, np.inf).astype(np.float64)
+    return np.where(amodal_mask, nearest, np.inf).astype(np.float64)

@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float, Float32
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.raster import mesh_depth
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.damaged_meshes import read_damaged_mesh
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.worn_meshes import read_worn_mesh
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -31,7 +31,7 @@ _INNER = np.ones((9, 9), np.uint8)
 # between the boards of the object itself, too.
 _INNER_OF_WINDOWS = np.ones((21, 21), np.uint8)
 _STEP = 0.05
-"""What is nearer by this share of its distance is in front, and no slope."""
+"""What is nearer by this fraction of its distance is in front, and no slope."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class _Comparison:
 
 
 def projection(subject: Subject) -> Findings:
-    """Draw a spread sample of targets anew from the models and compare silhouettes and depth with the files."""
+    """Draw a spread sample of targets again from the models and compare amodal masks and depth with the files."""
     built = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
     findings, comparisons, bias = Findings(), [], subject.manifest.contents.depth_bias
     of_images = [list(group) for _, group in itertools.groupby(_spread_sample(subject), key=lambda pair: id(pair[0]))]
@@ -93,20 +93,20 @@ def _judge_all(findings: Findings, comparisons: list[_Comparison], bias: float) 
 
 
 def _spread_sample(subject: Subject) -> list[tuple[ImageRecord, TargetRecord]]:
-    """Return large enough targets, spread over the dataset; no worn ones whose own surface is not stored."""
+    """Return large enough targets, spread over the dataset; no damaged ones whose own surface is not stored."""
     pairs = []
     for image in subject.images():
-        worn = {
+        damaged = {
             item.instance_id
             for item in subject.record(image.scene_id).objects
-            if item.is_worn and not subject.layout.worn_mesh(item.model).is_file()
+            if item.is_damaged and not subject.layout.damaged_mesh(item.model).is_file()
         }
         pairs += [
             (image, target)
             for target in image.targets
             if target.pixels_visible >= _FEWEST_PIXELS
             and target.obj_id in subject.objects
-            and target.instance_id not in worn
+            and target.instance_id not in damaged
         ]
     step = max(len(pairs) / _SAMPLE, 1.0)
     return [pairs[int(i * step)] for i in range(min(_SAMPLE, len(pairs)))]
@@ -119,8 +119,8 @@ def _compare_all(
     depth, found = subject.depth(pairs[0][0]), []
     for image, target in pairs:
         item = None if target.instance_id is None else subject.record(image.scene_id).object(target.instance_id)
-        worn = None if item is None else read_worn_mesh(subject.root, item)
-        compared = _compare(subject, image, target, built[target.obj_id] if worn is None else worn, depth)
+        damaged = None if item is None else read_damaged_mesh(subject.root, item)
+        compared = _compare(subject, image, target, built[target.obj_id] if damaged is None else damaged, depth)
         if compared is not None:
             where = f"scene {image.scene_id}, image {image.image_id}, target {target.gt_index}"
             found.append((where, compared))
@@ -131,49 +131,49 @@ def _compare(
     subject: Subject, image: ImageRecord, target: TargetRecord, mesh: TriangleMesh, depth: Float32[np.ndarray, "h w"]
 ) -> _Comparison | None:
     """Return the differences, or None if the target is too near to be drawn."""
-    drawn = mesh_depth(mesh, target.T_camera_object, image.camera)
-    if drawn is None:
+    sampled = mesh_depth(mesh, target.T_camera_object, image.camera)
+    if sampled is None:
         return None
-    silhouette, mask = np.isfinite(drawn), subject.readable.mask(image, target.gt_index)
-    shift_px, mismatch = silhouette_shift(mask, silhouette)
+    amodal_mask, mask = np.isfinite(sampled), subject.readable.mask(image, target.gt_index)
+    shift_px, mismatch = amodal_mask_shift(mask, amodal_mask)
     visible = subject.readable.mask_visible(image, target.gt_index)
-    seen = silhouette & (depth > 0) & comparable(visible, drawn, bool(subject.manifest.contents.depth_bias))
-    residuals = depth[seen] - drawn[seen]
+    seen = amodal_mask & (depth > 0) & comparable(visible, sampled, bool(subject.manifest.contents.depth_bias))
+    residuals = depth[seen] - sampled[seen]
     if len(residuals) < _FEWEST_PIXELS:
         return _Comparison(shift_px, mismatch, 0.0, np.inf, 0.0)
     median = float(np.median(residuals))
     # 1.4826 times the median deviation is sigma for Gaussian noise, and a median is 1.25 times less sure than a mean.
     sigma = 1.4826 * float(np.median(np.abs(residuals - median)))
     uncertainty = 1.25 * sigma / np.sqrt(max(len(residuals) / _WINDOW_PIXELS, 1.0))
-    return _Comparison(shift_px, mismatch, median, uncertainty, float(np.median(drawn[seen])))
+    return _Comparison(shift_px, mismatch, median, uncertainty, float(np.median(sampled[seen])))
 
 
 def comparable(
-    visible: Bool[np.ndarray, "h w"], drawn: Float[np.ndarray, "h w"], windows: bool
+    visible: Bool[np.ndarray, "h w"], sampled: Float[np.ndarray, "h w"], windows: bool
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels that nothing in front of them can have lent its depth; ``windows``: by a sensor that lends."""
     around = _INNER_OF_WINDOWS if windows else _INNER
     inner = cv2.erode(visible.astype(np.uint8), around, borderType=cv2.BORDER_CONSTANT, borderValue=1).astype(bool)
-    return inner & (cv2.erode(drawn, around) >= (1.0 - _STEP) * drawn) if windows else inner
+    return inner & (cv2.erode(sampled, around) >= (1.0 - _STEP) * sampled) if windows else inner
 
 
-def silhouette_shift(
-    mask: Bool[np.ndarray, "h w"], silhouette: Bool[np.ndarray, "h w"]
+def amodal_mask_shift(
+    mask: Bool[np.ndarray, "h w"], amodal_mask: Bool[np.ndarray, "h w"]
 ) -> tuple[Float[np.ndarray, " 2"], float]:
-    """Return by how much ``mask`` is shifted against ``silhouette``, and which share of the outline differs.
+    """Return by how much ``mask`` is shifted against ``amodal_mask``, and which fraction of the outline differs.
 
     The shift (u, v in pixels, true up to about two) is the least-squares solution of Lucas and Kanade (1981) on blurred
-    silhouettes: sharp ones are staircases, whose steps have no slope along the edge. Where the image border cuts the
-    silhouette there is no slope, so nothing is concluded from it.
+    amodal_masks: sharp ones are staircases, whose steps have no slope along the edge. Where the image border cuts the
+    amodal mask there is no slope, so nothing is concluded from it.
     """
-    box = mask_box_xyxy(mask | silhouette)
+    box = mask_box_xyxy(mask | amodal_mask)
     if box is None:
         return np.zeros(2), 0.0
     left, top, right, bottom = box
     window = np.s_[max(top - _MARGIN_PX, 0) : bottom + _MARGIN_PX, max(left - _MARGIN_PX, 0) : right + _MARGIN_PX]
-    mask, silhouette = mask[window], silhouette[window]
-    mismatch = float(np.count_nonzero(mask != silhouette)) / max(_outline_length(silhouette), 1)
-    there, here = _blurred(mask), _blurred(silhouette)
+    mask, amodal_mask = mask[window], amodal_mask[window]
+    mismatch = float(np.count_nonzero(mask != amodal_mask)) / max(_outline_length(amodal_mask), 1)
+    there, here = _blurred(mask), _blurred(amodal_mask)
     gradient_v, gradient_u = np.gradient(here)
     slopes = np.stack([gradient_u, gradient_v], axis=-1)[1:-1, 1:-1].reshape(-1, 2)
     difference = (here - there)[1:-1, 1:-1].ravel()

@@ -48,9 +48,9 @@ def _draw_through_lens(
     pinhole = camera.pinhole
     u, v = np.moveaxis(pinhole.project(camera.rays()), -1, 0)
     # The outline of a face in the image is curved: its ends do not bound it, points along it do, nearly.
-    share = np.linspace(0.0, 1.0, _ALONG_EDGE)[:, None, None, None]
+    fraction = np.linspace(0.0, 1.0, _ALONG_EDGE)[:, None, None, None]
     corners = np.concatenate([points[:, :2] / points[:, 2:], np.ones((len(points), 1))], axis=1)[faces]
-    shown = camera.project(corners + share * (np.roll(corners, -1, axis=1) - corners))
+    shown = camera.project(corners + fraction * (np.roll(corners, -1, axis=1) - corners))
     bounds = shown.min(axis=(0, 2)) - _SAG_PX, shown.max(axis=(0, 2)) + _SAG_PX
     _draw(depth, pinhole.project(points)[faces], 1.0 / points[faces, 2], bounds, (u, v))
 
@@ -77,11 +77,11 @@ def _draw(
     ahead, aside = np.diff(uv, axis=1).swapaxes(0, 1)
     # Counter-clockwise to the eye is a negative area where v points down; anything else is seen from behind.
     towards = ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0] < 0.0
-    drawn = np.flatnonzero(towards & (first <= last).all(axis=1))
+    sampled = np.flatnonzero(towards & (first <= last).all(axis=1))
     # Each corner's weight is 1 there and 0 at the two others; weights and 1/z are a + b u + c v.
-    weights = np.linalg.inv(np.concatenate([np.ones((len(drawn), 3, 1)), uv[drawn]], axis=2)).swapaxes(1, 2)
-    planes = np.concatenate([weights, np.einsum("mi,mij->mj", inverse_z[drawn], weights)[:, None]], axis=1)
-    for plane, (left, top), (right, bottom) in zip(planes[..., None, None], first[drawn], last[drawn], strict=True):
+    weights = np.linalg.inv(np.concatenate([np.ones((len(sampled), 3, 1)), uv[sampled]], axis=2)).swapaxes(1, 2)
+    planes = np.concatenate([weights, np.einsum("mi,mij->mj", inverse_z[sampled], weights)[:, None]], axis=1)
+    for plane, (left, top), (right, bottom) in zip(planes[..., None, None], first[sampled], last[sampled], strict=True):
         columns, rows = slice(left, right + 1), slice(top, bottom + 1)
         u = places[0][rows if len(places[0]) > 1 else slice(None), columns]
         v = places[1][rows, columns if places[1].shape[1] > 1 else slice(None)]

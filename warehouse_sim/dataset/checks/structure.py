@@ -4,7 +4,7 @@ import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.object_truth import geometry_problems
+from warehouse_sim.dataset.object_gt import geometry_problems
 from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.geometry.mesh import diameter
 

@@ -1,4 +1,4 @@
-"""The dataset under test, and what the checks share of it."""
+"""The dataset under test, and what the checks fraction of it."""
 
 import copy
 import os
@@ -37,8 +37,8 @@ class Subject:
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self.root, self.manifest = root, manifest
-        self.progress: Callable[[float], None] = lambda share: None
-        """Called with the share (0-1) of a check's work that is done."""
+        self.progress: Callable[[float], None] = lambda fraction: None
+        """Called with the fraction (0-1) of a check's work that is done."""
         self.layout = DatasetLayout(root)
         self._records: dict[int, SceneRecord] = {}
         self._format: str | None = None

@@ -65,7 +65,7 @@ def convert(
         OutputError: Another process writes the folder, or it cannot be written.
     """
     reader = DatasetReader(source)
-    _refuse(reader, formats)
+    _reject(reader, formats)
     origin: _Source = _Theirs(reader, formats) if reader.manifest is None else _Ours(reader, reader.manifest, formats)
     models = {number: stored_model(info) for number, info in reader.objects.items()}
     store = DatasetStore(out, origin.manifest)
@@ -80,8 +80,8 @@ def convert(
         return store.finish()
 
 
-def _refuse(reader: DatasetReader, formats: Sequence[str]) -> None:
-    """Refuse what needs a renderer, and what is there already.
+def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
+    """Reject what needs a renderer, and what is there already.
 
     Raises:
         DatasetError: Names the format.
@@ -101,7 +101,7 @@ def _refuse(reader: DatasetReader, formats: Sequence[str]) -> None:
 
 @dataclass
 class _Ours:
-    """A dataset of this package: scenes, records, readings and worn surfaces are taken over as they are."""
+    """A dataset of this package: scenes, records, readings and damaged surfaces are taken over as they are."""
 
     reader: DatasetReader
     source: Manifest

@@ -29,7 +29,7 @@ def stored_observation(
 ) -> ObservationFiles:
     """Read all that a dataset holds of one image.
 
-    What no file holds is missing: ids of pixels that are no target's are 0, silhouettes end at the image's border, and
+    What no file holds is missing: ids of pixels that are no target's are 0, amodal masks end at the image's border, and
     without clean images the readings stand for them.
 
     Args:
@@ -65,7 +65,7 @@ def stored_observation(
         ),
         viewpoint=None if recorded is None else _viewpoint(recorded),
         conditions=Conditions() if recorded is None else recorded.conditions,
-        stated=None if recorded is None else recorded.stated,
+        nominal=None if recorded is None else recorded.nominal,
     )
     return ObservationFiles(observation, reader.rgb_file(image))
 
@@ -103,8 +103,8 @@ def _annotation(
         size=info.size,
         box_amodal_xyxy=target.box_amodal_xyxy,
         box_visible_xyxy=mask_box_xyxy(visible),
-        silhouette_offset=(left, top),
-        silhouette=whole[top : bottom + 1, left : right + 1],
+        amodal_mask_offset=(left, top),
+        amodal_mask=whole[top : bottom + 1, left : right + 1],
         pixels_all=max(target.pixels_all, inside),
         pixels_in_image=inside,
         pixels_visible=int(np.count_nonzero(visible)),

@@ -77,7 +77,7 @@ def broken_seals(root: Path, list_sum: str) -> Iterator[str]:
 
 
 def require_checksum(path: Path) -> None:
-    """Refuse a file that is not the one whose checksum lies beside it; a folder without checksums says nothing.
+    """Reject a file that is not the one whose checksum lies beside it; a folder without checksums says nothing.
 
     Raises:
         DatasetError: The file was changed, is not listed, or cannot be read.

@@ -1,4 +1,4 @@
-"""PNG files: RGB in memory is always RGB, depth and ids are 16-bit, masks are 0 and 255.
+"""PNG files: RGB in memory is always RGB, depth and instance masks are 16-bit, masks are 0 and 255.
 
 Each kind goes with the filter that makes it smallest on real observations; `png` holds the measured table. Masks go
 without one, which would only break their long runs up.
@@ -35,7 +35,7 @@ def farthest_depth(steps_per_metre: float) -> float:
 
 
 def encode_ids(ids: Int32[np.ndarray, "h w"], where: str) -> bytes:
-    """Return the 16-bit PNG of an instance-id image, 0 = background.
+    """Return the 16-bit PNG of an instance-instance mask, 0 = background.
 
     Raises:
         DatasetError: An id is negative or above 65535.
@@ -79,7 +79,7 @@ def depth_steps(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, where
 def encode_clean_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float) -> bytes:
     """Return the 16-bit PNG of a clean depth image (m), 0 = nothing there, or farther than 16 bits can say.
 
-    No sensor's range ends the truth, so that what does not fit is left out; a reading would be refused.
+    No sensor's range ends the ground truth, so that what does not fit is left out; a reading would be rejected.
     """
     steps = fitting_depth(depth, steps_per_metre) * np.float32(steps_per_metre)
     return encode_png(np.rint(steps, out=steps).astype(np.uint16), "up")

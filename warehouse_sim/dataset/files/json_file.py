@@ -65,7 +65,7 @@ def parse_json(content: bytes, where: str) -> Any:
     # To look at each number takes longer than all the rest: only where one may be too large.
     checks: dict[str, Any] = {"parse_float": _float, "parse_int": _whole} if _FAR.search(text) else {}
     try:
-        data = json.loads(text, parse_constant=_refuse, object_pairs_hook=_mapping, **checks)
+        data = json.loads(text, parse_constant=_reject, object_pairs_hook=_mapping, **checks)
     except ValueError as problem:
         raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
     except RecursionError as problem:
@@ -87,7 +87,7 @@ def read_table(path: Path) -> dict[int, Any]:
     return {number: data[str(number)] for number in sorted(int(key) for key in data)}
 
 
-def _refuse(constant: str) -> None:
+def _reject(constant: str) -> None:
     raise ValueError(f"{constant} is no JSON number")
 
 

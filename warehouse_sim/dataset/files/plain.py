@@ -43,7 +43,7 @@ NUMBERS = Span(-1e15, 1e15)
 """Any number that is still exact to an eighth."""
 WHOLE = Span(0, 2**31 - 1)
 """Indices and counts."""
-SHARES = Span(0.0, 1.0)
+FRACTIONS = Span(0.0, 1.0)
 LENGTHS = Span(1e-4, 1e4)
 """Edges and distances within an object (m): a hair to a town."""
 PLACES = Span(-1e6, 1e6)

@@ -87,7 +87,7 @@ def is_rgb_png(path: Path) -> bool:
 
 
 def require_whole_png(data: bytes, where: str) -> None:
-    """Refuse a PNG file with a changed, missing or additional byte: every chunk has its checksum, IEND ends the file.
+    """Reject a PNG file with a changed, missing or additional byte: every chunk has its checksum, IEND ends the file.
 
     Raises:
         DatasetError: It is damaged, or too large to be decoded.

@@ -44,7 +44,7 @@ class SceneWriter(Protocol):
 
 
 class DatasetWriter(Protocol):
-    """Writes one format; built anew in every process, so it holds nothing but where and what to write."""
+    """Writes one format; built again in every process, so it holds nothing but where and what to write."""
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Store what all scenes share; called once, before any scene.
@@ -101,16 +101,16 @@ class FormatReader(Protocol):
         """Read the depth image: metres along the optical axis, 0 = no reading."""
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image without errors of a camera; asked for only if ``has_clean``."""
+        """Read the colour image without errors of a camera; requested only if ``has_clean``."""
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Read the depth without errors of a sensor (m); asked for only if ``has_clean``."""
+        """Read the depth without errors of a sensor (m); requested only if ``has_clean``."""
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels."""
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette, as far as it lies in the image."""
+        """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
 
 
 class Format(Protocol):
@@ -129,8 +129,8 @@ class Format(Protocol):
     def checks(self) -> Sequence[NamedCheck]:
         """What ``validate`` asks of its files, in order."""
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse what the format cannot hold at all, before anything is made.
+    def reject(self, manifest: Manifest) -> None:
+        """Reject what the format cannot hold at all, before anything is made.
 
         Raises:
             DatasetError: Names the setting of the recipe that asks for it.

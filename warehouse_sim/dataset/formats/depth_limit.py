@@ -1,4 +1,4 @@
-"""Formats whose depth images have 16 bits refuse depth cameras that read farther."""
+"""Formats whose depth images have 16 bits reject depth cameras that read farther."""
 
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.files.image_io import farthest_depth
@@ -6,7 +6,7 @@ from warehouse_sim.errors import DatasetError
 
 
 def require_depth_fits(contents: Contents, steps_per_metre: float, name: str) -> None:
-    """Refuse a depth camera that reads farther than 16 bits can say.
+    """Reject a depth camera that reads farther than 16 bits can say.
 
     Args:
         contents: Of the dataset.
@@ -14,7 +14,7 @@ def require_depth_fits(contents: Contents, steps_per_metre: float, name: str) ->
         name: The format's, as in ``--formats``.
 
     Raises:
-        DatasetError: A largest range, the rig's own or a twin's, is beyond the format's.
+        DatasetError: A largest range, the rig's own or a paired variant's, is beyond the format's.
     """
     limit = farthest_depth(steps_per_metre)
     for setting, largest in contents.depth_ranges.items():

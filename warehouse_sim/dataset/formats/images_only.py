@@ -30,15 +30,15 @@ class ImagesOnly:
         self.root = root
 
     def depth(self, image: ImageRecord) -> NoReturn:
-        """Refuse: there is none."""
+        """Reject: there is none."""
         raise DatasetError(f"{self.root}: holds no depth images; read the dataset in a format that does, such as bop")
 
     def clean_rgb(self, image: ImageRecord) -> NoReturn:
-        """Refuse: there is none."""
+        """Reject: there is none."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> NoReturn:
-        """Refuse: there is none."""
+        """Reject: there is none."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
 
@@ -73,7 +73,7 @@ def inside(folder: Path, name: str, where: str) -> Path:
 
 
 def require_split(splits: Mapping[str, object], split: str, root: Path) -> None:
-    """Refuse a split that is not there.
+    """Reject a split that is not there.
 
     Raises:
         DatasetError: It is not.

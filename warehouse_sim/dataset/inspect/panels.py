@@ -82,8 +82,8 @@ def masked_panel(objects: Objects, image: ImageRecord, panel: Image, masks: Mask
     for target in near_first(image):
         color = label_color(target.gt_index)
         corner = draw_box_2d(panel, target, scale, color)
-        share = f" {100 * target.visible_fraction:.0f} %" if 0 <= target.visible_fraction <= 1 else ""
-        captions.add(f"{class_of(target, objects)}{share}", corner, color)
+        fraction = f" {100 * target.visible_fraction:.0f} %" if 0 <= target.visible_fraction <= 1 else ""
+        captions.add(f"{class_of(target, objects)}{fraction}", corner, color)
     captions.draw()
     draw_caption(panel, f"{len(masks)} visible masks, {len(image.targets)} boxes")
     return panel

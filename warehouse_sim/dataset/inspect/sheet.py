@@ -17,7 +17,7 @@ from warehouse_sim.schema import LidarScan, MountedReading
 _WIDTH, _MOST_SCALE = 800, 2.0
 _DARK, _GAP = 18, 4
 _SPARSE = 0.2
-"""Share of pixels with a reading below which depth is drawn with larger dots."""
+"""Fraction of pixels with a reading below which depth is drawn with larger dots."""
 
 
 def dataset_sheet(reader: DatasetReader, images: Sequence[ImageRecord], oddities: Oddities) -> Image:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import SHARES, WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, run_lengths
 from warehouse_sim.dataset.formats.coco.categories import category_numbers
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
@@ -123,7 +123,7 @@ def _read_row(
         edges = (left, top, left + width, top + height)
     if edges is None and mask is None:
         raise DatasetError(f"{where}: has neither a bbox nor a segmentation of run lengths")
-    score = take(row, "score", float, where, SHARES)
+    score = take(row, "score", float, where, FRACTIONS)
     return FoundObject(image.scene_id, image.image_id, score, class_name, model, edges, mask)
 
 

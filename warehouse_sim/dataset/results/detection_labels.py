@@ -1,4 +1,4 @@
-"""Detections as YOLO's label files: a text file an image, a row ``class x y w h score`` for each, as shares."""
+"""Detections as YOLO's label files: a text file an image, a row ``class x y w h score`` for each, as fractions."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -36,8 +36,8 @@ def write_labels(folder: Path, found: Iterable[FoundObject], reader: DatasetRead
                 continue
             left, top, right, bottom = item.edges
             width, height = image.camera.width, image.camera.height
-            shares = (left + right) / 2 / width, (top + bottom) / 2 / height, (right - left) / width
-            numbers = (*shares, (bottom - top) / height, item.score)
+            fractions = (left + right) / 2 / width, (top + bottom) / 2 / height, (right - left) / width
+            numbers = (*fractions, (bottom - top) / height, item.score)
             lines.append(" ".join([str(names.index(class_name)), *(f"{number:.6f}" for number in numbers)]))
         path = folder / f"{image.scene_id:06d}_{image.image_id:06d}.txt"
         write_bytes(path, "".join(f"{line}\n" for line in lines).encode())
@@ -88,7 +88,7 @@ def _read_file(path: Path, image: ImageRecord, names: list[str]) -> list[FoundOb
         except ValueError as problem:
             raise DatasetError(f"{path}: line {number} holds something else than numbers") from problem
         if len(values) not in (4, 5) or not all(-1.0 <= value <= 2.0 for value in values):
-            raise DatasetError(f"{path}: line {number} must be a class and x y w h, perhaps a score, as shares")
+            raise DatasetError(f"{path}: line {number} must be a class and x y w h, perhaps a score, as fractions")
         if not 0 <= index < len(names):
             raise DatasetError(f"{path}: line {number} has the class {index}; known: {', '.join(names)}")
         x, y, w, h = values[:4]

@@ -1,8 +1,8 @@
 """A file of predictions: the BOP pose CSV, and beside it, in JSON, what that has no column for.
 
-``NAME.csv`` holds what an estimator answers for; ``NAME.doubt.json`` the covariance and the errors that it expects of
-each row, and the estimates that it refused, which no row has: who reads the CSV alone never sees them. Where estimates
-have fronts, ``front_file`` stores these.
+``NAME.csv`` holds what an estimator answers for; ``NAME.uncertainty.json`` the covariance and the errors that it
+expects of each row, and the estimates that it rejected, which no row has: who reads the CSV alone never sees them.
+Where estimates have faces, ``face_file`` stores these.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ import numpy as np
 
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import WHOLE, Span, take, take_if_given, take_numbers
-from warehouse_sim.dataset.results import front_file, pose_csv
+from warehouse_sim.dataset.results import face_file, pose_csv
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import PoseEstimate
 
@@ -25,27 +25,27 @@ _UPPER = np.triu_indices(6)
 _ERROR = Span(0.0, 1e6)
 
 
-def doubt_file(path: Path) -> Path:
+def uncertainty_file(path: Path) -> Path:
     """Return the file that goes with a pose CSV."""
-    return path.with_suffix(".doubt.json")
+    return path.with_suffix(".uncertainty.json")
 
 
 def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
-    """Write estimates: those that are not refused as a pose CSV, what is thought of all beside it.
+    """Write estimates: those that are not rejected as a pose CSV, what is thought of all beside it.
 
     Where nothing is thought of any, an older file beside it is removed.
 
     Raises:
         DatasetError: A value is not finite, or the rows of one image differ in time.
     """
-    given = [item for item in estimates if not item.refused]
-    refused = [item for item in estimates if item.refused]
+    given = [item for item in estimates if not item.rejected]
+    rejected = [item for item in estimates if item.rejected]
     pose_csv.write(path, given)
-    front_file.write(path, given)
+    face_file.write(path, given)
     rows = {row: _plain(item) for row, item in enumerate(given)}
     known = [{"row": row, **plain} for row, plain in rows.items() if plain]
-    if not known and not refused:
-        doubt_file(path).unlink(missing_ok=True)
+    if not known and not rejected:
+        uncertainty_file(path).unlink(missing_ok=True)
         return
     data = {
         "format": _FORMAT,
@@ -57,19 +57,19 @@ def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
             "stored": "upper triangle, row by row",
         },
         "rows": known,
-        "refused": [_refused(item) for item in refused],
+        "rejected": [_rejected(item) for item in rejected],
     }
-    write_json(doubt_file(path), data, depth=2)
+    write_json(uncertainty_file(path), data, depth=2)
 
 
 def read(path: Path) -> list[PoseEstimate]:
-    """Read the estimates of a pose CSV with what stands beside it; refused ones are left out.
+    """Read the estimates of a pose CSV with what stands beside it; rejected ones are left out.
 
     Raises:
         DatasetError: A file is malformed, or the one beside it belongs to another CSV.
     """
-    estimates = list(front_file.attach(path, pose_csv.read(path)))
-    beside = doubt_file(path)
+    estimates = list(face_file.attach(path, pose_csv.read(path)))
+    beside = uncertainty_file(path)
     if not beside.is_file():
         return estimates
     data = _checked(beside, path)
@@ -78,18 +78,18 @@ def read(path: Path) -> list[PoseEstimate]:
         row = take(entry, "row", int, where, WHOLE)
         if row >= len(estimates):
             raise DatasetError(f"{where}: there is no row {row} in {path}, which has {len(estimates)}; predict again")
-        estimates[row] = _with_doubt(estimates[row], entry, f"{where}: {row}")
+        estimates[row] = _with_uncertainty(estimates[row], entry, f"{where}: {row}")
     return estimates
 
 
-def count_refused(path: Path) -> int:
-    """Return how many estimates were refused when a pose CSV was written.
+def count_rejected(path: Path) -> int:
+    """Return how many estimates were rejected when a pose CSV was written.
 
     Raises:
         DatasetError: As ``read``.
     """
-    beside = doubt_file(path)
-    return len(take(_checked(beside, path), "refused", list, str(beside))) if beside.is_file() else 0
+    beside = uncertainty_file(path)
+    return len(take(_checked(beside, path), "rejected", list, str(beside))) if beside.is_file() else 0
 
 
 def _checked(beside: Path, path: Path) -> Any:
@@ -116,8 +116,8 @@ def _plain(item: PoseEstimate) -> dict[str, Any]:
     return plain
 
 
-def _refused(item: PoseEstimate) -> dict[str, Any]:
-    """Return what is kept of a refused estimate, so that it can be looked at."""
+def _rejected(item: PoseEstimate) -> dict[str, Any]:
+    """Return what is kept of a rejected estimate, so that it can be looked at."""
     return {
         "scene_id": item.scene_id,
         "im_id": item.image_id,
@@ -127,7 +127,7 @@ def _refused(item: PoseEstimate) -> dict[str, Any]:
     }
 
 
-def _with_doubt(item: PoseEstimate, entry: Any, where: str) -> PoseEstimate:
+def _with_uncertainty(item: PoseEstimate, entry: Any, where: str) -> PoseEstimate:
     covariance = None
     if "covariance" in entry:
         covariance = np.zeros((6, 6))

@@ -16,7 +16,7 @@ class AnchorFit(NamedTuple):
     anchors_wh: Float[np.ndarray, "a 2"]
     """Width and height (px), by area."""
     recall: float
-    """Share of the boxes that some anchor fits, 0-1."""
+    """Fraction of the boxes that some anchor fits, 0-1."""
 
 
 def cluster_anchors(boxes_wh: Float[np.ndarray, "k 2"], count: int, rng: np.random.Generator) -> AnchorFit:
@@ -43,7 +43,7 @@ def cluster_anchors(boxes_wh: Float[np.ndarray, "k 2"], count: int, rng: np.rand
 
 
 def anchor_recall(boxes_wh: Float[np.ndarray, "k 2"], anchors_wh: Float[np.ndarray, "a 2"]) -> float:
-    """Return the share of boxes that some anchor fits."""
+    """Return the fraction of boxes that some anchor fits."""
     ratio = np.maximum(boxes_wh, 1.0)[:, None] / anchors_wh
     worst = np.maximum(ratio, 1.0 / ratio).max(axis=2)
     return float((worst.min(axis=1) < FITS).mean())

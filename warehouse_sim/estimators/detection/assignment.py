@@ -17,7 +17,7 @@ from warehouse_sim.learning.device import on_device
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """True boxes of a batch."""
+    """Ground-truth boxes of a batch."""
 
     image: Int[Tensor, " k"]
     """Of the batch."""
@@ -68,7 +68,7 @@ def _assign_level(targets: Targets, anchors: Float[Tensor, "a 2"], stride: int, 
     return Assigned(targets.image[target], anchor, cells[:, 1], cells[:, 0], target)
 
 
-def unasked(targets: Targets, shape: tuple[int, ...], stride: int) -> Bool[Tensor, "b h w"]:
+def ignored(targets: Targets, shape: tuple[int, ...], stride: int) -> Bool[Tensor, "b h w"]:
     """Return the cells of a level (b h w) whose centres lie in a box of which nothing is learnt."""
     batch, height, width = shape
     ignored = ~targets.wanted

@@ -15,7 +15,7 @@ from warehouse_sim.estimators.images.rows import canonical_mm
 from warehouse_sim.estimators.images.settings import DepthSource
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.learning.threads import SMALL, cpu_threads
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ from warehouse_sim.ranges import Range, Share, ranged
 class DetectConfig:
     """What counts as found."""
 
-    least_score: Share = 0.25
+    least_score: Fraction = 0.25
     """Detections of lower scores are left out, 0-1."""
-    most_overlap: Share = 0.6
+    most_overlap: Fraction = 0.6
     """Intersection over union with a better one of the same class from which on a detection is left out, 0-1."""
     most: Annotated[int, Range(1, 1000)] = 300
     """Detections of an image at most, 1-1,000."""

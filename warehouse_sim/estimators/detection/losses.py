@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
-from warehouse_sim.estimators.detection.assignment import Assigned, Targets, assign, unasked
+from warehouse_sim.estimators.detection.assignment import Assigned, Targets, assign, ignored
 from warehouse_sim.estimators.detection.networks.detector import CellNetwork, Raw
 from warehouse_sim.estimators.detection.networks.pyramid import STRIDES
 from warehouse_sim.estimators.detection.settings import DetectorLossConfig
@@ -62,21 +62,21 @@ def _level_loss(
     box, kind = on_device(targets.boxes[found.target], device), targets.class_index[found.target]
     found = found.to(device)
     at = found.image, found.anchor, found.row, found.column
-    truth = logits.new_zeros(logits.shape[:4])
+    gt = logits.new_zeros(logits.shape[:4])
     loss = logits.sum() * 0.0
     if len(found.target):
         centre, size = _placed(network, logits[at][:, :4], level, found)
         iou = complete_iou(torch.cat([centre - size / 2, centre + size / 2], dim=1), box)
         loss = loss + config.box * (1.0 - iou).mean()
         # Where two boxes share a cell and an anchor, the better fit says how sure it may be.
-        truth.view(-1).scatter_reduce_(0, _flat(found, truth), iou.detach().clamp(min=0).to(truth.dtype), "amax")
+        gt.view(-1).scatter_reduce_(0, _flat(found, gt), iou.detach().clamp(min=0).to(gt.dtype), "amax")
         if network.config.classes > 1:
             wanted = on_device(functional.one_hot(kind, network.config.classes).to(logits.dtype), device)
             loss = loss + config.classes * functional.binary_cross_entropy_with_logits(logits[at][:, 5:], wanted)
-    batch, _, height, width = truth.shape
-    asked = on_device(~unasked(targets, (batch, height, width), STRIDES[level]), device)
-    counts = asked[:, None] | (truth > 0)
-    objectness = functional.binary_cross_entropy_with_logits(logits[..., 4], truth, reduction="none")
+    batch, _, height, width = gt.shape
+    requested = on_device(~ignored(targets, (batch, height, width), STRIDES[level]), device)
+    counts = requested[:, None] | (gt > 0)
+    objectness = functional.binary_cross_entropy_with_logits(logits[..., 4], gt, reduction="none")
     return loss + config.objectness * _LEVEL_WEIGHTS[level] * (objectness * counts).mean()
 
 
@@ -84,10 +84,10 @@ def _placed(
     network: CellNetwork, logits: Float[Tensor, "n 4"], level: int, found: Assigned
 ) -> tuple[Float[Tensor, "n 2"], Float[Tensor, "n 2"]]:
     """Return centre and size (px) of single cells, as ``CellNetwork.place`` does of whole maps."""
-    share = torch.sigmoid(logits)
+    fraction = torch.sigmoid(logits)
     cell = torch.stack([found.column, found.row], dim=1)
-    centre = (2.0 * share[:, :2] - 0.5 + cell) * STRIDES[level]
-    return centre, (2.0 * share[:, 2:]) ** 2 * network.anchors[level][found.anchor]
+    centre = (2.0 * fraction[:, :2] - 0.5 + cell) * STRIDES[level]
+    return centre, (2.0 * fraction[:, 2:]) ** 2 * network.anchors[level][found.anchor]
 
 
 def _flat(found: Assigned, shape: Float[Tensor, "b a h w"]) -> Tensor:

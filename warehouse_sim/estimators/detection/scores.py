@@ -22,7 +22,7 @@ def box_precision(
 
     Args:
         found: What was detected in each image.
-        boxes: True boxes of each image, in the same coordinates.
+        boxes: Ground-truth boxes of each image, in the same coordinates.
         classes: Their classes.
         wanted: Which of them are to be found.
         class_count: Number of classes.
@@ -31,11 +31,11 @@ def box_precision(
     values = list[float]()
     for number in range(class_count):
         rows = list[Matches]()
-        for kept, truth, labels, asked in zip(found, boxes, classes, wanted, strict=True):
+        for kept, gt, labels, requested in zip(found, boxes, classes, wanted, strict=True):
             mine, theirs = kept.classes == number, labels == number
-            box, truth_box, is_asked = kept.boxes[mine], truth[theirs], asked[theirs]
-            overlap = np.where(is_asked, box_ious(box, truth_box), box_coverage(box, truth_box))
-            rows.append(match(kept.scores[mine], overlap, is_asked, least_overlap))
+            box, gt_box, is_requested = kept.boxes[mine], gt[theirs], requested[theirs]
+            overlap = np.where(is_requested, box_ious(box, gt_box), box_coverage(box, gt_box))
+            rows.append(match(kept.scores[mine], overlap, is_requested, least_overlap))
         values.append(average_precision(rows))
     known = [value for value in values if not np.isnan(value)]
     return 100.0 * float(np.mean(known)) if known else 0.0

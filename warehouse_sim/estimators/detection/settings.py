@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig
 from warehouse_sim.learning.settings import LoopConfig
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 DetectorSize = Literal["pico", "nano", "small"]
 Labels = Literal["class", "object"]
@@ -32,8 +32,8 @@ class DetectorLossConfig:
 class WantedConfig:
     """Which targets a detector is to find; it is neither taught nor scored on others."""
 
-    visible: Share = 0.1
-    """Least visible share, 0-1."""
+    visible: Fraction = 0.1
+    """Least visible fraction, 0-1."""
     height_px: Annotated[float, Range(0, 10_000, "px")] = 8.0
     """Least height of the visible part in the image itself, 0-10,000."""
 
@@ -53,8 +53,8 @@ class BoxTrainingConfig(LoopConfig):
     """What is told apart: classes (pallet, carton), or objects (epal1, epal2)."""
     classes: tuple[str, ...] = ()
     """Only these classes, or objects; all targets by default."""
-    calm_share: Share = 0.15
-    """Last share of the run without mosaics, so that it ends on images as they are, 0-1."""
+    calm_fraction: Fraction = 0.15
+    """Last fraction of the run without mosaics, so that it ends on images as they are, 0-1."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
 

@@ -1,1 +1,1 @@
-"""Whole images as networks see them: scaled once, encoded, kept on disk, composed anew for each training step."""
+"""Whole images as networks see them: scaled once, encoded, kept on disk, composed again for each training step."""

@@ -10,7 +10,7 @@ from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.learning.array_store import Arrays
 
 _GREY = 114
-_LEAST_SHARE = 0.15
+_LEAST_FRACTION = 0.15
 """Of a box must remain, or what remains is only to be ignored."""
 
 
@@ -127,9 +127,9 @@ def _moved(labels: Float32[np.ndarray, "k 8"], place: _Place, width: int) -> Flo
         boxes[:, [0, 2]] = width - boxes[:, [2, 0]]
     boxes = boxes * place.zoom + np.tile(place.shift, 2)
     cut = np.clip(boxes, [place.left, place.top] * 2, [place.right, place.bottom] * 2)
-    share = _area(cut) / np.maximum(_area(boxes), 1e-9)
+    fraction = _area(cut) / np.maximum(_area(boxes), 1e-9)
     labels[:, :4] = cut
-    labels[:, 5] *= np.where(share < _LEAST_SHARE, 0.0, share)
+    labels[:, 5] *= np.where(fraction < _LEAST_FRACTION, 0.0, fraction)
     labels[:, 6] *= place.zoom * (cut[:, 3] - cut[:, 1]) / np.maximum(boxes[:, 3] - boxes[:, 1], 1e-9)
     kept: Float32[np.ndarray, "n 8"] = labels[_area(cut) > 1.0]
     return kept

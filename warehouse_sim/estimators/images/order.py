@@ -10,7 +10,7 @@ from torch import Tensor
 from warehouse_sim.learning.order import SampleOrder
 
 _CYCLE = 1000
-"""Steps over which each group has its share."""
+"""Steps over which each group has its fraction."""
 
 
 class GroupedOrder(SampleOrder):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 DepthSource = Literal["camera", "lidar"]
 Reading = Literal["rgb", "depth"]
@@ -28,19 +28,19 @@ class ImageConfig:
 class ImageAugmentConfig:
     """How strongly whole images are disturbed in training."""
 
-    mosaic: Share = 0.3
-    """Share of samples composed of four images, 0-1."""
+    mosaic: Fraction = 0.3
+    """Fraction of samples composed of four images, 0-1."""
     zoom: Annotated[float, Range(1, 10)] = 1.5
     """Largest factor by which images are enlarged or shrunk, 1-10."""
-    shift: Share = 0.15
-    """How far images are shifted at most, as a share of their size, 0-1."""
-    flip: Share = 0.5
-    """Share of images that are mirrored, 0-1."""
-    colour: Share = 0.4
+    shift: Fraction = 0.15
+    """How far images are shifted at most, as a fraction of their size, 0-1."""
+    flip: Fraction = 0.5
+    """Fraction of images that are mirrored, 0-1."""
+    colour: Fraction = 0.4
     """Largest relative change of brightness, contrast and each channel, 0-1."""
     depth_noise: Annotated[float, Range(0, 1)] = 0.002
     """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
     depth_holes: Annotated[int, Range(0, 1000)] = 4
     """Most rectangles without depth, 0-1,000."""
-    depth_scale: Share = 0.05
+    depth_scale: Fraction = 0.05
     """Largest relative error of all depths of an image, 0-1."""

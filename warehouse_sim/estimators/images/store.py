@@ -35,11 +35,11 @@ def load_images(
         config: What is read.
         workers: Threads that decode images.
         cache: Folder to keep images in; None keeps them in memory.
-        progress: Called with the share of the images that is read; not called when they are found.
+        progress: Called with the fraction of the images that is read; not called when they are found.
 
     Raises:
         TrainingError: No such split, or the cache cannot be written.
-        DatasetError: Depth is asked for, and there is none.
+        DatasetError: Depth is requested, and there is none.
     """
     if split not in reader.splits:
         raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")

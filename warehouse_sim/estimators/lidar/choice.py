@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.estimators.lidar.clusters import Clusters
 
 _DENSE = 0.5
-"""Clusters with at least this share of the cores of the largest are dense."""
+"""Clusters with at least this fraction of the cores of the largest are dense."""
 
 
 def chosen_points(

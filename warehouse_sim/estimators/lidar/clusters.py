@@ -90,7 +90,7 @@ def cluster(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterCon
         config: Settings.
 
     Raises:
-        MissingPackageError: scikit-learn is asked for but not installed.
+        MissingPackageError: scikit-learn is requested but not installed.
     """
     if not len(points):
         return Clusters(np.zeros(0, np.int64), np.zeros(0, bool))

@@ -84,11 +84,11 @@ class LidarMethod:
         """Return the estimator.
 
         Raises:
-            InputError: The network reads an image, or doubt was fitted for it alone.
+            InputError: The network reads an image, or uncertainty was fitted for it alone.
         """
-        network = load_estimator(self.estimator, replace(config, doubt=False, refuse=None))
-        if config.refuse is not None:
-            raise InputError("no doubt was fitted for what LiDAR chains estimate; leave --refuse out")
+        network = load_estimator(self.estimator, replace(config, uncertainty=False, reject=None))
+        if config.reject is not None:
+            raise InputError("no uncertainty was fitted for what LiDAR chains estimate; leave --reject out")
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self.estimator} reads an image; a LiDAR alone has none")
         chain = cast(PoseEstimator, LidarChain(network, (), self._resampling))

@@ -23,8 +23,8 @@ class BoxClusterConfig:
     """What makes a cluster."""
     floor: Annotated[float, Range(0, 10, "m")] = 0.02
     """Points lower than this above the floor (m), 0-10, are the floor's where the camera's place is known; and"""
-    floor_share: Annotated[float, Range(0, 1)] = 0.002
-    """by this share of the range more, 0-1."""
+    floor_fraction: Annotated[float, Range(0, 1)] = 0.002
+    """by this fraction of the range more, 0-1."""
 
 
 class BoxClusters:
@@ -48,7 +48,7 @@ class BoxClusters:
 
     def _of_one(self, image: RgbdImage, position: int, detection: Detection) -> Detection | None:
         seen = detection_points(image, detection)
-        above = above_floor(image, seen.points, self.config.floor, self.config.floor_share)
+        above = above_floor(image, seen.points, self.config.floor, self.config.floor_fraction)
         if not above.any():
             return None
         seen = BoxPoints(seen.points[above], seen.u[above], seen.v[above])
@@ -69,13 +69,13 @@ def detection_points(image: RgbdImage, detection: Detection) -> BoxPoints:
 
 
 def above_floor(
-    image: RgbdImage, points: Float[np.ndarray, "n 3"], floor: float, share: float
+    image: RgbdImage, points: Float[np.ndarray, "n 3"], floor: float, fraction: float
 ) -> Bool[np.ndarray, " n"]:
     """Return which points (camera frame, m) are not of the floor z = 0; all where the camera's place is unknown."""
     if image.T_world_camera is None or np.array_equal(image.T_world_camera, np.eye(4)):
         return np.ones(len(points), dtype=bool)
     height = points @ image.T_world_camera[2, :3] + image.T_world_camera[2, 3]
-    return np.asarray(height > floor + share * points[:, 2])
+    return np.asarray(height > floor + fraction * points[:, 2])
 
 
 def _spacing(image: RgbdImage, seen: BoxPoints) -> float:

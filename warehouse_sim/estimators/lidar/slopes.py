@@ -11,7 +11,7 @@ from jaxtyping import Float, Float32, Int
 _HOLD = 6.0
 """The slope is held at 0 as strongly as by a neighbour of weight 1 this far away (px)."""
 _MOST_CHANGE = 0.3
-"""A reading says of no pixel of the window that its inverse depth differs by more than this share."""
+"""A reading says of no pixel of the window that its inverse depth differs by more than this fraction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,18 +43,18 @@ class Samples:
         return self.inverse + (self.slope[0] * np.float32(right) + self.slope[1] * np.float32(down))
 
 
-def with_slopes(samples: Samples, padded: Float32[np.ndarray, "h w"], step: float, step_share: float) -> Samples:
+def with_slopes(samples: Samples, padded: Float32[np.ndarray, "h w"], step: float, step_fraction: float) -> Samples:
     """Return the readings with slopes, by least squares of the inverse depths of their neighbours.
 
     Args:
         samples: The readings.
         padded: The image that they are of.
         step: Neighbours that differ by more are of another surface (m) ...
-        step_share: ... at zero range, and by this share of the range more.
+        step_fraction: ... at zero range, and by this fraction of the range more.
     """
     number = np.full(padded.size, -1, dtype=np.int32)
     number[samples.place] = np.arange(len(samples.place), dtype=np.int32)
-    inverse, reach = (1.0 / samples.depth).astype(np.float64), step + step_share * samples.depth
+    inverse, reach = (1.0 / samples.depth).astype(np.float64), step + step_fraction * samples.depth
     moments = np.zeros((5, len(samples.place)))
     for down in range(-samples.half_h, samples.half_h + 1):
         for right in range(-samples.half_w, samples.half_w + 1):

@@ -27,12 +27,12 @@ class UpsampleConfig:
     """Height of the window, 3-101, odd; it holds at least two beams that are 0.5 deg apart, off the axis, too."""
     step: Annotated[float, Range(0, 10, "m")] = 0.3
     """Readings of a window that differ by more are of two surfaces (m), 0-10 ..."""
-    step_share: Annotated[float, Range(0, 1)] = 0.05
-    """... at zero range, and by this share of the range more, 0-1."""
+    step_fraction: Annotated[float, Range(0, 1)] = 0.05
+    """... at zero range, and by this fraction of the range more, 0-1."""
     same: Annotated[float, Range(1e-3, 10, "m")] = 0.1
     """Readings that are averaged differ by less from the one that was chosen (m), 0.001-10 ..."""
-    same_share: Annotated[float, Range(0, 1)] = 0.02
-    """... at zero range, and by this share of the range more, 0-1."""
+    same_fraction: Annotated[float, Range(0, 1)] = 0.02
+    """... at zero range, and by this fraction of the range more, 0-1."""
     least: Annotated[int, Range(1, 100)] = 3
     """Readings that the window must hold, 1-100."""
 
@@ -48,15 +48,15 @@ def upsample(
     """Return a dense depth image (m, 0 = too few readings about it) of a sparse one (m, 0 = no reading).
 
     A pixel whose window holds readings that differ by a step is of the surface that has more weight there, of the
-    nearer one in doubt. Its depth is the mean, in inverse depth and weighted by distance in the image, of what the
-    readings of that surface say of it, each along its own slope. No depth lies between two surfaces.
+    nearer one in uncertainty. Its depth is the mean, in inverse depth and weighted by distance in the image, of what
+    the readings of that surface say of it, each along its own slope. No depth lies between two surfaces.
     """
     half_h, half_w = config.height_px // 2, config.width_px // 2
     padded = np.pad(np.asarray(sparse, dtype=np.float32), ((half_h, half_h), (half_w, half_w)))
     samples = Samples.of(padded, half_h, half_w)
     if not len(samples.place):
         return np.zeros_like(sparse, dtype=np.float32)
-    window, samples = _Window(padded, config), with_slopes(samples, padded, config.step, config.step_share)
+    window, samples = _Window(padded, config), with_slopes(samples, padded, config.step, config.step_fraction)
     dense = window.mean(samples, window.nearest(samples, window.vote(samples)))
     dense[~window.surrounded()] = 0.0
     return np.ascontiguousarray(dense[half_h:-half_h, half_w:-half_w])
@@ -81,7 +81,7 @@ class _Window:
         box, far = np.ones(self._kernel.shape, np.uint8), float(np.finfo(np.float32).max)
         least = cv2.erode(np.where(depth > 0, depth, far), box, borderType=cv2.BORDER_CONSTANT, borderValue=far)
         most = cv2.dilate(depth, box, borderType=cv2.BORDER_CONSTANT, borderValue=0.0)
-        stepped = (most - least > config.step + config.step_share * least) & (most > 0)
+        stepped = (most - least > config.step + config.step_fraction * least) & (most > 0)
         # Where nothing steps all readings are near.
         middle = np.where(stepped, 0.5 * (least + most), far).astype(np.float32).ravel()
         total = cv2.filter2D((depth > 0).astype(np.float32), -1, self._kernel, borderType=cv2.BORDER_CONSTANT).ravel()
@@ -110,16 +110,16 @@ class _Window:
         config, shape = self._config, self._depth.shape
         depth = 1.0 / np.maximum(reference, 1e-6)
         # A difference of inverse depths is one of depths over the depth's square.
-        narrow = (depth**2 / (config.same + config.same_share * depth)).astype(np.float32)
+        narrow = (depth**2 / (config.same + config.same_fraction * depth)).astype(np.float32)
         weights, sums = np.zeros(self._depth.size, np.float32), np.zeros(self._depth.size, np.float32)
         for down, right, weight in self._places:
             at = samples.place + (down * shape[1] + right)
             inverse = samples.inverse_beside(down, right)
             # Tukey's biweight: smooth, and exactly nothing beyond its reach.
-            share = 1.0 - np.square((inverse - reference.take(at)) * narrow.take(at))
-            share = weight * np.square(np.maximum(share, 0.0))
-            weights[at] += share
-            sums[at] += share * inverse
+            fraction = 1.0 - np.square((inverse - reference.take(at)) * narrow.take(at))
+            fraction = weight * np.square(np.maximum(fraction, 0.0))
+            weights[at] += fraction
+            sums[at] += fraction * inverse
         known = (weights > 1e-6) & (reference > 0)
         return np.where(known, weights / np.where(known, sums, 1.0), 0.0).astype(np.float32).reshape(shape)
 

@@ -14,7 +14,7 @@ Selection = Literal["argmax", "weighted", "weighted-50", "consensus"]
 
 # Poses that agree with the most confident one: within 8 degrees and 4 % of the diameter.
 _AGREE_ANGLE = np.deg2rad(8.0)
-_AGREE_SHARE = 0.04
+_AGREE_FRACTION = 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +102,11 @@ def average_poses(candidates: Candidates, weights: Float[np.ndarray, "b m"]) -> 
     "Averaging quaternions", J. Guidance 30(4), 2007), which does not see the sign of a quaternion. ``eigh`` sorts its
     eigenvalues, unlike ``eig``.
     """
-    share = weights / weights.sum(axis=1, keepdims=True)
+    fraction = weights / weights.sum(axis=1, keepdims=True)
     quat = candidates.quat_wxyz
-    matrix = (quat * share[..., None]).swapaxes(1, 2) @ quat
+    matrix = (quat * fraction[..., None]).swapaxes(1, 2) @ quat
     principal = np.linalg.eigh(matrix)[1][..., -1]
-    translation = np.einsum("bm,bmi->bi", share, candidates.translation)
+    translation = np.einsum("bm,bmi->bi", fraction, candidates.translation)
     return make_transform(matrix_from_quat_wxyz(principal), translation)
 
 
@@ -114,7 +114,7 @@ def _agreeing(aligned: Candidates, best: Sequence[int], diameters: Float[np.ndar
     rows = np.arange(len(best))
     away = np.linalg.norm(aligned.translation - aligned.translation[rows, best][:, None], axis=2)
     cosine = np.abs(np.einsum("bmi,bi->bm", aligned.quat_wxyz, aligned.quat_wxyz[rows, best]))
-    return (away <= _AGREE_SHARE * diameters[:, None]) & (cosine >= np.cos(_AGREE_ANGLE / 2.0))
+    return (away <= _AGREE_FRACTION * diameters[:, None]) & (cosine >= np.cos(_AGREE_ANGLE / 2.0))
 
 
 def _product(a: Float[np.ndarray, "*batch 4"], b: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch 4"]:

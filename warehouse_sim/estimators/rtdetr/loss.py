@@ -12,11 +12,12 @@ from warehouse_sim.estimators.rtdetr.settings import RtdetrLossConfig
 from warehouse_sim.optional import require
 
 _COVERED = 0.5
-"""Share of a box that lies in one of which nothing is learnt, from which on it may be that one."""
+"""Fraction of a box that lies in one of which nothing is learnt, from which on it may be that one."""
 _NEVER = -30.0
 """Logit that teaches nothing where nothing is to be found."""
 Labels = list[dict[str, Tensor]]
-"""Of each image ``class_labels`` (k), ``boxes`` (k 4) and ``unasked`` (n 4); centre and size, shares of the canvas."""
+"""Of each image ``class_labels`` (k), ``boxes`` (k 4) and ``ignored`` (n 4); centre and size, fractions of the
+canvas."""
 Loss = Callable[[Found, Labels], Float[Tensor, ""]]
 
 
@@ -77,7 +78,7 @@ def _criterion(library_config: Any) -> Any:
 
         def loss_labels_vfl(self, outputs: Any, targets: Labels, indices: Any, *more: Any, **named: Any) -> Any:
             boxes = outputs["pred_boxes"].detach()
-            free = torch.stack([covered(mine, them["unasked"]) for mine, them in zip(boxes, targets, strict=True)])
+            free = torch.stack([covered(mine, them["ignored"]) for mine, them in zip(boxes, targets, strict=True)])
             free[self._get_source_permutation_idx(indices)] = False
             logits = outputs["logits"].masked_fill(free[..., None], _NEVER)
             return super().loss_labels_vfl({**outputs, "logits": logits}, targets, indices, *more, **named)
@@ -92,5 +93,5 @@ def covered(boxes: Float[Tensor, "n 4"], others: Float[Tensor, "k 4"]) -> Bool[T
     low, high = boxes[:, None, :2] - boxes[:, None, 2:] / 2, boxes[:, None, :2] + boxes[:, None, 2:] / 2
     other_low, other_high = others[:, :2] - others[:, 2:] / 2, others[:, :2] + others[:, 2:] / 2
     shared = (torch.minimum(high, other_high) - torch.maximum(low, other_low)).clamp(min=0).prod(dim=2)
-    share = shared / boxes[:, None, 2:].prod(dim=2).clamp(min=1e-9)
-    return (share >= _COVERED).any(dim=1)
+    fraction = shared / boxes[:, None, 2:].prod(dim=2).clamp(min=1e-9)
+    return (fraction >= _COVERED).any(dim=1)

@@ -63,7 +63,7 @@ SIZES: Mapping[RtdetrSize, dict[str, Any]] = {
 
 
 Pair = tuple[Float[Tensor, "b q k"], Float[Tensor, "b q 4"]]
-"""Logits of classes, and boxes: centre and size as shares of the canvas."""
+"""Logits of classes, and boxes: centre and size as fractions of the canvas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class RtdetrNetwork(BoxNetwork):
         Args:
             rgb: Colours, if they are read.
             depth: Canonical depth (m), if it is read.
-            labels: Of each image ``class_labels`` (k) and ``boxes`` (k 4), centre and size as shares of the canvas;
+            labels: Of each image ``class_labels`` (k) and ``boxes`` (k 4), centre and size as fractions of the canvas;
                 in training they are disturbed, and are to be denoised.
         """
         # The library takes the arithmetic of its anchors from its features: in 16 bits boxes would be off by pixels.

@@ -53,8 +53,8 @@ def as_labels(targets: Targets, images: int, size_wh: tuple[int, int]) -> Labels
     labels: Labels = []
     for number in range(images):
         mine = targets.image == number
-        asked, unasked = mine & targets.wanted, mine & ~targets.wanted
+        requested, ignored = mine & targets.wanted, mine & ~targets.wanted
         labels.append({
-            "class_labels": targets.class_index[asked], "boxes": boxes[asked], "unasked": boxes[unasked],
+            "class_labels": targets.class_index[requested], "boxes": boxes[requested], "ignored": boxes[ignored],
         })  # fmt: skip
     return labels

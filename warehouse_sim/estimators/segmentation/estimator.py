@@ -17,7 +17,7 @@ from warehouse_sim.estimators.segmentation.run_config import RunConfig, load_net
 from warehouse_sim.estimators.segmentation.window import Edges, Window
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.learning.threads import SMALL, cpu_threads
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 _BOXES_AT_ONCE = 64
 
@@ -27,7 +27,7 @@ _BOXES_AT_ONCE = 64
 class SegmentConfig:
     """What counts as part of an object."""
 
-    least_probability: Share = 0.5
+    least_probability: Fraction = 0.5
     """Of the pixels of a mask, 0-1."""
     exclusive: bool = True
     """Whether a pixel belongs to the likeliest object alone."""

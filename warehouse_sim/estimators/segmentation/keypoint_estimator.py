@@ -1,4 +1,4 @@
-"""``detect-keypoints``: key points of pallet fronts in boxes, and poses by perspective-n-point; depth is optional."""
+"""``detect-keypoints``: key points of pallet faces in boxes, and poses by perspective-n-point; depth is optional."""
 
 import time
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ import numpy as np
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.segmentation.estimator import TrainedSegmenter, detection_edges
-from warehouse_sim.estimators.segmentation.front_depth import moved_onto_front
-from warehouse_sim.estimators.segmentation.pnp import FrontPose, SeenPoints, pose_of_points
-from warehouse_sim.estimators.segmentation.run_config import KnownFronts
+from warehouse_sim.estimators.segmentation.face_depth import moved_onto_face
+from warehouse_sim.estimators.segmentation.pnp import FacePose, SeenPoints, pose_of_points
+from warehouse_sim.estimators.segmentation.run_config import KnownFaces
 from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.schema import PoseEstimate
 
@@ -24,7 +24,7 @@ class KeypointEstimator:
 
     Args:
         run: Run folder, or folder of a bundled model.
-        use_depth: Whether depth, where there is any, decides between near and far, and places and turns the front.
+        use_depth: Whether depth, where there is any, decides between near and far, and places and turns the face.
 
     Raises:
         TrainingError: The folder holds no complete run.
@@ -38,7 +38,7 @@ class KeypointEstimator:
         self.least_visible = LeastVisible(0.25, 64)
 
     @property
-    def objects(self) -> tuple[KnownFronts, ...]:
+    def objects(self) -> tuple[KnownFaces, ...]:
         """What it knows."""
         return self._network.run_config.objects
 
@@ -48,7 +48,7 @@ class KeypointEstimator:
         return self._network.reads_rgb
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
-        """Return a pose for each detection whose front shows four points at least.
+        """Return a pose for each detection whose face shows four points at least.
 
         Raises:
             InputError: The image lacks colour.
@@ -57,18 +57,18 @@ class KeypointEstimator:
             return []
         started = time.perf_counter()
         seen = self._network.look(image, [detection_edges(item) for item in image.detections])
-        poses = list[tuple[int, Detection, FrontPose]]()
+        poses = list[tuple[int, Detection, FacePose]]()
         for position, item in enumerate(image.detections):
             points = SeenPoints(*seen.points(position))
             distance = self._distance(image, item, seen.probability[position]) if self._use_depth else None
             pose = pose_of_points(points, self._may_be(item), image.camera, image.gravity, distance)
             if pose is not None:
-                poses.append((position, item, moved_onto_front(pose, image) if self._use_depth else pose))
+                poses.append((position, item, moved_onto_face(pose, image) if self._use_depth else pose))
         seconds = time.perf_counter() - started
         return [self._described(image, *found, seconds) for found in poses]
 
     def _described(
-        self, image: RgbdImage, position: int, item: Detection, pose: FrontPose, seconds: float
+        self, image: RgbdImage, position: int, item: Detection, pose: FacePose, seconds: float
     ) -> PoseEstimate:
         known = next(shape for shape in self.objects if shape.obj_id == pose.obj_id)
         return PoseEstimate(
@@ -83,10 +83,10 @@ class KeypointEstimator:
             detection=position if item.number is None else item.number,
         )
 
-    def _may_be(self, item: Detection) -> Sequence[KnownFronts]:
-        asked = item.may_be if item.model is None else (item.model,)
-        if asked:
-            return [shape for shape in self.objects if shape.obj_id in asked or shape.name in asked]
+    def _may_be(self, item: Detection) -> Sequence[KnownFaces]:
+        requested = item.may_be if item.model is None else (item.model,)
+        if requested:
+            return [shape for shape in self.objects if shape.obj_id in requested or shape.name in requested]
         return [shape for shape in self.objects if item.class_name in ("", shape.class_name)]
 
     def _distance(self, image: RgbdImage, item: Detection, probability: np.ndarray) -> float | None:

@@ -6,20 +6,20 @@ from torch import Tensor
 from torch.nn import functional
 
 _SPREAD_PX = 1.5
-"""Of the place that a key point is asked for."""
+"""Of the place that a key point is requested."""
 
 
-def mask_loss(logits: Float[Tensor, "b h w"], truth: Float[Tensor, "b h w"]) -> Float[Tensor, ""]:
+def mask_loss(logits: Float[Tensor, "b h w"], gt: Float[Tensor, "b h w"]) -> Float[Tensor, ""]:
     """Return binary cross entropy and 1 - Dice (Milletari et al., "V-Net", 3DV 2016)."""
-    cross = functional.binary_cross_entropy_with_logits(logits, truth)
+    cross = functional.binary_cross_entropy_with_logits(logits, gt)
     chance = torch.sigmoid(logits)
-    shared = (chance * truth).sum(dim=(1, 2))
-    dice = 2.0 * shared / (chance.sum(dim=(1, 2)) + truth.sum(dim=(1, 2))).clamp(min=1.0)
+    shared = (chance * gt).sum(dim=(1, 2))
+    dice = 2.0 * shared / (chance.sum(dim=(1, 2)) + gt.sum(dim=(1, 2))).clamp(min=1.0)
     return cross + (1.0 - dice).mean()
 
 
 def keypoint_loss(logits: Float[Tensor, "b k h w"], points: Float[Tensor, "b k 3"]) -> Float[Tensor, ""]:
-    """Return the cross entropy of a map over all places with a narrow peak at the truth; of points that are there."""
+    """Return the cross entropy of a map over all places with a narrow peak at the ground truth, of visible points."""
     _, _, height, width = logits.shape
     rows = torch.arange(height, device=logits.device, dtype=logits.dtype)
     columns = torch.arange(width, device=logits.device, dtype=logits.dtype)

@@ -1,4 +1,4 @@
-"""Poses from key points of pallet fronts: perspective-n-point for each side that a front may be, one of which fits."""
+"""Poses from key points of pallet faces: perspective-n-point for each side that a face may be, one of which fits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.segmentation.front_points import POINTS
-from warehouse_sim.estimators.segmentation.run_config import KnownFronts
+from warehouse_sim.estimators.segmentation.face_points import POINTS
+from warehouse_sim.estimators.segmentation.run_config import KnownFaces
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 
@@ -18,12 +18,12 @@ _FLAT = 0.01
 """Points of a plane are no farther from it (m)."""
 _UPRIGHT_PX_PER_RAD = 30.0
 """What a lean costs where gravity is known: 0.1 rad as much as 3 px of every point."""
-_DEPTH_PX_PER_SHARE = 30.0
+_DEPTH_PX_PER_FRACTION = 30.0
 """What a wrong distance costs where depth is known: a tenth as much as 3 px of every point."""
 
 
 class SeenPoints(NamedTuple):
-    """Key points of one front."""
+    """Key points of one face."""
 
     uv: Float[np.ndarray, "6 2"]
     """Places in the image (px)."""
@@ -32,7 +32,7 @@ class SeenPoints(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FrontPose:
+class FacePose:
     """A pose that explains key points."""
 
     T_camera_object: Transform
@@ -41,18 +41,18 @@ class FrontPose:
     """Weighted mean distance of the points (px)."""
     cost_px: float
     """The same, with what gravity and depth say against it."""
-    front: Float[np.ndarray, "4 3"]
+    face: Float[np.ndarray, "4 3"]
     """Corners of the side that was seen (m, object frame): top left, top right, bottom right, bottom left."""
 
 
 def pose_of_points(
     seen: SeenPoints,
-    objects: Sequence[KnownFronts],
+    objects: Sequence[KnownFaces],
     camera: PinholeCamera,
     gravity: Float[np.ndarray, " 3"] | None = None,
     distance: float | None = None,
     least_chance: float = 0.2,
-) -> FrontPose | None:
+) -> FacePose | None:
     """Return the pose that explains the points best; None where fewer than four are sure.
 
     Args:
@@ -60,7 +60,7 @@ def pose_of_points(
         objects: Which objects it may be.
         camera: Of the image.
         gravity: Down in the camera frame, if it is known: of the two poses that a plane leaves, the upright one.
-        distance: Median depth (m) of the front's pixels, if it is known: a small pallet near by and a large one far
+        distance: Median depth (m) of the face's pixels, if it is known: a small pallet near by and a large one far
             away look alike.
         least_chance: Of the points that are taken.
     """
@@ -84,8 +84,8 @@ def _side_poses(
     gravity: Float[np.ndarray, " 3"] | None,
     distance: float | None,
     least_chance: float,
-) -> list[FrontPose]:
-    # Pockets that open behind the front's plane are no points of it.
+) -> list[FacePose]:
+    # Pockets that open behind the face's plane are no points of it.
     frame = _plane_frame(points)
     flat = np.abs(transform_points(frame, points)[:, 2]) < _FLAT
     taken = known & flat & (seen.chance >= least_chance)
@@ -107,7 +107,7 @@ def _side_poses(
             continue
         apart = np.linalg.norm(camera.project(ahead[taken]) - seen.uv[taken], axis=1)
         error = float((apart * seen.chance[taken]).sum() / seen.chance[taken].sum())
-        poses.append(FrontPose(T, obj_id, error, error + _against(T, ahead, gravity, distance), points[:4]))
+        poses.append(FacePose(T, obj_id, error, error + _against(T, ahead, gravity, distance), points[:4]))
     return poses
 
 
@@ -119,7 +119,7 @@ def _against(
     if gravity is not None:
         cost += _UPRIGHT_PX_PER_RAD * float(np.arccos(np.clip(-T[:3, 2] @ gravity, -1.0, 1.0)))
     if distance is not None and distance > 0:
-        cost += _DEPTH_PX_PER_SHARE * abs(float(ahead[:4, 2].mean()) / distance - 1.0)
+        cost += _DEPTH_PX_PER_FRACTION * abs(float(ahead[:4, 2].mean()) / distance - 1.0)
     return cost
 
 

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.estimators.segmentation.front_points import POINTS, front_points
+from warehouse_sim.estimators.segmentation.face_points import POINTS, face_points
 from warehouse_sim.estimators.segmentation.settings import BoxCropConfig
 from warehouse_sim.estimators.segmentation.window import Edges, Window
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -20,7 +20,7 @@ def target_rows(reader: DatasetReader, image: ImageRecord, config: BoxCropConfig
     """Return a row for each target that shows enough; None where none does.
 
     ``mask`` (k h w) uint8 and, as they are read, ``rgb`` (k h w 3) uint8 and ``depth`` (k h w) uint16 (mm) are stored
-    crops; ``points`` (k p 3) key points on them (px) with their flag; ``facts`` (k 5): obj_id, visible share, height
+    crops; ``points`` (k p 3) key points on them (px) with their flag; ``facts`` (k 5): obj_id, visible fraction, height
     in the image (px), width of the box over the focal length, position among the labels.
     """
     targets = [item for item in image.targets if item.pixels_visible >= LEAST_PIXELS]
@@ -65,9 +65,9 @@ def _facts(target: TargetRecord, box: Edges, camera: PinholeCamera) -> Float[np.
 def _points(target: TargetRecord, info: ObjectInfo, camera: PinholeCamera, window: Window) -> np.ndarray:
     """Return key points on the crop with 1 where they are in front of the camera, 0 where there are none."""
     points = np.zeros((POINTS, 3), dtype=np.float32)
-    front = front_points(info.size, info.pockets, target.T_camera_object) if target.has_pose else None
-    if front is not None:
-        points_camera, known = front
+    face = face_points(info.size, info.pockets, target.T_camera_object) if target.has_pose else None
+    if face is not None:
+        points_camera, known = face
         ahead = known & (points_camera[:, 2] > 0.05)
         points[ahead, :2] = window.to_crop(camera.project(points_camera[ahead])) if ahead.any() else 0
         points[ahead, 2] = 1.0

@@ -17,7 +17,7 @@ KIND = "segmenter"
 
 
 @dataclass(frozen=True)
-class KnownFronts:
+class KnownFaces:
     """An object whose key points are known: size and pockets say where they are."""
 
     obj_id: int
@@ -39,7 +39,7 @@ class RunConfig:
     """Version of warehouse-sim that trained it."""
     datasets: tuple[DatasetSource, ...]
     """The training data."""
-    objects: tuple[KnownFronts, ...]
+    objects: tuple[KnownFaces, ...]
     """What was trained on and has pockets."""
     crop: BoxCropConfig
     """How boxes are cut out."""

@@ -7,7 +7,7 @@ from jaxtyping import Float32, UInt8
 
 from warehouse_sim.estimators.images.compose import Sample, disturbed
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
-from warehouse_sim.estimators.segmentation.front_points import MIRRORED
+from warehouse_sim.estimators.segmentation.face_points import MIRRORED
 from warehouse_sim.estimators.segmentation.settings import BoxAugmentConfig, BoxCropConfig
 from warehouse_sim.estimators.segmentation.window import Window
 from warehouse_sim.learning.array_store import Arrays
@@ -15,7 +15,7 @@ from warehouse_sim.learning.array_store import Arrays
 
 @dataclass(frozen=True, eq=False)
 class BoxSample:
-    """One crop with its truth."""
+    """One crop with its ground truth."""
 
     rgb: UInt8[np.ndarray, "h w 3"] | None
     depth: Float32[np.ndarray, "h w"] | None
@@ -40,8 +40,8 @@ def box_sample(
         rng: Decides.
     """
     width, height = config.stored_wh
-    share = 1.0 / (1.0 + 2.0 * config.stored_margin)
-    size = np.array([width, height]) * share
+    fraction = 1.0 / (1.0 + 2.0 * config.stored_margin)
+    size = np.array([width, height]) * fraction
     most = 0.05 if augment is None else augment.box
     low = (np.array([width, height]) - size) / 2 + rng.uniform(-most, most, 2) * size
     high = (np.array([width, height]) + size) / 2 + rng.uniform(-most, most, 2) * size
@@ -64,5 +64,5 @@ def box_sample(
         points = points[list(MIRRORED)]
     inside = ((points[:, :2] > -0.5) & (points[:, :2] < np.array(config.crop_wh) - 0.5)).all(axis=1)
     points[:, 2] *= inside
-    stored_rad = float(arrays["facts"][index, 3]) / share / width
+    stored_rad = float(arrays["facts"][index, 3]) / fraction / width
     return BoxSample(rgb, depth, stored_rad * (window.edges[2] - window.edges[0]), mask, points)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from warehouse_sim.estimators.images.settings import Reads
 from warehouse_sim.learning.settings import LoopConfig
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class BoxCropConfig:
     """Inputs, in the order of their channels."""
     crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (96, 48)
     """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it, whatever their shape."""
-    margin: Share = 0.15
-    """What is seen on each side of a box, as a share of its size, 0-1."""
+    margin: Fraction = 0.15
+    """What is seen on each side of a box, as a fraction of its size, 0-1."""
     spare: Annotated[float, Range(1, 4)] = 1.5
     """Stored crops are larger by this factor, so that training can move boxes, 1-4."""
 
@@ -33,7 +33,7 @@ class BoxCropConfig:
 
     @property
     def stored_margin(self) -> float:
-        """What stored crops show on each side of a box, as a share of its size."""
+        """What stored crops show on each side of a box, as a fraction of its size."""
         return ((1.0 + 2.0 * self.margin) * self.spare - 1.0) / 2.0
 
 
@@ -42,11 +42,11 @@ class BoxCropConfig:
 class BoxAugmentConfig:
     """How strongly crops of boxes are disturbed in training."""
 
-    box: Share = 0.1
-    """How far each side of a box is off at most, as a share of its size, 0-1."""
-    flip: Share = 0.5
-    """Share of crops that are mirrored, 0-1."""
-    colour: Share = 0.4
+    box: Fraction = 0.1
+    """How far each side of a box is off at most, as a fraction of its size, 0-1."""
+    flip: Fraction = 0.5
+    """Fraction of crops that are mirrored, 0-1."""
+    colour: Fraction = 0.4
     """Largest relative change of brightness, contrast and each channel, 0-1."""
     depth_noise: Annotated[float, Range(0, 1)] = 0.001
     """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
@@ -71,8 +71,8 @@ class SegmenterConfig(LoopConfig):
     """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it."""
     classes: tuple[str, ...] = ()
     """Only objects of these classes, or of these names; all targets by default."""
-    visible: Share = 0.1
-    """Least visible share of an object, 0-1."""
+    visible: Fraction = 0.1
+    """Least visible fraction of an object, 0-1."""
     height_px: Annotated[float, Range(0, 10_000, "px")] = 6.0
     """Least height of its visible part in the image, 0-10,000."""
     keypoint_weight: Annotated[float, Range(0, 1000)] = 0.05

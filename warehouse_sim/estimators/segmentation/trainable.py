@@ -27,7 +27,7 @@ class TrainableSegmenter:
     """What it reads of an observation."""
     reads: Reads
     keypoints: bool = False
-    """Whether it finds key points of pallets' fronts, too."""
+    """Whether it finds key points of pallets' faces, too."""
     settings: SegmenterConfig = SegmenterConfig()  # noqa: RUF009  frozen
     """How it is trained by default; says the type of its settings, too."""
 
@@ -45,7 +45,7 @@ class TrainableSegmenter:
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights at the width that is the default."""
-        from warehouse_sim.estimators.segmentation.front_points import POINTS
+        from warehouse_sim.estimators.segmentation.face_points import POINTS
         from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNetwork, SegmenterNetworkConfig
         from warehouse_sim.learning.shapes import shapes_only
 
@@ -82,11 +82,11 @@ SEGMENTER_RGBD = TrainableSegmenter(
     "segmenter-rgbd", "outlines what boxes are about in colour and depth", "RGB + depth", ("rgb", "depth")
 )
 KEYPOINTS_RGB = TrainableSegmenter(
-    "keypoints-rgb", "outlines pallets and finds the corners and pockets of their fronts", "RGB", ("rgb",), True
+    "keypoints-rgb", "outlines pallets and finds the corners and pockets of their faces", "RGB", ("rgb",), True
 )
 KEYPOINTS_RGBD = TrainableSegmenter(
     "keypoints-rgbd",
-    "outlines pallets and finds the corners and pockets of their fronts",
+    "outlines pallets and finds the corners and pockets of their faces",
     "RGB + depth",
     ("rgb", "depth"),
     True,

@@ -19,7 +19,7 @@ class Window:
 
     @classmethod
     def about(cls, box: Edges, margin: float, crop_wh: tuple[int, int]) -> "Window":
-        """Return the window that shows a box of edges with a margin, as a share of its size, on each side."""
+        """Return the window that shows a box of edges with a margin, as a fraction of its size, on each side."""
         left, top, right, bottom = box
         across, down = margin * max(right - left, 1.0), margin * max(bottom - top, 1.0)
         return cls((left - across, top - down, right + across, bottom + down), crop_wh)

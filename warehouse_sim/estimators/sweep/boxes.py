@@ -53,7 +53,7 @@ def in_box(grid: SweepGrid, points: Float[np.ndarray, "n 3"], box: Box) -> Bool[
 def ring_overlaps(
     a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"], columns: int
 ) -> tuple[Float[np.ndarray, "n m"], Float[np.ndarray, "n m"]]:
-    """Return intersection over union of boxes, and the share of each of ``a`` in each of ``b``, on whatever turn.
+    """Return intersection over union of boxes, and the fraction of each of ``a`` in each of ``b``, on whatever turn.
 
     Args:
         a: Left, top, right, bottom of edges (px); each may pass the image's end.

@@ -147,10 +147,10 @@ def _cut(labels: Float32[np.ndarray, "k 8"], left: float, right: float, rows: in
     """Return the labels with boxes cut at the borders, and their points and shares less by what is gone."""
     boxes = labels[:, :4].astype(float)
     cut = np.clip(boxes, [left, 0.0] * 2, [right, rows] * 2)
-    share = _area(cut) / np.maximum(_area(boxes), 1e-9)
+    fraction = _area(cut) / np.maximum(_area(boxes), 1e-9)
     labels[:, :4] = cut
-    labels[:, 5] *= share
-    labels[:, 6] *= share
+    labels[:, 5] *= fraction
+    labels[:, 6] *= fraction
     kept: Float32[np.ndarray, "n 8"] = labels[_area(cut) > 1.0]
     return kept
 

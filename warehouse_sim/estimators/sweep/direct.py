@@ -178,16 +178,16 @@ class DirectMethod:
 
         Raises:
             TrainingError: The detector has no bundled weights.
-            InputError: The network reads an image, or doubt was fitted for it alone.
+            InputError: The network reads an image, or uncertainty was fitted for it alone.
         """
         if config.detections == AUTO and self._detector not in model_names():
             raise TrainingError(
                 f"lidar-direct finds objects by {self._detector}, which has no bundled weights: train it, and predict "
                 "with --detections RUN"
             )
-        if config.refuse is not None or config.refuse_blocked:
-            raise InputError("no doubt was fitted for what LiDAR chains estimate; leave --refuse out")
-        network = load_estimator(self._network, replace(config, doubt=False, refuse=None, refuse_blocked=False))
+        if config.reject is not None or config.reject_blocked:
+            raise InputError("no uncertainty was fitted for what LiDAR chains estimate; leave --reject out")
+        network = load_estimator(self._network, replace(config, uncertainty=False, reject=None, reject_blocked=False))
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
         poses = SweepPoses(network, self._resampling)

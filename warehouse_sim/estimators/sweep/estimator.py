@@ -24,9 +24,9 @@ from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.learning.threads import SMALL, cpu_threads
 
 _LEAST_SEEN = 0.3
-"""Share of an object's points that a camera must see, that the object is one of its image."""
+"""Fraction of an object's points that a camera must see, that the object is one of its image."""
 _LEAST_FREE = 0.5
-"""Share of an object's points that no better detection has taken."""
+"""Fraction of an object's points that no better detection has taken."""
 UPWARDS = np.array([0.0, 0.0, 1.0])
 """Against gravity, where no floor says better: a LiDAR's z axis is taken for vertical, as KITTI's readers do."""
 

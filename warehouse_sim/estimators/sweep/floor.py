@@ -9,7 +9,7 @@ _ROUNDS = 200
 _MOST_SLOPE = 0.1
 """A steeper plane (rad, nearly) against the LiDAR's own horizon is no floor."""
 _FARTHEST = 20.0
-_LEAST_SHARE = 0.05
+_LEAST_FRACTION = 0.05
 Plane = Float[np.ndarray, " 3"]
 """Slopes a, b and height c (m) of z = a x + b y + c in the LiDAR frame."""
 
@@ -29,7 +29,7 @@ def floor_of(points: Float[np.ndarray, "n 3"], rng: np.random.Generator) -> Plan
         return None
     tried = near[rng.choice(len(near), min(len(near), _TRIED), replace=False)]
     tolerance = 0.02 + 0.003 * np.linalg.norm(tried, axis=1)
-    best, most = None, _LEAST_SHARE
+    best, most = None, _LEAST_FRACTION
     for _ in range(_ROUNDS):
         three = tried[rng.choice(len(tried), 3, replace=False)]
         try:

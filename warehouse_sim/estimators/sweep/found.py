@@ -88,7 +88,7 @@ def own_points(
         # The network knows the floor better than a height does: lower boards lie on it.
         inside, clusters = inside[likely[inside]], config.likely_clusters
     elif floor is not None:
-        least = config.floor + config.floor_share * np.linalg.norm(points[inside], axis=1)
+        least = config.floor + config.floor_fraction * np.linalg.norm(points[inside], axis=1)
         inside = inside[above_floor(points[inside], floor) > least]
     own = np.zeros(len(points), dtype=bool)
     if len(inside):

@@ -21,8 +21,8 @@ from warehouse_sim.learning.array_store import Arrays, joined, kept_arrays
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.schema import LidarScan, MountedReading
 
-SWEEP_LABEL = ("left", "top", "right", "bottom", "obj_id", "share", "points", "instance_id")
-"""Columns of a label: edges (px), object, share of its box that is seen (1 of a whole turn), its points, its id."""
+SWEEP_LABEL = ("left", "top", "right", "bottom", "obj_id", "fraction", "points", "instance_id")
+"""Columns of a label: edges (px), object, fraction of its box that is seen (1 of a whole turn), its points, its id."""
 UNKNOWN_MM = -32_768
 """Height of a pixel where no floor was found."""
 _FORMAT = 1
@@ -127,7 +127,7 @@ def load_sweeps(
     if split not in reader.splits:
         raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
     note = f"reading {split} of {reader.root.name}"
-    told = (lambda share: progress(0.0, f"{note} {share:.0%}")) if progress else None
+    told = (lambda fraction: progress(0.0, f"{note} {fraction:.0%}")) if progress else None
     chunks = read_rows(partial(sweep_rows, reader, config=config), reader.images(split), workers, told)
     if cache is None:
         return joined(chunks)

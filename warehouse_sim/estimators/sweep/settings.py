@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.detection.settings import BoxTrainingConfig, DetectorLossConfig, DetectorSize
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 CELL = 32
 """Edges of what a network reads are multiples of this (px)."""
@@ -39,20 +39,20 @@ class SweepAugmentConfig:
 
     window: Annotated[int, Range(64, 8192, "px")] = 512
     """Columns of the sector that a sample shows, 64-8,192, a multiple of 32 and at most half a turn."""
-    mosaic: Share = 0.3
-    """Share of samples whose halves are of different sweeps, 0-1."""
+    mosaic: Fraction = 0.3
+    """Fraction of samples whose halves are of different sweeps, 0-1."""
     zoom: Annotated[float, Range(1, 2)] = 1.25
     """Largest factor by which sectors are enlarged or shrunk, and ranges divided, 1-2."""
     shift: Annotated[float, Range(0, 1000, "px")] = 6.0
     """How far sectors are shifted up or down at most (px), as a LiDAR that leans sees them, 0-1,000."""
-    flip: Share = 0.5
-    """Share of sectors that are mirrored, 0-1."""
+    flip: Fraction = 0.5
+    """Fraction of sectors that are mirrored, 0-1."""
     noise: Annotated[float, Range(0, 1, "m")] = 0.015
     """Largest standard deviation of more noise on ranges (m), 0-1."""
     holes: Annotated[int, Range(0, 1000)] = 4
     """Most rectangles without readings, 0-1,000."""
-    floor_unknown: Share = 0.1
-    """Share of samples that do not say where the floor is, 0-1."""
+    floor_unknown: Fraction = 0.1
+    """Fraction of samples that do not say where the floor is, 0-1."""
     floor_error: Annotated[float, Range(0, 1, "m")] = 0.02
     """Standard deviation of an error of the floor's height (m), 0-1."""
 
@@ -68,8 +68,8 @@ class WantedInSweepConfig:
 
     points: Annotated[float, Range(1, 1_000_000)] = 30
     """Least number of its points, 1-1,000,000."""
-    share: Share = 0.3
-    """Least share of its box that is in the sector which a training sample shows, 0-1."""
+    fraction: Fraction = 0.3
+    """Least fraction of its box that is in the sector which a training sample shows, 0-1."""
 
 
 @dataclass(frozen=True)
@@ -108,5 +108,5 @@ class SweepDetectorConfig(BoxTrainingConfig):
 
     def is_wanted(self, labels: Float[np.ndarray, "k 8"]) -> Bool[np.ndarray, " k"]:
         """Return which labels, as ``rows.SWEEP_LABEL`` names them, are to be found."""
-        wanted: Bool[np.ndarray, " k"] = (labels[:, 5] >= self.wanted.share) & (labels[:, 6] >= self.wanted.points)
+        wanted: Bool[np.ndarray, " k"] = (labels[:, 5] >= self.wanted.fraction) & (labels[:, 6] >= self.wanted.points)
         return wanted

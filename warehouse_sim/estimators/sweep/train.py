@@ -77,9 +77,9 @@ def pixel_loss(logits: Float[Tensor, "b h w"], shows: Float[Tensor, "b h w"]) ->
         shows: 1 or 0, NaN without a reading.
     """
     known = torch.isfinite(shows)
-    truth = torch.where(known, shows, 0.0)
-    weight = known * (1.0 + (_RARE - 1.0) * truth)
-    loss = functional.binary_cross_entropy_with_logits(logits, truth, weight, reduction="sum")
+    gt = torch.where(known, shows, 0.0)
+    weight = known * (1.0 + (_RARE - 1.0) * gt)
+    loss = functional.binary_cross_entropy_with_logits(logits, gt, weight, reduction="sum")
     return loss / known.sum().clamp(min=1)
 
 

@@ -1,6 +1,6 @@
 """What is known of the pose of an object that stands still: a Kalman filter in information form.
 
-An estimate's error is taken for the sum of one that is its own and one that all estimates share (a unit's bias, the
+An estimate's error is taken for the sum of one that is its own and one that all estimates fraction (a unit's bias, the
 CAD model, the mounting). Only the first is averaged. The second is considered, not estimated (Schmidt 1966): it goes
 into the covariance as what the weighted mean makes of it, in full correlation.
 """

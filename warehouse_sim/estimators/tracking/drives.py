@@ -8,8 +8,8 @@ import numpy as np
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.pose.doubt.covariance import rms_quantile, surface_metric
-from warehouse_sim.estimators.pose.doubt.estimator import NINE_OF_TEN
+from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile, surface_metric
+from warehouse_sim.estimators.pose.uncertainty.estimator import NINE_OF_TEN
 from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.schema import PoseEstimate
@@ -40,8 +40,8 @@ def tracked(
     """
     if estimates and not any(item.covariance is not None for item in estimates):
         raise InputError(
-            "no estimate has a covariance, without which nothing can be filtered; predict with doubt "
-            "(docs/doubt.md names the settings that it was fitted for), or leave --track out"
+            "no estimate has a covariance, without which nothing can be filtered; predict with uncertainty "
+            "(docs/uncertainty.md names the settings that it was fitted for), or leave --track out"
         )
     by_image: dict[tuple[int, int], list[PoseEstimate]] = {}
     for item in estimates:
@@ -94,7 +94,7 @@ class _Bounds:
 
     def of(self, item: PoseEstimate) -> PoseEstimate:
         """Return an estimate with the errors that follow from its covariance, if it has one."""
-        if item.covariance is None or item.refused or item.obj_id not in self._reader.objects:
+        if item.covariance is None or item.rejected or item.obj_id not in self._reader.objects:
             return item
         if item.obj_id not in self._moments:
             points = self._reader.objects[item.obj_id].model_points()

@@ -23,9 +23,9 @@ def in_world(estimate: PoseEstimate, T_world_camera: Transform, config: TrackCon
     axes[:3, :3] = axes[3:, 3:] = T_world_camera[:3, :3]
     covariance = np.asarray(estimate.covariance, dtype=float)
     place = estimate.T_camera_object[:3, 3]
-    common = np.hstack([np.sqrt(config.common_share) * _root(covariance), _of_camera(place, config)])
+    common = np.hstack([np.sqrt(config.common_fraction) * _root(covariance), _of_camera(place, config)])
     # A direction without any uncertainty would be a measurement that no other can correct.
-    own = (1.0 - config.common_share) * covariance + np.diag([1e-4] * 3 + [1e-4] * 3) ** 2
+    own = (1.0 - config.common_fraction) * covariance + np.diag([1e-4] * 3 + [1e-4] * 3) ** 2
     return Measurement(T_world_camera @ estimate.T_camera_object, axes @ own @ axes.T, axes @ common)
 
 
@@ -58,7 +58,7 @@ def _of_camera(place: Float[np.ndarray, " 3"], config: TrackConfig) -> Float[np.
     """
     reach = float(np.linalg.norm(place))
     effect = np.zeros((6, 6))
-    effect[:3, 0] = place / reach * (config.common_depth + config.common_depth_share * reach)
+    effect[:3, 0] = place / reach * (config.common_depth + config.common_depth_fraction * reach)
     effect[0, 1] = effect[1, 2] = config.common_side
     turn = np.deg2rad(config.common_turn_deg)
     x, y, z = place

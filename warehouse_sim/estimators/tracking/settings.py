@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 
 @dataclass(frozen=True)
@@ -11,13 +11,13 @@ from warehouse_sim.ranges import Range, Share, ranged
 class TrackConfig:
     """How the estimates of a drive become tracks; the priors on common errors have no source."""
 
-    common_share: Share = 0.3
-    """Share of an estimate's covariance that all estimates of a track have in common, 0-1: a CAD model that differs
+    common_fraction: Fraction = 0.3
+    """Fraction of an estimate's covariance that all estimates of a track have in common, 0-1: a CAD model that differs
     from the object, boards that hide, a side that is never seen. No number of images averages it out."""
     common_depth: Annotated[float, Range(0, 1, "m")] = 0.003
     """Error along the ray that a depth camera has in every image (m), 0-1, and"""
-    common_depth_share: Annotated[float, Range(0, 0.1)] = 0.002
-    """by which share of the range it grows, 0-0.1."""
+    common_depth_fraction: Annotated[float, Range(0, 0.1)] = 0.002
+    """by which fraction of the range it grows, 0-0.1."""
     common_side: Annotated[float, Range(0, 1, "m")] = 0.002
     """The same across the ray (m), 0-1: where the camera is said to be mounted, and ..."""
     common_turn_deg: Annotated[float, Range(0, 10, "deg")] = 0.1
@@ -28,11 +28,11 @@ class TrackConfig:
     gate: Annotated[float, Range(1, 1000)] = 22.46
     """Largest squared Mahalanobis distance between an estimate and its track, 1-1,000; 22.46 keeps 99.9 % of six
     numbers that are as uncertain as is said."""
-    freedom: Annotated[float, Range(0.1, 1000)] = 4.0
+    degrees_of_freedom: Annotated[float, Range(0.1, 1000)] = 4.0
     """Degrees of freedom of the Student's t that errors are taken to follow, 0.1-1,000: what is far out counts less."""
     same_place: Annotated[float, Range(0, 10, "m")] = 0.4
     """Tracks of one model nearer than this (m), 0-10, are rivals: two poses of one object, of which one is given."""
-    coast: Annotated[float, Range(0, 3600, "s")] = 3.0
+    max_age: Annotated[float, Range(0, 3600, "s")] = 3.0
     """For so long (s), 0-3,600, a track is given where nothing was detected but its object should be in the image."""
     least_support: Annotated[float, Range(0, 1000)] = 1.0
     """Sum of the scores, 0-1,000, that a track needs to be given without a detection."""

@@ -67,7 +67,7 @@ class Tracker:
         """Return what is known after one more image, in the order of its estimates, then what was not detected.
 
         Each estimate is given with the pose, covariance and score of its object's best supported track; one without a
-        covariance, or that was refused, is given as it is and changes nothing.
+        covariance, or that was rejected, is given as it is and changes nothing.
 
         Args:
             view: The image.
@@ -77,7 +77,7 @@ class Tracker:
         self.now, self.count = view.time, self.count + 1
         for track in self.tracks:
             track.belief = track.belief.after(self.config.drift**2 * passed)
-        taken = [item for item in estimates if item.covariance is not None and not item.refused]
+        taken = [item for item in estimates if item.covariance is not None and not item.rejected]
         seen = [in_world(item, view.T_world_camera, self.config) for item in taken]
         own = {id(item): track for item, track in zip(taken, self._associate(taken, seen), strict=True)}
         given, used = list[PoseEstimate](), list[Track]()
@@ -90,7 +90,7 @@ class Tracker:
             best = own[id(item)] if best in used else best
             used += [best, own[id(item)]]
             given.append(_as_estimate(best, item, view))
-        return given + self._coasting(view, used, given)
+        return given + self._ageing(view, used, given)
 
     def _associate(self, taken: Sequence[PoseEstimate], seen: Sequence[Measurement]) -> list[Track]:
         """Return each estimate's own track, updated by it; a new one where none is near enough."""
@@ -118,9 +118,9 @@ class Tracker:
 
     def _update(self, track: Track, item: PoseEstimate, measured: Measurement) -> Track:
         T, distance = self._nearest(track, item, measured)
-        freedom = self.config.freedom
+        degrees_of_freedom = self.config.degrees_of_freedom
         # What six numbers give on average, or less, counts in full; what is far out less (Lange et al. 1989).
-        weight = min(1.0, (freedom + 6.0) / (freedom + distance))
+        weight = min(1.0, (degrees_of_freedom + 6.0) / (degrees_of_freedom + distance))
         track.belief = track.belief.updated(replace(measured, T_world_object=T), weight)
         return track
 
@@ -142,22 +142,22 @@ class Tracker:
         rivals = [track for track in self.tracks if self._are_rivals(own, track)]
         return max([own, *rivals], key=lambda track: track.support)
 
-    def _coasting(self, view: View, used: list[Track], given: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+    def _ageing(self, view: View, used: list[Track], given: Sequence[PoseEstimate]) -> list[PoseEstimate]:
         """Return supported tracks of objects that should be in the image, but of which nothing was estimated there."""
         found = []
         for track in self.tracks:
-            recent = view.time - track.time <= self.config.coast and track.support >= self.config.least_support
+            recent = view.time - track.time <= self.config.max_age and track.support >= self.config.least_support
             if not recent or any(track is other or self._are_rivals(track, other) for other in used):
                 continue
             if in_sight(view, track.belief.T_world_object[:3, 3]) and self._best_rival(track) is track:
                 time = given[0].time if given else -1.0
-                blank = replace(track.last, detection=-1, time=time, front=None, agreement=None)
+                blank = replace(track.last, detection=-1, time=time, face=None, agreement=None)
                 found.append(_as_estimate(track, blank, view))
         return found
 
 
 def _as_estimate(track: Track, item: PoseEstimate, view: View) -> PoseEstimate:
-    """Return an estimate of this image with the pose and the doubt of a track."""
+    """Return an estimate of this image with the pose and the uncertainty of a track."""
     axes = np.zeros((6, 6))
     axes[:3, :3] = axes[3:, 3:] = view.T_world_camera[:3, :3].T
     covariance = axes @ track.belief.covariance @ axes.T

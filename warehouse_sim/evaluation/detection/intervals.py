@@ -33,7 +33,7 @@ def precision_intervals(
                 for item, pair in zip(parts, pairs, strict=True)
             ]
             of_scene = [[m for m, item in zip(matches, parts, strict=True) if item.scene_id == s] for s in scenes]
-            drawn = [average_precision([m for number in row for m in of_scene[number]]) for row in picks]
-            low, high = np.nanpercentile(drawn, [2.5, 97.5])
+            sampled = [average_precision([m for number in row for m in of_scene[number]]) for row in picks]
+            low, high = np.nanpercentile(sampled, [2.5, 97.5])
             found[f"{kind}_{round(100 * overlap)}"] = average_precision(matches), float(low), float(high)
     return found

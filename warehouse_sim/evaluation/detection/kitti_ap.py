@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, overlaps, share_in
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, fraction_in, overlaps
 
 View = Literal["image", "ground", "space"]
 VIEWS: tuple[View, ...] = ("image", "ground", "space")
@@ -45,24 +45,24 @@ class KittiScore:
 
 
 def kitti_scores(
-    truth: Sequence[KittiObjects], found: Sequence[KittiObjects], least_overlap: Mapping[str, float]
+    gt: Sequence[KittiObjects], found: Sequence[KittiObjects], least_overlap: Mapping[str, float]
 ) -> list[KittiScore]:
     """Score detections of some images; those with nothing to be found are left out.
 
     Args:
-        truth: Labels of each image, with "DontCare" regions among them.
+        gt: Labels of each image, with "DontCare" regions among them.
         found: Detections of each.
         least_overlap: Overlap that a detection must exceed, by class: KITTI asks for 0.7 of cars and 0.5 of others.
     """
     rows = []
     for class_name, least in least_overlap.items():
         for view in VIEWS:
-            shared = [overlaps(view, b, a) for a, b in zip(truth, found, strict=True)]
-            stuff = [share_in(view, b, a.only(a.is_dont_care)) for a, b in zip(truth, found, strict=True)]
+            shared = [overlaps(view, b, a) for a, b in zip(gt, found, strict=True)]
+            stuff = [fraction_in(view, b, a.only(a.is_dont_care)) for a, b in zip(gt, found, strict=True)]
             for level in range(len(LEVELS)):
                 images = [
                     _Image.of(class_name, level, a, b, over, dont_care, least)
-                    for a, b, over, dont_care in zip(truth, found, shared, stuff, strict=True)
+                    for a, b, over, dont_care in zip(gt, found, shared, stuff, strict=True)
                 ]
                 wanted = sum(int((image.role == 1).sum()) for image in images)
                 if wanted:
@@ -74,39 +74,39 @@ def kitti_scores(
 
 @dataclass(frozen=True, eq=False)
 class _Image:
-    """Of one image, class and level: what counts, and what overlaps by more than is asked."""
+    """Of one image, class and level: what counts, and what overlaps by more than is evaluated."""
 
     role: Int[np.ndarray, " g"]
-    """Of the truth: 1 is to be found, 0 may be found, -1 is another class."""
+    """Of the ground truth: 1 is to be found, 0 may be found, -1 is another class."""
     counts: Int[np.ndarray, " d"]
     """Of the detections: 1 counts, 0 is too low to count, -1 is another class."""
     score: Float[np.ndarray, " d"]
     overlap: Float[np.ndarray, "d g"]
-    """0 where it is no more than is asked."""
+    """0 where it is no more than is evaluated."""
     on_stuff: Bool[np.ndarray, " d"]
     """Whether a detection lies on a region that nobody labelled."""
     alpha: tuple[Float[np.ndarray, " g"], Float[np.ndarray, " d"]]
-    """Of truth and detections (rad)."""
+    """Of ground truth and detections (rad)."""
 
     @classmethod
     def of(
         cls,
         class_name: str,
         level: int,
-        truth: KittiObjects,
+        gt: KittiObjects,
         found: KittiObjects,
         shared: Float[np.ndarray, "d g"],
         stuff: Float[np.ndarray, "d s"],
         least: float,
     ) -> "_Image":
         """Decide what counts."""
-        height = truth.box_xyxy[:, 3] - truth.box_xyxy[:, 1]
+        height = gt.box_xyxy[:, 3] - gt.box_xyxy[:, 1]
         fits = (
-            (truth.occluded <= _MOST_OCCLUDED[level])
-            & (truth.truncated <= _MOST_TRUNCATED[level])
+            (gt.occluded <= _MOST_OCCLUDED[level])
+            & (gt.truncated <= _MOST_TRUNCATED[level])
             & (height >= _LEAST_HEIGHT_PX[level])
         )
-        named = np.char.lower(truth.type) if len(truth) else truth.type
+        named = np.char.lower(gt.type) if len(gt) else gt.type
         mine, alike = named == class_name.lower(), named == _NEIGHBOURS.get(class_name.lower(), "")
         # Whole pixels, as the development kit has it.
         low = np.trunc(np.abs(found.box_xyxy[:, 3] - found.box_xyxy[:, 1])) < _LEAST_HEIGHT_PX[level]
@@ -117,7 +117,7 @@ class _Image:
             score=found.score,
             overlap=np.where(shared > least, shared, 0.0),
             on_stuff=np.any(stuff > least, axis=1),
-            alpha=(truth.alpha, found.alpha),
+            alpha=(gt.alpha, found.alpha),
         )
 
 
@@ -148,15 +148,15 @@ def _sampled_scores(scores: Float[np.ndarray, " n"], wanted: int) -> list[float]
 
 
 def _right_scores(image: _Image) -> Float[np.ndarray, " k"]:
-    """Return the scores of what is right when every detection is kept: of each truth the surest that is free."""
+    """Return the scores of what is right when every detection is kept: of each ground truth the surest that is free."""
     free, right = image.counts >= 0, []
-    for truth in np.flatnonzero(image.role >= 0):
-        open_ones = np.flatnonzero(free & (image.overlap[:, truth] > 0.0))
+    for gt in np.flatnonzero(image.role >= 0):
+        open_ones = np.flatnonzero(free & (image.overlap[:, gt] > 0.0))
         if len(open_ones) == 0:
             continue
         best = open_ones[np.argmax(image.score[open_ones])]
         free[best] = False
-        if image.role[truth] == 1 and image.counts[best] == 1:
+        if image.role[gt] == 1 and image.counts[best] == 1:
             right.append(image.score[best])
     return np.array(right, dtype=float)
 
@@ -165,15 +165,15 @@ def _count(image: _Image, least_score: float) -> tuple[float, float, float]:
     """Return how many detections of at least a score are right and wrong, and how well the right ones are turned."""
     kept = image.score >= least_score
     free, right, alike = (image.counts >= 0) & kept, 0, 0.0
-    for truth in np.flatnonzero(image.role >= 0):
-        over = np.where(free, image.overlap[:, truth], 0.0)
+    for gt in np.flatnonzero(image.role >= 0):
+        over = np.where(free, image.overlap[:, gt], 0.0)
         of_use = np.where(image.counts == 1, over, 0.0)
         if not over.any():
             continue
         # What is too low to count is taken only where nothing else overlaps.
         best = int(of_use.argmax()) if of_use.any() else int(np.flatnonzero(over)[0])
         free[best] = False
-        if image.role[truth] == 1 and image.counts[best] == 1:
+        if image.role[gt] == 1 and image.counts[best] == 1:
             right += 1
-            alike += (1.0 + np.cos(image.alpha[0][truth] - image.alpha[1][best])) / 2.0
+            alike += (1.0 + np.cos(image.alpha[0][gt] - image.alpha[1][best])) / 2.0
     return right, int((free & (image.counts == 1) & ~image.on_stuff).sum()), alike

@@ -71,8 +71,8 @@ def overlaps(view: str, a: KittiObjects, b: KittiObjects) -> Float[np.ndarray, "
     return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)
 
 
-def share_in(view: str, a: KittiObjects, b: KittiObjects) -> Float[np.ndarray, "n m"]:
-    """Return the share of each box of ``a`` that lies in a box of ``b``; off the image "DontCare" holds nothing."""
+def fraction_in(view: str, a: KittiObjects, b: KittiObjects) -> Float[np.ndarray, "n m"]:
+    """Return the fraction of each box of ``a`` that lies in a box of ``b``; off the image "DontCare" holds nothing."""
     if view == "image" and (box_areas(a.box_xyxy) > 0).any():
         return box_coverage(a.box_xyxy, b.box_xyxy)
     return np.zeros((len(a), len(b)))

@@ -45,10 +45,10 @@ def evaluate_kitti_results(results: Path, data: Path, split: str) -> list[KittiS
             raise EvaluationError(
                 f"{path}: is of no frame of split {split!r}, which {layout.image_set(split)} lists; check --split"
             )
-    truth = [_objects(layout.file(split, "label_2", frame), scored=False) for frame in frames]
+    gt = [_objects(layout.file(split, "label_2", frame), scored=False) for frame in frames]
     found = [_objects(results / f"{frame:06d}.txt", scored=True) for frame in frames]
-    names = sorted({name for objects in truth for name in objects.type[~objects.is_dont_care].tolist()})
-    scores = kitti_scores(truth, found, {name: _OVERLAPS.get(name.lower(), _OVERLAP) for name in names})
+    names = sorted({name for objects in gt for name in objects.type[~objects.is_dont_care].tolist()})
+    scores = kitti_scores(gt, found, {name: _OVERLAPS.get(name.lower(), _OVERLAP) for name in names})
     if not scores:
         raise EvaluationError(f"{layout.root}: split {split!r} has nothing that KITTI's levels ask for; take another")
     return scores

@@ -1,6 +1,6 @@
 """Scores of detections: average precision of boxes and masks, panoptic quality of masks; misses count.
 
-Truth that is hardly seen is not asked for: what is found on it is neither right nor wrong, as on COCO's crowds.
+Ground truth that is hardly seen is not requested: what is found on it is neither right nor wrong, as on COCO's crowds.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,11 +21,11 @@ _ALL_OVERLAPS = tuple(np.linspace(0.5, 0.95, 10).round(2).tolist())
 
 
 @dataclass(frozen=True)
-class Asked:
+class Evaluated:
     """Which true objects are to be found."""
 
     visible: float = 0.1
-    """Least visible share, 0-1."""
+    """Least visible fraction, 0-1."""
     height_px: float = 8.0
     """Least height of the visible part (px)."""
     distance: tuple[float, float] = (0.0, 1e9)
@@ -69,7 +69,7 @@ def score_detections(
     found: Iterable[FoundObject],
     reader: DatasetReader,
     images: Sequence[ImageRecord],
-    asked: Asked = Asked(),
+    evaluated: Evaluated = Evaluated(),
     least_score: float = 0.5,
 ) -> list[DetectionScore]:
     """Return the scores of each class that is to be found in some images, in alphabetical order.
@@ -78,15 +78,15 @@ def score_detections(
         found: Detections; those in other images do not count.
         reader: The dataset.
         images: Where to look.
-        asked: Which true objects are to be found.
+        evaluated: Which true objects are to be found.
         least_score: Of detections that count for panoptic quality, which knows no scores.
     """
-    seen = seen_by_class(found, reader, images, asked)
+    seen = seen_by_class(found, reader, images, evaluated)
     return [_score(name, parts, least_score) for name, parts in sorted(seen.items()) if wanted_in(parts)]
 
 
 def seen_by_class(
-    found: Iterable[FoundObject], reader: DatasetReader, images: Sequence[ImageRecord], asked: Asked
+    found: Iterable[FoundObject], reader: DatasetReader, images: Sequence[ImageRecord], evaluated: Evaluated
 ) -> dict[str, list[Seen]]:
     """Return what was found and to be found of each class, image by image; arguments as ``score_detections``."""
     by_image: dict[tuple[int, int], list[FoundObject]] = {}
@@ -100,19 +100,21 @@ def seen_by_class(
         labels = [item.class_name or of_model.get(item.model or 0, "") for item in mine]
         for name in names | {label for label in labels if label}:
             alike = [item for item, label in zip(mine, labels, strict=True) if label == name]
-            seen.setdefault(name, []).append(_compare(alike, name, reader, image, asked))
+            seen.setdefault(name, []).append(_compare(alike, name, reader, image, evaluated))
     return seen
 
 
-def _compare(found: Sequence[FoundObject], name: str, reader: DatasetReader, image: ImageRecord, asked: Asked) -> Seen:
+def _compare(
+    found: Sequence[FoundObject], name: str, reader: DatasetReader, image: ImageRecord, evaluated: Evaluated
+) -> Seen:
     targets = [
         item for item in image.targets if item.pixels_visible > 0 and reader.objects[item.obj_id].class_name == name
     ]
-    wanted = np.array([asked.takes(item) for item in targets], dtype=bool)
-    truth = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
-    truth[:, 2:] += 1.0
+    wanted = np.array([evaluated.takes(item) for item in targets], dtype=bool)
+    gt = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
+    gt[:, 2:] += 1.0
     boxes = np.array([_edges(item) for item in found], dtype=float).reshape(-1, 4)
-    overlap = np.where(wanted, box_ious(boxes, truth), box_coverage(boxes, truth))
+    overlap = np.where(wanted, box_ious(boxes, gt), box_coverage(boxes, gt))
     scores = np.array([item.score for item in found])
     if not found or any(item.mask is None for item in found):
         # Without detections, there may be masks or not: nothing is found of either kind.

@@ -1,1 +1,1 @@
-"""Docking: where a fork goes that believes an estimate, what room the true object leaves it, and what is to blame."""
+"""Docking: where a fork goes with an estimate, what clearance the object leaves it, and which error is to blame."""

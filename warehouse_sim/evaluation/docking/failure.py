@@ -24,9 +24,9 @@ FailureAxis = Literal[
 ]
 FAILURE_AXES: tuple[FailureAxis, ...] = get_args(FailureAxis)
 _MEASURED = 7
-"""The first of them are measured against the room that there is; the others are told otherwise."""
-_LEAST_ROOM = 1e-3
-"""Metres. Where the fork does not fit at all, every estimate fails, and the shares still compare."""
+"""The first of them are measured against the clearance that there is; the others are told otherwise."""
+_LEAST_CLEARANCE = 1e-3
+"""Metres. Where the fork does not fit at all, every estimate fails, and the fractions still compare."""
 
 
 def failure_axes(
@@ -34,9 +34,9 @@ def failure_axes(
     slack: DockingSlack,
     face: DockingFace,
     fork: ForkConfig,
-    room: Float[np.ndarray, " n"] | None = None,
+    clearance: Float[np.ndarray, " n"] | None = None,
 ) -> list[FailureAxis]:
-    """Name for each estimate the error that alone uses up most of the room it has.
+    """Name for each estimate the error that alone uses up most of the clearance it has.
 
     Where something fails, only what fails is named: a fork that clears the walls and stops too deep is "too_deep". One
     that clears the nominal pockets and meets a board of the very pallet is "board".
@@ -46,15 +46,15 @@ def failure_axes(
         slack: What they leave in the nominal pockets.
         face: The approached face.
         fork: The tines.
-        room: What they leave to the surface of the very pallet (m).
+        clearance: What they leave to the surface of the very pallet (m).
     """
     at_walls, along = _used_at_walls(errors, face, fork), _used_along(slack, face, fork)
     hits = np.minimum(slack.lateral, slack.vertical) < 0.0
     fails = np.stack([*[hits] * len(at_walls), slack.heel < 0.0, slack.tips < 0.0])
     used = np.where(fails | ~fails.any(axis=0), np.concatenate([at_walls, along]), -np.inf)
     names = np.array(FAILURE_AXES[:_MEASURED], dtype="<U16")[used.argmax(axis=0)]
-    if room is not None:
-        names = np.where(~fails.any(axis=0) & (room < 0.0), "board", names)
+    if clearance is not None:
+        names = np.where(~fails.any(axis=0) & (clearance < 0.0), "board", names)
     names = np.where(errors.wrong_face, "wrong_face", names)
     names = np.where(errors.reversed, "reversed", names)
     return np.where(errors.upside_down, "upside_down", names).tolist()
@@ -63,10 +63,10 @@ def failure_axes(
 def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "5 n"]:
     """Offsets count as they are, an angle by the chord that it moves the tip (yaw, pitch) or the outer tine (roll).
 
-    Each is divided by the room beside or above a tine in the narrowest pocket.
+    Each is divided by the clearance beside or above a tine in the narrowest pocket.
     """
     clear = np.min([pocket.size for pocket in face.pockets], axis=0)
-    beside, above = np.maximum((clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0, _LEAST_ROOM)
+    beside, above = np.maximum((clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0, _LEAST_CLEARANCE)
     length = max(insertion_depth(pocket, fork) for pocket in face.pockets)
     openings = np.stack([pocket.T_object_pocket[:3, 3] for pocket in face.pockets])
     aside = np.abs(transform_points(invert(face.T_object_dock), openings)[:, 1]).max() + fork.tine_width / 2.0
@@ -82,8 +82,8 @@ def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -
 
 
 def _used_along(slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "2 n"]:
-    """Of the room before the face (too deep) and beyond the least insertion (too short)."""
+    """Of the clearance before the face (too deep) and beyond the least insertion (too short)."""
     before, beyond = fork.heel_gap, fork.reach - fork.least_insertion * face.depth
     return np.stack(
-        [(before - slack.heel) / max(before, _LEAST_ROOM), (beyond - slack.tips) / max(beyond, _LEAST_ROOM)]
+        [(before - slack.heel) / max(before, _LEAST_CLEARANCE), (beyond - slack.tips) / max(beyond, _LEAST_CLEARANCE)]
     )

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, make_transform, rotation_z, transform_points
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import Pocket
 
 
@@ -26,8 +26,8 @@ class ForkConfig:
     """Length of a tine from heel to tip (m), 0.01-10; longer than ``heel_gap``."""
     heel_gap: Annotated[float, Range(0, 1, "m")] = 0.05
     """How far before the estimated face the heel stops (m), 0-1."""
-    least_insertion: Share = 2.0 / 3.0
-    """Share (0-1) of the depth of the object that the tips must be inside before it can be lifted."""
+    least_insertion: Fraction = 2.0 / 3.0
+    """Fraction (0-1) of the depth of the object that the tips must be inside before it can be lifted."""
 
     def __post_init__(self) -> None:
         if self.tine_length <= self.heel_gap:

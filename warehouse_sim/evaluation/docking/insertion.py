@@ -1,7 +1,7 @@
-"""Insertion: where a fork that trusts an estimate stops, and the room that the true object leaves it on the way.
+"""Insertion: where a fork that trusts an estimate stops, and the clearance that the true object leaves it on the way.
 
 A pair of thresholds such as "50 mm and 3 degrees" cannot both be spent: at 3 degrees an EPAL 1 pallet leaves 6 mm of
-the 64 mm beside a tine. So the tines are swept through the pockets, and the room that is left is measured.
+the 64 mm beside a tine. So the tines are swept through the pockets, and the clearance that is left is measured.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ _AROUND = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])
 
 @dataclass(frozen=True, eq=False)
 class DockingSlack:
-    """Room that an estimate leaves (m), negative where it fails; -inf if upside down, reversed or at a wrong face."""
+    """Clearance an estimate leaves (m), negative where it fails; -inf if upside down, reversed, at a wrong face."""
 
     lateral: Float[np.ndarray, " n"]
     """Beside the tines, to the walls of the true pockets; inf where the tines stay outside."""
@@ -33,7 +33,7 @@ class DockingSlack:
 
     @property
     def depth(self) -> Float[np.ndarray, " n"]:
-        """The smaller room along the insertion axis."""
+        """The smaller clearance along the insertion axis."""
         return np.minimum(self.heel, self.tips)
 
 
@@ -43,7 +43,7 @@ def docking_slack(
     fork: ForkConfig,
     T_dock_tines: Sequence[Transform] | None = None,
 ) -> DockingSlack:
-    """Drive the fork straight along the estimated insertion axis to where the estimate says, and measure the room.
+    """Drive the fork straight along the estimated insertion axis to where the estimate says, and measure the clearance.
 
     Each tine is centred in its pocket in the *estimated* frame, and stops with its heel ``fork.heel_gap`` before the
     estimated face. What it sweeps is its own prism, prolonged backwards.
@@ -63,10 +63,10 @@ def docking_slack(
         heel = np.minimum(heel, -transform_points(T_dock_tine, _section(-fork.heel_gap, fork))[..., 0].max(axis=1))
         inside = transform_points(T_dock_tine, _section(fork.reach, fork))[..., 0].min(axis=1)
         tips = np.minimum(tips, inside - fork.least_insertion * face.depth)
-        walls = np.minimum(walls, _room_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket, fork))
+        walls = np.minimum(walls, _clearance_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket, fork))
     errors = docking_errors(T_object_estimated, face)
     astray = errors.upside_down | errors.reversed | errors.wrong_face
-    return DockingSlack(*(np.where(astray, -np.inf, room) for room in (*walls.T, heel, tips)))
+    return DockingSlack(*(np.where(astray, -np.inf, clearance) for clearance in (*walls.T, heel, tips)))
 
 
 def insertion_depth(pocket: Pocket, fork: ForkConfig) -> float:
@@ -79,8 +79,8 @@ def _section(x: float, fork: ForkConfig) -> Float[np.ndarray, "4 3"]:
     return np.column_stack([np.full(4, x), around])
 
 
-def _room_to_walls(T_pocket_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> Float[np.ndarray, "n 2"]:
-    """Return the least room in y and z over the part of the swept prism that is in the pocket.
+def _clearance_to_walls(T_pocket_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> Float[np.ndarray, "n 2"]:
+    """Return the least clearance in y and z over the part of the swept prism that is in the pocket.
 
     That part is convex, so its corners decide: they lie where an edge of the prism begins, ends, or crosses the entry
     or the end of the pocket. Four edges run backwards from the tip without end, four go around the tip.
@@ -95,5 +95,5 @@ def _room_to_walls(T_pocket_tine: Transforms, pocket: Pocket, fork: ForkConfig) 
     crossings = np.sort((np.array([0.0, pocket.size[0]]) - start[..., :1]) / slope[..., None], axis=-1)
     first, last = np.maximum(crossings[..., 0], 0.0), np.minimum(crossings[..., 1], length)
     ends = start[..., None, :] + np.stack([first, last], axis=-1)[..., None] * along[..., None, :]
-    room = np.where((first <= last)[..., None, None], pocket.size[1:] / 2.0 - np.abs(ends[..., 1:]), np.inf)
-    return room.min(axis=(1, 2))
+    clearance = np.where((first <= last)[..., None, None], pocket.size[1:] / 2.0 - np.abs(ends[..., 1:]), np.inf)
+    return clearance.min(axis=(1, 2))

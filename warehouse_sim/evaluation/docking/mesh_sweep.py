@@ -1,7 +1,7 @@
-"""The room that tines leave to the surface of the very pallet, worn as it is: not to the walls of its nominal pockets.
+"""Clearance of the tines to the surface of the damaged pallet, not to the walls of its nominal pockets.
 
-Boards cross a lane in few places, and those of a worn pallet stand out or are gone. So the prism that a tine sweeps is
-held against every triangle near its lane, and the nearest one counts.
+Boards cross a lane in few places, and those of a damaged pallet stand out or are gone. So the prism that a tine sweeps
+is held against every triangle near its lane, and the nearest one counts.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform
 from warehouse_sim.schema import Pocket
 
 FARTHEST = 0.05
-"""Rooms are measured up to this (m); more than any margin asks for."""
+"""Clearances are measured up to this (m); more than any margin asks for."""
 _AT_ONCE = 40_000
 """Pairs of tine and triangle that are looked at in one go: few enough for the cache of the processor."""
 
@@ -43,7 +43,7 @@ def mesh_slack(
     fork: ForkConfig,
     T_dock_tines: Sequence[Transform] | None = None,
 ) -> Float[np.ndarray, " n"]:
-    """Return the least room (m) around the tines of a fork that trusts an estimate, at most ``FARTHEST``.
+    """Return the least clearance (m) around the tines of a fork that trusts an estimate, at most ``FARTHEST``.
 
     The sweep is that of ``docking_slack``. Negative where a tine meets the surface or what the pallet stands on, -inf
     where the middle of a tine does not stay in its own pocket.
@@ -57,21 +57,21 @@ def mesh_slack(
         T_dock_tines: Where the tines aim at instead, as in ``docking_slack``.
     """
     aims = [invert(face.T_object_dock) @ pocket.T_object_pocket for pocket in face.pockets]
-    room = np.full(len(T_object_estimated), FARTHEST)
+    clearance = np.full(len(T_object_estimated), FARTHEST)
     for pocket, aim in zip(face.pockets, T_dock_tines or aims, strict=True):
         T_object_tine = T_object_estimated @ face.T_object_dock @ aim
         floor = _lowest_under(invert(face.T_object_dock) @ T_object_tine, face, fork) - underside
-        here = np.minimum(floor, room_to_triangles(T_object_tine, triangles, fork))
-        room = np.minimum(room, np.where(_in_lane(T_object_tine, pocket, fork), here, -np.inf))
-    return room
+        here = np.minimum(floor, clearance_to_triangles(T_object_tine, triangles, fork))
+        clearance = np.minimum(clearance, np.where(_in_lane(T_object_tine, pocket, fork), here, -np.inf))
+    return clearance
 
 
-def room_to_triangles(
+def clearance_to_triangles(
     T_object_tine: Transforms, triangles: Float[np.ndarray, "m 3 3"], fork: ForkConfig
 ) -> Float[np.ndarray, " n"]:
     """Return how much (m) a swept tine can grow to all four sides before it meets a triangle, at most ``FARTHEST``."""
     half = np.array([fork.tine_width, fork.tine_thickness]) / 2.0
-    room = np.full(len(T_object_tine), FARTHEST)
+    clearance = np.full(len(T_object_tine), FARTHEST)
     corners = np.concatenate([triangles.reshape(-1, 3).T, np.ones((1, 3 * len(triangles)))])
 
     def work(block: slice) -> None:
@@ -83,12 +83,14 @@ def room_to_triangles(
         at_corners = np.maximum(np.abs(y) - half[0], np.abs(z) - half[1])
         least = np.minimum(FARTHEST, np.where(x <= fork.reach, at_corners, np.inf).min(axis=(1, 2)))
         row, which = np.nonzero((back < fork.reach) & (gap < least[:, None]))
-        np.minimum.at(least, row, _room(np.stack([axis[row, which] for axis in (x, y, z)], axis=-1), half, fork.reach))
-        room[block] = least
+        np.minimum.at(
+            least, row, _clearance(np.stack([axis[row, which] for axis in (x, y, z)], axis=-1), half, fork.reach)
+        )
+        clearance[block] = least
 
     if len(triangles):
         in_blocks(len(T_object_tine), _AT_ONCE // len(triangles), work)
-    return room
+    return clearance
 
 
 def _extent(of_corners: Float[np.ndarray, "n m 3"]) -> tuple[Float[np.ndarray, "n m"], Float[np.ndarray, "n m"]]:
@@ -130,7 +132,9 @@ def _in_lane(T_object_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> np.
     return inside
 
 
-def _room(corners: Float[np.ndarray, "k 3 3"], half: Float[np.ndarray, " 2"], reach: float) -> Float[np.ndarray, " k"]:
+def _clearance(
+    corners: Float[np.ndarray, "k 3 3"], half: Float[np.ndarray, " 2"], reach: float
+) -> Float[np.ndarray, " k"]:
     """Return the least of max(|y| - half, |z| - half) over each triangle (tine frame) where x <= ``reach``.
 
     That is convex over a convex polygon: it is least inside, which only a polygon around the axis holds, or on an edge;

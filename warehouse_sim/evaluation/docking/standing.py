@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.dataset.damaged_meshes import read_damaged_mesh
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.scene_record import RecordedObject, read_scene_record
-from warehouse_sim.dataset.worn_meshes import read_worn_mesh
 from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
 from warehouse_sim.evaluation.docking.insertion import docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
@@ -26,9 +26,9 @@ class Standings:
     objects: dict[tuple[int, int], RecordedObject] = field(default_factory=dict)
     """By scene id and instance id."""
     reader: DatasetReader | None = None
-    """Where the surfaces of worn objects are."""
+    """Where the surfaces of damaged objects are."""
     _meshes: dict[object, TriangleMesh] = field(default_factory=dict)
-    _rooms: dict[object, float] = field(default_factory=dict)
+    _clearances: dict[object, float] = field(default_factory=dict)
     _lanes: dict[object, Float[np.ndarray, "m 3 3"]] = field(default_factory=dict)
 
     @classmethod
@@ -44,7 +44,7 @@ class Standings:
     def verdict(self, place: Place, face: DockingFace) -> str:
         """Return "free" or why no truck takes an object by ``face``; empty where that is not known."""
         item = self.objects.get((place[0], place[2]))
-        return "" if item is None or item.reachability is None else item.reachability.faces.get(face.name, "")
+        return "" if item is None or item.accessibility is None else item.accessibility.faces.get(face.name, "")
 
     def free(self, place: Place, faces: Sequence[DockingFace]) -> Bool[np.ndarray, " f"]:
         """Return by which faces a truck is known to reach an object, of a stack as a whole."""
@@ -53,29 +53,30 @@ class Standings:
     def stacked(self, place: Place) -> bool:
         """Return whether an object is known to stand in a stack."""
         item = self.objects.get((place[0], place[2]))
-        return item is not None and item.reachability is not None and item.reachability.stacked
+        return item is not None and item.accessibility is not None and item.accessibility.stacked
 
     def surface(self, place: Place, info: ObjectInfo) -> str:
         """Return the name of the surface of an object: its own where it is worn, else that of its geometry."""
         item = self.objects.get((place[0], place[2]))
-        return item.model if item is not None and item.is_worn else f"{info.obj_id}"
+        return item.model if item is not None and item.is_damaged else f"{info.obj_id}"
 
-    def room(self, place: Place, info: ObjectInfo, face: DockingFace, fork: ForkConfig) -> float:
+    def clearance(self, place: Place, info: ObjectInfo, face: DockingFace, fork: ForkConfig) -> float:
         """Return what the true pose leaves around the tines (m); nan without pockets, -inf if the tines are too short.
 
-        It is the smaller of the rooms to the nominal pockets and to the surface, so that both are asked of the same.
+        It is the smaller of the clearances to the nominal pockets and to the surface, so that both are evaluated of the
+        same.
         """
         if not face.pockets:
             return float("nan")
         key = info.obj_id, self.surface(place, info), face.name
-        if key not in self._rooms:
+        if key not in self._clearances:
             slack = docking_slack(np.eye(4)[None], face, fork)
-            rooms = [float(slack.lateral[0]), float(slack.vertical[0])]
+            clearances = [float(slack.lateral[0]), float(slack.vertical[0])]
             lane = self.lane(place, info, face, fork)
             if lane is not None:
-                rooms.append(float(mesh_slack(np.eye(4)[None], face, -float(info.size[2]) / 2.0, lane, fork)[0]))
-            self._rooms[key] = min(rooms) if slack.depth[0] >= 0.0 else float("-inf")
-        return self._rooms[key]
+                clearances.append(float(mesh_slack(np.eye(4)[None], face, -float(info.size[2]) / 2.0, lane, fork)[0]))
+            self._clearances[key] = min(clearances) if slack.depth[0] >= 0.0 else float("-inf")
+        return self._clearances[key]
 
     def lane(
         self, place: Place, info: ObjectInfo, face: DockingFace, fork: ForkConfig
@@ -91,7 +92,7 @@ class Standings:
         if (name, face.name) not in self._lanes:
             if name not in self._meshes:
                 item = self.objects.get((place[0], place[2]))
-                own = None if item is None or self.reader is None else read_worn_mesh(self.reader.root, item)
+                own = None if item is None or self.reader is None else read_damaged_mesh(self.reader.root, item)
                 self._meshes[name] = own or info.mesh()
             self._lanes[name, face.name] = lane_triangles(self._meshes[name], face, fork)
         return self._lanes[name, face.name]

@@ -65,8 +65,8 @@ def _draw(
     parts = sides[row, :, 0] * x[:, None] + sides[row, :, 1] * y[:, None] + sides[row, :, 2]
     total = parts.sum(axis=1)
     hit = np.abs(total) > _FLAT
-    shares = parts[hit] / total[hit, None]
-    met = (shares >= -_ON_EDGE).all(axis=1)
+    fractions = parts[hit] / total[hit, None]
+    met = (fractions >= -_ON_EDGE).all(axis=1)
     place, depth = (v * camera.width + u)[hit][met], (volume[row][hit] / total[hit])[met]
     np.minimum.at(nearest, place, depth)
 

@@ -2,7 +2,7 @@
 
 ADD-S asks a k-d tree for some hundred million neighbours, most of them in the same few litres of space. Here the space
 around the points is cut into cubes, and each cube keeps the few points that can be nearest to anything in it; what lies
-in other cubes is asked of the tree. In the cubes, numbers have 32 bits, which takes a third off the time: of a
+in other cubes is evaluated of the tree. In the cubes, numbers have 32 bits, which takes a third off the time: of a
 pallet, means are right to a few 1e-9 m.
 """
 
@@ -131,8 +131,8 @@ class _Candidates:
     tree: KDTree
     """Of these."""
     cubes: Int[np.ndarray, "c 4"]
-    """Of each cube: its first two candidates, how many pairs it has (0 where the tree is asked), and the first of them.
-    Side by side, since most places need no more, and fetching it is what takes time."""
+    """Of each cube: its first two candidates, how many pairs it has (0 where the tree is evaluated), and the first of
+    them. Side by side, since most places need no more, and fetching it is what takes time."""
     pairs: Int[np.ndarray, "2 o"]
     """Candidates, two by two; an odd one stands twice."""
 
@@ -177,7 +177,7 @@ def _squared(places: np.ndarray, points: np.ndarray, which: np.ndarray) -> np.nd
 
 
 def _block(T: Transforms, points: Float[np.ndarray, "m 3"], box: Float[np.ndarray, "8 3"], tree: KDTree) -> _Block:
-    """Choose cubes about half as large as the distances that are asked for."""
+    """Choose cubes about half as large as the distances that are requested."""
     few = T[:: max(1, len(T) // 8)]
     near = tree.query(transform_points(few, points).reshape(-1, 3))[0]
     reached = transform_points(T, box)

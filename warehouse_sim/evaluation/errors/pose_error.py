@@ -131,7 +131,7 @@ def translation_error(T_object_estimated: Transforms) -> Float[np.ndarray, "*bat
 def nearest_symmetry(
     T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]
 ) -> tuple[Transforms, Int[np.ndarray, "*batch"]]:
-    """Choose the symmetry under which an estimate comes closest to the truth, by MSSD.
+    """Choose the symmetry under which an estimate comes closest to the ground truth, by MSSD.
 
     Args:
         T_object_estimated: "*batch s 4 4" from ``estimates_in_object``.

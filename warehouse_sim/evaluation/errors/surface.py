@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
-from warehouse_sim.dataset.object_truth import hull_corners
+from warehouse_sim.dataset.object_gt import hull_corners
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import TargetRecord
 from warehouse_sim.geometry.boxes import box_corners

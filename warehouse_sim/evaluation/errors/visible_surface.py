@@ -16,7 +16,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import PoseEstimate
 
 BOP_TAUS = tuple(np.arange(0.05, 0.51, 0.05).round(2).tolist())
-"""Misalignment tolerances of the BOP challenge, as shares of the diameter."""
+"""Misalignment tolerances of the BOP challenge, as fractions of the diameter."""
 BOP_DELTA = 0.015
 """Tolerance of visibility of the BOP challenge (m)."""
 
@@ -41,7 +41,7 @@ def vsd(
         depth_seen: What the sensor read.
         camera: Of the images; its lens does not count.
         diameter: Of the object (m).
-        taus: Tolerances as shares of the diameter.
+        taus: Tolerances as fractions of the diameter.
         delta: How far behind the reading a surface counts as visible (m).
     """
     rays = _ray_lengths(camera)
@@ -64,7 +64,7 @@ SeenDepth = Callable[[ImageRecord], Float[np.ndarray, "h w"]]
 def vsd_errors(
     groups: Sequence[Group], predictions: Sequence[PoseEstimate], models: ErrorModels, seen: SeenDepth
 ) -> list[Float[np.ndarray, "p g t"]]:
-    """Return for each group the discrepancy of each estimate against each truth, for each tolerance of the challenges.
+    """Return by group the discrepancy of each estimate against each ground truth, at each tolerance.
 
     Args:
         groups: What can belong together; objects must have CAD.

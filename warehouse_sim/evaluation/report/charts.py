@@ -20,13 +20,13 @@ Passed = Bool[np.ndarray, " n"]
 
 
 def accuracy_chart(tables: Mapping[str, ErrorTable], marks: Sequence[int], largest: float = 10.0) -> str:
-    """Draw the share of objects with an ADD below each part of their diameter; misses never come below."""
+    """Draw the fraction of objects with an ADD below each part of their diameter; misses never come below."""
     percent = np.linspace(0.0, largest, 400)
     with chart() as drawing:
         axes = drawing.axes
         for color, (name, table) in zip(_cycle(len(tables)), tables.items(), strict=True):
-            share = accuracy_curve(table.add / table.diameter * 100.0, percent)
-            axes.plot(percent, 100.0 * share, color=color, label=name)
+            fraction = accuracy_curve(table.add / table.diameter * 100.0, percent)
+            axes.plot(percent, 100.0 * fraction, color=color, label=name)
         for mark in marks:
             axes.axvline(mark, color=_QUIET, linewidth=0.8, linestyle=(0, (3, 3)))
         axes.set(
@@ -37,21 +37,21 @@ def accuracy_chart(tables: Mapping[str, ErrorTable], marks: Sequence[int], large
 
 
 def docking_chart(tables: Mapping[str, ErrorTable], largest_mm: float = 30.0) -> str:
-    """Draw the share of objects with pockets that can be docked, over the room that must be left for control errors."""
+    """Draw the fraction of objects with pockets that dock, over the clearance left for control errors."""
     margin = np.linspace(0.0, largest_mm, 301)
     with chart() as drawing:
         axes = drawing.axes
         for color, (name, table) in zip(_cycle(len(tables)), tables.items(), strict=True):
-            room = 1000.0 * table.room[table.dockable]
-            slack_mm = np.minimum(1000.0 * table.slack[table.dockable], room)
-            # Who cannot leave a margin at the true pose is not asked for it.
-            docked, asked = (
+            clearance = 1000.0 * table.clearance[table.dockable]
+            slack_mm = np.minimum(1000.0 * table.slack[table.dockable], clearance)
+            # Who cannot leave a margin at the true pose is not requested it.
+            docked, evaluated = (
                 len(values) - np.searchsorted(np.sort(values), margin - 1e-6, side="left")
-                for values in (slack_mm, room)
+                for values in (slack_mm, clearance)
             )
-            share = np.where(asked > 0, docked / np.maximum(asked, 1), np.nan)
-            axes.plot(margin, 100.0 * share, color=color, label=name)
-        axes.set(xlim=(0, largest_mm), ylim=(0, 101), xlabel="room that must be left (mm)", ylabel="docked (%)")
+            fraction = np.where(evaluated > 0, docked / np.maximum(evaluated, 1), np.nan)
+            axes.plot(margin, 100.0 * fraction, color=color, label=name)
+        axes.set(xlim=(0, largest_mm), ylim=(0, 101), xlabel="clearance that must be left (mm)", ylabel="docked (%)")
         axes.legend(loc="lower left")
         return drawing.svg()
 
@@ -65,7 +65,7 @@ def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace], fork: ForkConfi
         for index, (beside, length) in enumerate(_sides(faces, fork)):
             outline = _clear_region(beside, length)
             style = {"color": _QUIET, "linewidth": 1.0, "linestyle": ("-", "--", "-.", ":")[index % 4]}
-            label = f"room in {1000.0 * (2.0 * beside + fork.tine_width):g} mm pockets"
+            label = f"clearance in {1000.0 * (2.0 * beside + fork.tine_width):g} mm pockets"
             axes.plot(100.0 * outline[:, 0], np.rad2deg(outline[:, 1]), label=label, **style)
         _scatter(axes, lateral_cm, yaw_deg, rows.docks(), (18.0, 9.0))
         axes.set(xlabel="lateral error at the entry (cm)", ylabel="yaw error (deg)")
@@ -125,9 +125,9 @@ def failure_chart(failures: Mapping[str, int]) -> str:
 
 
 def risk_chart(table: ErrorTable) -> str:
-    """Draw what share fails among the estimates that are kept when the least sure are refused, over how many are kept.
+    """Draw which fraction of the kept estimates fails when the least certain are rejected, over how many are kept.
 
-    Beside it stands a ranking that knows the truth, and one that knows nothing.
+    Beside it stands a ranking that knows the ground truth, and one that knows nothing.
     """
     found = table.select(table.found)
     right = succeeded(found)
@@ -186,7 +186,7 @@ def _scatter(axes: Any, x: Column, y: Column, passed: Passed | None, reach: tupl
 
 
 def _sides(faces: Sequence[DockingFace], fork: ForkConfig) -> list[tuple[float, float]]:
-    """Return the kinds of pocket as room beside a tine and insertion depth (m), narrow ones first."""
+    """Return the kinds of pocket as clearance beside a tine and insertion depth (m), narrow ones first."""
     pockets = [pocket for face in faces for pocket in face.pockets]
     return sorted({(round((p.size[1] - fork.tine_width) / 2.0, 6), insertion_depth(p, fork)) for p in pockets})
 

@@ -1,4 +1,4 @@
-"""Images of the report: whole frames with true boxes, and close-ups of true against estimated pose."""
+"""Images of the report: whole frames with ground-truth boxes, and close-ups of true against estimated pose."""
 
 import base64
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ def jpeg_uri(image: Image, quality: int = 82) -> str:
 
 
 def frame_with_boxes(data: DatasetReader, image: ImageRecord, width: int) -> Image:
-    """Return a whole image with the true boxes of its targets, ``width`` pixels wide."""
+    """Return a whole image with the ground-truth boxes of its targets, ``width`` pixels wide."""
     scale = width / image.camera.width
     height = round(image.camera.height * scale)
     camera = image.camera.crop(0.0, 0.0, width, height, scale)
@@ -65,7 +65,7 @@ def close_up(
         rgb: The whole image.
         camera: Its intrinsics.
         info: The object.
-        T_true: ``T_camera_object`` of the truth.
+        T_true: ``T_camera_object`` of the ground truth.
         T_estimated: ``T_camera_object`` of the estimate, or None.
     """
     poses = [DrawnPose(T_true, TRUE_COLOR, 3)]

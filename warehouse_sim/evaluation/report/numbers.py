@@ -9,7 +9,7 @@ NOTHING = "–"
 
 
 def percent(value: float | None) -> str:
-    """Write a share as a percentage; 100.0 is kept for what is really all."""
+    """Write a fraction as a percentage; 100.0 is kept for what is really all."""
     if value is None or math.isnan(value):
         return NOTHING
     text = f"{100.0 * value:.1f}"
@@ -37,8 +37,8 @@ def counted(count: int, singular: str) -> str:
     return f"{count:,} {singular}" if count == 1 else f"{count:,} {singular}s"
 
 
-def share_cell(summary: Summary, name: str) -> dict[str, Any]:
-    """Return what a table cell shows of a share: text, 95 % interval and the numbers for its bar."""
+def fraction_cell(summary: Summary, name: str) -> dict[str, Any]:
+    """Return what a table cell shows of a fraction: text, 95 % interval and the numbers for its bar."""
     value = summary.metrics.get(name, math.nan)
     if math.isnan(value):
         return {"text": NOTHING, "interval": "", "value": None}

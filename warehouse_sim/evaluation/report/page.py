@@ -67,7 +67,7 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
     drawings = [("Accuracy over threshold", charts.accuracy_chart(tables, marks))]
     dockable = {label: table for label, table in tables.items() if table.dockable.any()}
     if dockable:
-        drawings.append(("Docking over the room to spare", charts.docking_chart(dockable)))
+        drawings.append(("Docking over the clearance to spare", charts.docking_chart(dockable)))
     return drawings
 
 

@@ -11,13 +11,13 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.cases import choose_cases
 from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
-from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, share_cell, signed
+from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell, signed
 from warehouse_sim.evaluation.report.sources import EvaluationSource
 from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.evaluation.trust import BoundCoverage, Trust
 
-_TABLE_SHARES = {
+_TABLE_FRACTIONS = {
     "add_5pct": "ADD <\u00a05\u00a0% d",
     "mssd_5pct": "MSSD <\u00a05\u00a0% d",
     "dock_0mm": "Docked",
@@ -46,10 +46,12 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
     drawings = [("How large the errors are", charts.histogram_chart(table))]
     drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table, fork)))
     if scores.overall.dockable_count:
-        drawings.append(("Lateral and yaw share the room beside the tines", charts.sweep_chart(table, faces, fork)))
+        drawings.append(
+            ("Lateral and yaw share the clearance beside the tines", charts.sweep_chart(table, faces, fork))
+        )
         drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
     if scores.trust.estimates:
-        drawings.append(("What is gained by refusing the least sure", charts.risk_chart(table)))
+        drawings.append(("What is gained by rejecting the least sure", charts.risk_chart(table)))
     groups = {name: group for name, group in scores.groups.items() if name not in _NOT_ALONE or len(group) > 1}
     return {
         "label": label,
@@ -57,7 +59,7 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
         "charts": drawings,
         "trust": _trust_lines(scores.trust),
         "bounds": [_bound_row(item) for item in scores.trust.bound],
-        "columns": list(_TABLE_SHARES.values()),
+        "columns": list(_TABLE_FRACTIONS.values()),
         "tables": [
             {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in (*group, scores.overall)]}
             for name, group in groups.items()
@@ -73,13 +75,13 @@ def score_row(source: EvaluationSource, label: str) -> dict[str, Any]:
     thresholds = source.scores.settings["metrics"]
     accuracy = {f"ADD <\u00a0{k}\u00a0% d": f"add_{k}pct" for k in thresholds["diameter_percent"]}
     docking = {f"Docked +{k}\u00a0mm" if k else "Docked": f"dock_{k}mm" for k in thresholds["docking_margin_mm"]}
-    shares = accuracy | {"5\u00a0cm 5°": "pose_5cm_5deg", "AUC 10\u00a0cm": "auc_add_10cm"} | docking
+    fractions = accuracy | {"5\u00a0cm 5°": "pose_5cm_5deg", "AUC 10\u00a0cm": "auc_add_10cm"} | docking
     seconds = source.scores.seconds_per_image
     return {
         "label": label,
         "data": f"{source.scores.dataset['recipe']} {source.scores.dataset['split']}",
         "found": f"{counts['found']} / {counts['ground_truths']}",
-        "shares": {title: share_cell(overall, name) for title, name in shares.items()},
+        "fractions": {title: fraction_cell(overall, name) for title, name in fractions.items()},
         "median_add": centimetres(overall.metrics["median_add"]),
         "milliseconds": "–" if seconds is None else f"{1000.0 * seconds:.0f}",
     }
@@ -91,7 +93,7 @@ def _group_row(summary: Summary) -> dict[str, Any]:
         "label": summary.label,
         "count": summary.gt_count,
         "found": summary.found_count,
-        "shares": [share_cell(summary, name) for name in _TABLE_SHARES],
+        "fractions": [fraction_cell(summary, name) for name in _TABLE_FRACTIONS],
         "median_add": centimetres(get("median_add")),
         "median_lateral": centimetres(get("median_lateral")),
         "median_yaw": degrees(get("median_yaw_deg")),
@@ -120,7 +122,7 @@ def _bound_row(item: BoundCoverage) -> dict[str, str]:
     return {
         "label": item.label,
         "count": f"{item.count:,}",
-        "share": f"{100.0 * item.share:.0f} [{100.0 * low:.0f}, {100.0 * high:.0f}]",
+        "fraction": f"{100.0 * item.fraction:.0f} [{100.0 * low:.0f}, {100.0 * high:.0f}]",
         "median": centimetres(item.median_bound),
     }
 
@@ -152,7 +154,7 @@ def _case_caption(table: ErrorTable, row: int) -> dict[str, str]:
         return {"title": "no estimate", "errors": "", "place": place}
     add = f"ADD {centimetres(float(table.add[row]))} cm"
     errors = f"lateral {signed(100.0 * table.lateral[row])} cm, yaw {signed(np.rad2deg(table.yaw[row]))}°"
-    if not table.dockable[row] or table.room[row] < 0.0:
+    if not table.dockable[row] or table.clearance[row] < 0.0:
         return {"title": add, "errors": errors, "place": place}
     spare = f"docks, {max(0.0, 1000.0 * table.slack[row]):.0f} mm to spare"
     verdict = spare if table.docks()[row] else f"does not dock: {table.limiting_error[row].replace('_', ' ')}"

@@ -17,7 +17,7 @@ _GALLERY_FRAMES, _GALLERY_WIDTH = 7, 900
 
 
 def dataset_section(data: DatasetReader) -> dict[str, Any]:
-    """Describe a dataset and show frames from all over it, with true boxes and one depth image."""
+    """Describe a dataset and show frames from all over it, with ground-truth boxes and one depth image."""
     images = [image for split in data.splits for image in data.images(split)]
     shown = _spread([image for image in images if image.targets] or images, _GALLERY_FRAMES)
     frames = [

@@ -19,7 +19,7 @@ _RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.jso
 
 @dataclass(frozen=True, eq=False)
 class RunSource:
-    """A training run, as far as a report shows it; read without the learning room, which needs torch."""
+    """A training run, as far as a report shows it; read without the learning clearance, which needs torch."""
 
     name: str
     """Name of the folder."""
@@ -111,7 +111,7 @@ def _read_run(path: Path) -> RunSource:
             names = table.fieldnames
         result_file = path / _RUN_RESULT
         text = result_file.read_text(encoding="utf-8") if result_file.exists() else "{}"
-        result = json.loads(text, parse_constant=_refuse_constant)
+        result = json.loads(text, parse_constant=_reject_constant)
     except (OSError, ValueError, ConfigError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
@@ -121,5 +121,5 @@ def _read_run(path: Path) -> RunSource:
     return RunSource(path.name, config, curves, result)
 
 
-def _refuse_constant(constant: str) -> None:
+def _reject_constant(constant: str) -> None:
     raise ValueError(f"{_RUN_RESULT}: {constant} is no number")

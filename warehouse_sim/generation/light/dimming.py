@@ -29,7 +29,7 @@ def light_scene(
         config: The recipe's light with no number left open.
         caster: Rays in the scene's geometry.
         camera: What looks from the viewpoints.
-        rng: Source of the light's draws; the same for twins that differ in a setting only.
+        rng: Source of the light's draws; the same for paired variants that differ in a setting only.
 
     Raises:
         RecipeError: No light reaches the floor of the aisle, so that no lux can be reached.

@@ -26,7 +26,7 @@ _NEAR_LIGHT = 1.0
 _SATURATED = 50.0
 """Image value at the scene's exposure, of which 4 is about white, beyond which a meter sees no brighter source."""
 _MOST_RETURNED = 0.8
-"""Largest share of light that surfaces are taken to return on average, for the sum over all bounces."""
+"""Largest fraction of light that surfaces are taken to return on average, for the sum over all bounces."""
 
 Points = Float[np.ndarray, "n 3"]
 Values = Float[np.ndarray, " n"]
@@ -37,7 +37,7 @@ class LightMeter:
 
     Args:
         scene: Settled and lit.
-        caster: Rays in the same geometry; it may have been made for a twin in another light.
+        caster: Rays in the same geometry; it may have been made for a paired variant in another light.
     """
 
     def __init__(self, scene: SceneSpec, caster: RayCaster) -> None:
@@ -87,7 +87,7 @@ class LightMeter:
         """Return the illuminance (lx) from the even environment and from surfaces that other light falls on.
 
         As many bounces are followed as ``rays`` has numbers. What comes after the last is summed as the series that it
-        begins: each bounce returns the same share.
+        begins: each bounce returns the same fraction.
         """
         if len(points) == 0:
             return np.zeros(0)

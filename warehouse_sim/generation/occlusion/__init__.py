@@ -41,9 +41,9 @@ def request_views(
 
     Args:
         scene: The scene at rest; its aisle must be known.
-        recipe: What it was drawn from, one value for each random setting: kinds of views, what loads are made of.
+        recipe: What it was sampled from, one value for each random setting: kinds of views, what loads are made of.
         camera: The intrinsics of every observation.
-        config: What is asked for.
+        config: What is requested.
         raycaster: Of ``scene``.
         rng: All draws.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 Kind = Literal["border", "load", "pallet", "rack", "traffic", "building", "wrap"]
 """What may hide a target. "wrap" is a load in film; what hides is its goods, so that it is measured as "load"."""
@@ -20,12 +20,12 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 class FractionRange:
     """A range that the visible fraction shall lie in; with ``width``, a window of that width somewhere in it."""
 
-    min: Share
+    min: Fraction
     """Least visible fraction, 0-1."""
-    max: Share
+    max: Fraction
     """Largest visible fraction, 0-1."""
-    width: Share | None = None
-    """Width of the window that is drawn evenly within the range for each request, 0-1; None = the whole range."""
+    width: Fraction | None = None
+    """Width of the window that is sampled evenly within the range for each request, 0-1; None = the whole range."""
 
     def __post_init__(self) -> None:
         if self.min >= self.max:
@@ -82,7 +82,7 @@ class OcclusionConfig:
     """How much of the target of each observation shall be seen; kept by choice of view and by occluders."""
 
     visible_fraction: VisibleFractions
-    """Visible pixels over all pixels of the unoccluded silhouette, those outside of the image included."""
+    """Visible pixels over all pixels of the unoccluded amodal mask, those outside of the image included."""
     kinds: tuple[Kind, ...] = KINDS
     """What may hide the target most; each request draws which it tries first."""
     tries: Annotated[int, Range(1, 1000)] = 60

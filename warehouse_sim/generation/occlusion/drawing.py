@@ -33,7 +33,7 @@ _VARIANTS = 3
 
 
 class OccluderSampler:
-    """The occluders of one scene, built when they are first asked for.
+    """The occluders of one scene, built when they are first requested.
 
     Args:
         loads: What the recipe's loads are made of; occluders are of the same pallets and goods.
@@ -41,7 +41,7 @@ class OccluderSampler:
     """
 
     def __init__(self, loads: UnitLoadConfig, rng: np.random.Generator) -> None:
-        self._loads = replace(loads, empty_share=0.0, wrap_share=0.0)
+        self._loads = replace(loads, empty_fraction=0.0, wrap_fraction=0.0)
         self._rng = rng
         self._built: dict[str, list[Occluder]] = defaultdict(list)
         self._sorts: dict[str, tuple[Callable[[float], Occluder | None], ...]] = {
@@ -53,7 +53,7 @@ class OccluderSampler:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds that can be drawn."""
+        """Kinds that can be sampled."""
         return tuple(self._sorts)
 
     def draw(self, kind: str, least_height: float) -> Occluder | None:
@@ -78,7 +78,7 @@ class OccluderSampler:
         return self._loads_on_each_other("load", height, self._loads)
 
     def _film_load(self, height: float) -> Occluder | None:
-        return self._loads_on_each_other("wrap", height, replace(self._loads, wrap_share=1.0))
+        return self._loads_on_each_other("wrap", height, replace(self._loads, wrap_fraction=1.0))
 
     def _loads_on_each_other(self, kind: str, height: float, loads: UnitLoadConfig) -> Occluder | None:
         """Return a unit load, or one on another where one alone is not high enough."""
@@ -102,9 +102,9 @@ class OccluderSampler:
             PlacementError: No goods that were tried carry a pallet, or none are light enough to stand on them.
         """
         # Carriers stand on their own: a load of another kind finds no level deck on one.
-        upper = replace(on_these(loads, [self.draw_pallet()]), carrier_share=0.0)
-        level = replace(upper.stacking, top_layer_share=Distribution.constant(1.0))
-        full = replace(upper, mixed_share=0.0, sack_share=0.0, stacking=level)
+        upper = replace(on_these(loads, [self.draw_pallet()]), carrier_fraction=0.0)
+        level = replace(upper.stacking, top_layer_fraction=Distribution.constant(1.0))
+        full = replace(upper, mixed_fraction=0.0, sack_fraction=0.0, stacking=level)
         for _ in range(_PAIRS):
             below = build_unit_load(_ROOM, full, self._rng)
             if below.supports(below.pallet, np.eye(4)):

@@ -71,7 +71,7 @@ def find_leaning_pose(
         if T_world_pallet is None or abs(fraction_behind(sight, occluder, T_world_pallet) - wanted) > tolerance:
             continue
         if occluded.is_beside_added(OrientedBox(T_world_pallet, model.size), _AROUND):
-            continue  # twins without that would leave it in the air
+            continue  # paired variants without that would leave it in the air
         resting = _let_go(occluded.solids, model, T_world_pallet)
         if resting is not None and abs(fraction_behind(sight, occluder, resting) - wanted) <= tolerance:
             return resting

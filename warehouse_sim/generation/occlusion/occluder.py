@@ -22,10 +22,10 @@ class Occluder:
     """Objects in a frame of their own: on the floor under their middle, z up."""
 
     kind: str
-    """What it was drawn as, one of ``config.KINDS``."""
+    """What it was sampled as, one of ``config.KINDS``."""
     models: Mapping[str, ObjectModel]
     instances: tuple[ObjectInstance, ...]
-    """Poses in the occluder's frame; instance ids are given anew in a scene, groups count from 1."""
+    """Poses in the occluder's frame; instance ids are given again in a scene, groups count from 1."""
 
     @cached_property
     def caster(self) -> RayCaster:

@@ -13,9 +13,9 @@ class RequestOutcome:
     target: int
     """Instance id of the target; 0 when no view was found at all."""
     low: float
-    """Least visible fraction asked for."""
+    """Least visible fraction requested."""
     high: float
-    """Largest visible fraction asked for."""
+    """Largest visible fraction requested."""
     reached: float
     """Visible fraction by rays through pixel centres."""
     kind: str
@@ -45,7 +45,7 @@ class OcclusionReport:
 
     @property
     def success_rate(self) -> float:
-        """Share of the requests that were met; 1 when there was none."""
+        """Fraction of the requests that were met; 1 when there was none."""
         return sum(item.met for item in self.requests) / len(self.requests) if self.requests else 1.0
 
     @property

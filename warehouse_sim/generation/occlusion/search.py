@@ -28,12 +28,12 @@ _EDGE = 0.004
 _LEAST_CLEARANCE = 0.3
 """Least distance to cameras that may still be exchanged (m)."""
 _ROUND = 8
-"""Views that are looked at before more are drawn."""
+"""Views that are looked at before more are sampled."""
 _VIEWS_A_KIND = 3
 """Views of a round that one kind of occluder is tried on."""
 _USUAL_HEIGHT = 1.8
 """Most occluders are not higher than this (m)."""
-_LEANING_SHARE = 0.7
+_LEANING_FRACTION = 0.7
 """How often a pallet as an occluder leans instead of standing in a stack."""
 
 NO_VIEW = "no free place to look from"
@@ -102,7 +102,7 @@ class Search:
     occluded: OccludedScene
     """What is put into it stays."""
     request: Request
-    """What is asked for."""
+    """What is requested."""
     own: Viewpoint
     """The scene's viewpoint for this observation; it stays when it belongs to a drive."""
     views: ViewpointsConfig
@@ -128,21 +128,21 @@ class Search:
 
     def _find(self) -> RequestedView | None:
         kinds = [self.config.kinds[index] for index in self.rng.permutation(len(self.config.kinds))]
-        # The border always works: unless it is drawn first, it is the last resort.
+        # The border always works: unless it is sampled first, it is the last resort.
         kinds = [kinds[0], *sorted(kinds[1:], key=lambda kind: kind == "border")]
         supply = views_of(self.occluded, self.own, self.views, self.config.rays, self.rng)
         nearest: View | None = None
         while self.tries < self.config.tries:
-            drawn = [view for _, view in zip(range(_ROUND), supply, strict=False)]
-            self.tries += len(drawn)
-            fresh = [view for view in drawn if view is not None]
+            sampled = [view for _, view in zip(range(_ROUND), supply, strict=False)]
+            self.tries += len(sampled)
+            fresh = [view for view in sampled if view is not None]
             for kind in kinds:
                 found = self._by_kind(kind, fresh)
                 if found is not None:
                     return found
             known = fresh if nearest is None else [nearest, *fresh]
             nearest = min(known, key=lambda view: self.request.off(view.sight.fraction), default=None)
-            if not drawn:
+            if not sampled:
                 break
         return None if nearest is None else self._measured(nearest.viewpoint)
 
@@ -192,7 +192,7 @@ class Search:
         """Put an occluder of a kind before the target."""
         self.tries += 1
         request, least = self.request, self._needed_height(view)
-        if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_SHARE:
+        if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_FRACTION:
             pallet = leaning_pallet(self.sampler.draw_pallet())
             # Where it finds a hold it cannot be slid, so that anything within the range does.
             middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2

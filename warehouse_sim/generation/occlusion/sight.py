@@ -20,7 +20,7 @@ _GOLDEN = 1.0 / np.array([1.3247179572447460, 1.3247179572447460**2])
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """Rays from a camera through the silhouette of one object, spread evenly over its pixels."""
+    """Rays from a camera through the amodal mask of one object, spread evenly over its pixels."""
 
     target: int
     """Instance id."""
@@ -131,7 +131,7 @@ def cast_in_frame(
 def _pixels(corners: Float[np.ndarray, "k 2"], camera: PinholeCamera, most: int) -> Float[np.ndarray, "n 2"]:
     """Return pixel centres in the box around projected corners: all of them, or ``most`` spread evenly.
 
-    The box is cut at the canvas of three image widths and heights on which silhouettes are counted.
+    The box is cut at the canvas of three image widths and heights on which amodal masks are counted.
     """
     size_wh = np.array([camera.width, camera.height])
     low = np.maximum(np.floor(corners.min(axis=0)), -size_wh)

@@ -51,9 +51,9 @@ def needed_height(sight: Sight, top: float) -> float:
     return float(line_height(sight, top, np.array([0.3, 0.9])).min())
 
 
-def line_height(sight: Sight, top: float, share: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-    """Return the height (m) at each ``share`` of the way from the eye to a point at height ``top`` (m)."""
-    return sight.eye[2] + share * (top - sight.eye[2])
+def line_height(sight: Sight, top: float, part: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+    """Return the height (m) at each ``fraction`` of the way from the eye to a point at height ``top`` (m)."""
+    return sight.eye[2] + part * (top - sight.eye[2])
 
 
 def find_standing_pose(
@@ -66,9 +66,9 @@ def find_standing_pose(
     way, length = ground_line(sight, centre)
     across = np.array([-way[1], way[0]])
     for distance in _distances(occluded, sight, occluder, float(centre[2] - size[2] / 2), way, length, rng):
-        share = distance / length
+        part = distance / length
         yaw, foot = _heading(occluder, rng), sight.eye[:2] + distance * way
-        span = occluder.radius + share * float(np.linalg.norm(size[:2])) / 2 + 0.05
+        span = occluder.radius + part * float(np.linalg.norm(size[:2])) / 2 + 0.05
         for side in rng.permutation([-1.0, 1.0]):
             track = Track(np.array([*foot, 0.0]), np.array([*(side * across), 0.0]), yaw)
             offset = slide(partial(track.fraction_at, sight, occluder), span, wanted, tolerance)
@@ -91,11 +91,11 @@ def _distances(
 ) -> Float[np.ndarray, " k"]:
     """Draw distances (m) from the eye where the occluder is in the aisle and higher than the line to ``height`` (m)."""
     half = float(occluder.envelope.size[:2].min()) / 2
-    drawn = rng.uniform(_NEAREST + half, max(length - _FARTHEST, _NEAREST + half), _GUESSES)
-    feet = sight.eye[:2] + drawn[:, None] * way
+    sampled = rng.uniform(_NEAREST + half, max(length - _FARTHEST, _NEAREST + half), _GUESSES)
+    feet = sight.eye[:2] + sampled[:, None] * way
     fits = np.array([occluded.area.contains(foot, half - BEYOND) for foot in feet])
-    fits &= line_height(sight, height, drawn / length) < occluder.height
-    return drawn[fits & (drawn < length - _FARTHEST)][:_DEPTHS]
+    fits &= line_height(sight, height, sampled / length) < occluder.height
+    return sampled[fits & (sampled < length - _FARTHEST)][:_DEPTHS]
 
 
 def slide(fraction_at: Callable[[float], float], span: float, wanted: float, tolerance: float) -> float | None:

@@ -14,7 +14,7 @@ STRENGTH = "KHR_materials_emissive_strength"
 
 
 class GlbMaterials:
-    """The materials of a scene in a file, each added when it is first asked for."""
+    """The materials of a scene in a file, each added when it is first requested."""
 
     def __init__(self, container: GlbContainer, materials: Mapping[str, Material]) -> None:
         self._container, self._materials = container, materials

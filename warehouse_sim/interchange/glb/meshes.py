@@ -10,7 +10,7 @@ from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 
 class GlbMeshes:
-    """The meshes of a scene in a file, each added when it is first asked for."""
+    """The meshes of a scene in a file, each added when it is first requested."""
 
     def __init__(self, container: GlbContainer, scene: SceneSpec, materials: GlbMaterials) -> None:
         self._container, self._scene, self._materials = container, scene, materials

@@ -22,7 +22,7 @@ _MOST_FACES = 50_000
 
 
 class MjcfAssets:
-    """The ``asset`` section of a file; what is asked for twice is written once.
+    """The ``asset`` section of a file; what is requested twice is written once.
 
     Colours are those of the ``mujoco`` backend: display values under the scene's own light, as fixed-function shading
     needs them. Normal maps and roughness stand beside them, for renderers that know such layers.
@@ -37,18 +37,18 @@ class MjcfAssets:
     def __init__(self, element: Element, scene: SceneSpec, level: Level, folder: Path) -> None:
         self._element, self._scene, self._level, self._folder = element, scene, level, folder
         self._materials = dict(scene.materials)
-        self._drawn = mujoco.MjSpec()  # what the backend makes of materials; it is never compiled
+        self._sampled = mujoco.MjSpec()  # what the backend makes of materials; it is never compiled
         self._textures: set[str] = set()
         self._layers: dict[SurfaceImage, str] = {}
         self._meshes: set[str] = set()
 
     def material(self, name: str) -> str:
         """Add the scene's material ``name``; return its name."""
-        if self._drawn.material(name) is not None:
+        if self._sampled.material(name) is not None:
             return name
         source = self._materials[name]
-        add_material(self._drawn, name, source, self._level.white, self._scene.exposure)
-        made, surface = self._drawn.material(name), surface_of(source)
+        add_material(self._sampled, name, source, self._level.white, self._scene.exposure)
+        made, surface = self._sampled.material(name), surface_of(source)
         item = add(
             self._element,
             "material",
@@ -90,7 +90,7 @@ class MjcfAssets:
     def _shown(self, name: str) -> str:
         if name not in self._textures:
             self._textures.add(name)
-            (item,) = [item for item in self._drawn.textures if item.name == name]
+            (item,) = [item for item in self._sampled.textures if item.name == name]
             pixels = np.frombuffer(item.data, np.uint8).reshape(item.height, item.width, item.nchannel)
             self._texture(name, pixels)
         return name

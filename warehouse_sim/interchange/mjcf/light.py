@@ -18,7 +18,7 @@ from warehouse_sim.schema import Light, SceneSpec
 _PIXEL = 1e-5
 """Edge of a pixel (m): MJCF states focal lengths on a sensor; only ratios are seen."""
 _EXTENT, _NEAR, _FAR = 10.0, 0.05, 1000.0
-"""Size of a scene that clipping planes are shares of, and these planes (m)."""
+"""Size of a scene that clipping planes are fractions of, and these planes (m)."""
 _SHADOW_PX = 2048
 _LEAST_PX = (640, 480)
 
@@ -46,9 +46,9 @@ def add_visual(root: Element, level: Level, cameras: list[RigCamera]) -> None:
 
 def add_sky(assets: Element, scene: SceneSpec) -> None:
     """Add what is seen where nothing stands."""
-    drawn = mujoco.MjSpec()
-    add_background(drawn, scene)
-    (sky,) = drawn.textures
+    sampled = mujoco.MjSpec()
+    add_background(sampled, scene)
+    (sky,) = sampled.textures
     size = {"width": sky.width, "height": sky.height}
     add(assets, "texture", name="background", type="skybox", builtin="flat", rgb1=sky.rgb1, rgb2=sky.rgb2, **size)
 
@@ -56,12 +56,12 @@ def add_sky(assets: Element, scene: SceneSpec) -> None:
 def add_lights(world: Element, scene: SceneSpec, level: Level) -> None:
     """Add all lights of the hall; those beyond the strongest are there but off, for renderers that bear more."""
     shown = shown_lights(scene)
-    shares = {id(light): float(value) for light, value in zip(shown, level.lights, strict=True)}
-    for number, light in enumerate([*shown, *(light for light in scene.lights if id(light) not in shares)]):
-        drawn, cone = mujoco.MjSpec(), as_cone(light)
-        active = id(light) in shares
-        add_light(drawn, cone, shares.get(id(light), 0.0), light.casts_shadow and light.kind == "spot")
-        (item,) = drawn.worldbody.lights
+    fractions = {id(light): float(value) for light, value in zip(shown, level.lights, strict=True)}
+    for number, light in enumerate([*shown, *(light for light in scene.lights if id(light) not in fractions)]):
+        sampled, cone = mujoco.MjSpec(), as_cone(light)
+        active = id(light) in fractions
+        add_light(sampled, cone, fractions.get(id(light), 0.0), light.casts_shadow and light.kind == "spot")
+        (item,) = sampled.worldbody.lights
         add(
             world,
             "light",

@@ -40,7 +40,7 @@ def write_mjcf(scene: SceneSpec, path: Path, rig: RigConfig | None = None, carri
         raise OutputError(f"{path}: MJCF cannot be written there; choose a name that ends with .xml")
     require_drawable(scene)
     if carriage is not None:
-        chosen_approach(scene, carriage)  # what cannot be is refused before anything is written
+        chosen_approach(scene, carriage)  # what cannot be is rejected before anything is written
     folder = path.with_suffix("")
     make_folder(folder)
     physics, level, cameras = to_mjspec(scene), level_of(scene), rig_cameras(scene, rig)

@@ -88,7 +88,7 @@ def read_light(path: Path, prim: Any, cache: Any) -> Light:
     shadow = pxr.Lux.ShadowAPI(prim).GetShadowEnableAttr().Get() if prim.HasAPI(pxr.Lux.ShadowAPI) else True
     T_world_light = world_pose(cache, prim)
     if not np.isfinite([luminance, area, *color]).all() or min(luminance, area, *color) < 0.0:
-        record.refuse("intensity, radius and color", (luminance, area, color), "finite and not negative")
+        record.reject("intensity, radius and color", (luminance, area, color), "finite and not negative")
     kind: Literal["spot", "point"] = "spot" if prim.HasAPI(pxr.Lux.ShapingAPI) else "point"
     light = Light(
         kind=kind,

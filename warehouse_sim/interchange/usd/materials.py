@@ -142,7 +142,7 @@ def read_material(path: Path, prim: Any) -> Material:
     numbers = {name: float(value(name, default)) for name, default in (("roughness", 0.5), ("metallic", 0.0))}
     opacity = float(value("opacity", 1.0))
     if not np.isfinite([*base, emission, *numbers.values(), opacity]).all() or min(base.min(), emission) < 0.0:
-        record.refuse("inputs of the surface", [*base, emission, *numbers.values()], "finite and not negative")
+        record.reject("inputs of the surface", [*base, emission, *numbers.values()], "finite and not negative")
     return Material(
         name=record.text("name", prim.GetName()),
         base_color=(float(base[0]), float(base[1]), float(base[2])),

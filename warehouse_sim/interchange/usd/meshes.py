@@ -15,7 +15,7 @@ _MOST_TRIANGLES = 1_000_000
 
 
 class MeshClasses:
-    """The meshes of a stage, added when they are first asked for.
+    """The meshes of a stage, added when they are first requested.
 
     Args:
         stage: Where.
@@ -74,19 +74,19 @@ class MeshReader:
         counts = np.array(geometry.GetFaceVertexCountsAttr().Get() or (), int)
         faces = np.array(geometry.GetFaceVertexIndicesAttr().Get() or (), np.int32)
         if len(counts) == 0 or (counts != 3).any() or len(faces) != 3 * len(counts):
-            self._refuse(prim, "must be triangles", f"{len(counts)} faces with {len(faces)} corners")
+            self._reject(prim, "must be triangles", f"{len(counts)} faces with {len(faces)} corners")
         if len(counts) > _MOST_TRIANGLES:
-            self._refuse(prim, f"may have {_MOST_TRIANGLES:,} triangles", f"{len(counts):,}")
+            self._reject(prim, f"may have {_MOST_TRIANGLES:,} triangles", f"{len(counts):,}")
         if faces.min() < 0 or faces.max() >= len(points):
-            self._refuse(prim, f"must name its {len(points)} points", f"{faces.min()} to {faces.max()}")
+            self._reject(prim, f"must name its {len(points)} points", f"{faces.min()} to {faces.max()}")
         attribute = prim.GetAttribute(_EXACT)
         exact = np.array(attribute.Get() or (), float).reshape(-1, 3) if attribute else points.astype(float)
         # Another program moves points without knowing of the exact ones.
         vertices = exact if np.array_equal(exact.astype(np.float32), points) else points.astype(float)
         if not np.isfinite(vertices).all():
-            self._refuse(prim, "must have finite points", "some that are not")
+            self._reject(prim, "must have finite points", "some that are not")
         key = vertices.tobytes(), faces.tobytes()
         return self._known.setdefault(key, TriangleMesh(vertices, faces.reshape(-1, 3)))
 
-    def _refuse(self, prim: Any, wanted: str, found: str) -> None:
+    def _reject(self, prim: Any, wanted: str, found: str) -> None:
         raise DatasetError(f"{self._path}: {prim.GetPath()} {wanted}, found {shown(found)}; write the scene again")

@@ -214,7 +214,7 @@ def _pockets(record: Record) -> tuple[Pocket, ...]:
     faces = record.texts("pocket_faces")
     poses, sizes = record.numbers("pocket_poses", -1, 4, 4), record.numbers("pocket_sizes", -1, 3)
     if not len(faces) == len(poses) == len(sizes):
-        record.refuse("pocket_poses", len(poses), f"as many as pocket_faces, {len(faces)}")
+        record.reject("pocket_poses", len(poses), f"as many as pocket_faces, {len(faces)}")
     return tuple(map(Pocket, faces, poses, sizes))
 
 
@@ -223,7 +223,7 @@ def _luminous_face(record: Record) -> LuminousFace | None:
         return None
     source = record.text("luminous_source")
     if source not in ("electric", "daylight"):
-        record.refuse("luminous_source", source, "electric or daylight")
+        record.reject("luminous_source", source, "electric or daylight")
     return LuminousFace(
         source="daylight" if source == "daylight" else "electric",
         material=record.text("luminous_material"),

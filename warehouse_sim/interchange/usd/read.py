@@ -102,11 +102,11 @@ def _read_objects(
             known[key] = read_model(path, prototype, prim, meshes, materials)
         look, number = known[key], record.whole("instance_id")
         if number < 1 or number in seen:
-            record.refuse("instance_id", number, "above 0 and the object's own")
+            record.reject("instance_id", number, "above 0 and the object's own")
         seen.add(number)
         T_world_object = world_pose(cache, prim)
         if not np.isfinite(T_world_object).all():
-            record.refuse("its pose", T_world_object.tolist(), "finite")
+            record.reject("its pose", T_world_object.tolist(), "finite")
         instances.append(
             ObjectInstance(
                 instance_id=number,

@@ -53,35 +53,35 @@ class Record:
         """Return a text; without a default it must be there."""
         value = self._value(key, default)
         if not isinstance(value, str):
-            self.refuse(key, value, "a text")
+            self.reject(key, value, "a text")
         return str(value)
 
     def texts(self, key: str) -> tuple[str, ...]:
         """Return texts, none where there are none."""
         value = self._values.get(key, ())
         if isinstance(value, str) or not isinstance(value, Sequence | bindings().Vt.StringArray):
-            self.refuse(key, value, "a list of texts")
+            self.reject(key, value, "a list of texts")
         return tuple(str(item) for item in value)
 
     def whole(self, key: str, default: int | None = None) -> int:
         """Return a whole number."""
         value = self._value(key, default)
         if isinstance(value, bool) or not isinstance(value, int):
-            self.refuse(key, value, "a whole number")
+            self.reject(key, value, "a whole number")
         return int(value)
 
     def flag(self, key: str, default: bool = False) -> bool:
         """Return yes or no."""
         value = self._values.get(key, default)
         if not isinstance(value, (bool, int)):
-            self.refuse(key, value, "true or false")
+            self.reject(key, value, "true or false")
         return bool(value)
 
     def number(self, key: str, default: float | None = None) -> float:
         """Return a finite number."""
         value = self._value(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-            self.refuse(key, value, "a finite number")
+            self.reject(key, value, "a finite number")
         return float(value)
 
     def numbers(self, key: str, *shape: int) -> np.ndarray:
@@ -91,10 +91,10 @@ class Record:
         count = int(np.prod(shape[1:])) if shape[0] == -1 else int(np.prod(shape))
         fits = len(found) % count == 0 if shape[0] == -1 else len(found) == count
         if found.ndim != 1 or not fits or not np.isfinite(found).all():
-            self.refuse(key, value, f"finite numbers, {' x '.join(map(str, shape)).replace('-1', 'n')}")
+            self.reject(key, value, f"finite numbers, {' x '.join(map(str, shape)).replace('-1', 'n')}")
         return found.reshape(shape)
 
-    def refuse(self, key: str, value: Any, wanted: str) -> None:
+    def reject(self, key: str, value: Any, wanted: str) -> None:
         """Raise the error for a value that cannot be used.
 
         Raises:

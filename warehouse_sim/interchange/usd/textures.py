@@ -32,7 +32,7 @@ class Textures:
         Raises:
             RenderError: The texture is not shipped.
         """
-        albedo_factor(name)  # refuses what no renderer could draw
+        albedo_factor(name)  # rejects what no renderer could draw
         maps = {}
         for kind in ("albedo", "normal", "roughness"):
             path = texture_folder(name) / f"{kind}.png"

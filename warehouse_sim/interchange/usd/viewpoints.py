@@ -86,7 +86,7 @@ def read_viewpoint(path: Path, prim: Any, cache: Any) -> Viewpoint:
         DatasetError: A value cannot be used.
     """
     record, vehicle, lights = Record(path, prim), prim.GetChild(_VEHICLE), prim.GetChild(_LIGHTS)
-    asked = record.numbers("visible_request", 2) if "visible_request" in record else None
+    requested = record.numbers("visible_request", 2) if "visible_request" in record else None
     velocity = record.numbers("velocity", 3)
     return Viewpoint(
         T_world_camera=world_pose(cache, prim),
@@ -97,7 +97,7 @@ def read_viewpoint(path: Path, prim: Any, cache: Any) -> Viewpoint:
         time=record.number("time"),
         sequence=record.whole("sequence") if "sequence" in record else None,
         target=record.whole("target") if "target" in record else None,
-        visible_request=None if asked is None else (float(asked[0]), float(asked[1])),
+        visible_request=None if requested is None else (float(requested[0]), float(requested[1])),
         lights=tuple(read_light(path, child, cache) for child in (lights.GetChildren() if lights else ())),
         exposure=record.number("exposure") if "exposure" in record else None,
     )

@@ -23,7 +23,7 @@ CHECKS: dict[str, Callable[[Subject], None]] = {
     "depth of a plane": channels.check_depth_of_a_plane,
     "window": channels.check_window,
     "normals": products.check_normals,
-    "silhouettes": products.check_silhouettes,
+    "amodal masks": products.check_amodal_masks,
     "film": products.check_film,
     "paint": products.check_paint,
     "textures": products.check_textures,

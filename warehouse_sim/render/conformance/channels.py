@@ -1,4 +1,4 @@
-"""Depth, ids and normals of a backend against exact rays through the pixels' centres."""
+"""Depth, instance masks and normals of a backend against exact rays through the pixels' centres."""
 
 import cv2
 import numpy as np
@@ -6,7 +6,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.conformance.referee import Truth
+from warehouse_sim.render.conformance.referee import GroundTruth
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.conformance.subject import KITTI, Subject, View, view
 from warehouse_sim.schema import RenderBuffers
@@ -14,7 +14,7 @@ from warehouse_sim.schema import RenderBuffers
 
 def check_view(subject: Subject, seen: View) -> None:
     """Compare every channel of a view with exact rays."""
-    exact, inside = seen.truth, seen.truth.inside()
+    exact, inside = seen.gt, seen.gt.inside()
     has_normals = subject.renderer.capabilities.normals
     buffers = subject.render(seen.scene, seen.camera, seen.T_world_camera, normals=has_normals)
     same = buffers.instance_ids == exact.instance_ids
@@ -26,7 +26,9 @@ def check_view(subject: Subject, seen: View) -> None:
     subject.expect(buffers.depth.dtype == np.float32, f"depth is {buffers.depth.dtype}, not float32")
     subject.expect(error < 0.001, f"depth is {error:.4f} m beyond 0.1 % from that of rays")
     nothing = buffers.instance_ids == 0
-    subject.expect(((buffers.depth == 0.0) == nothing).all(), "depth and ids must be zero in the same pixels")
+    subject.expect(
+        ((buffers.depth == 0.0) == nothing).all(), "depth and instance masks must be zero in the same pixels"
+    )
     known = {0, *(item.instance_id for item in seen.scene.instances)}
     subject.expect(set(np.unique(buffers.instance_ids)) <= known, "ids that no object has: are they blended?")
     subject.expect(buffers.rgb.shape == (*exact.depth.shape, 3), f"the image has the shape {buffers.rgb.shape}")
@@ -34,7 +36,9 @@ def check_view(subject: Subject, seen: View) -> None:
         _check_normals(subject, buffers, exact, compared)
 
 
-def _check_normals(subject: Subject, buffers: RenderBuffers, exact: Truth, compared: Bool[np.ndarray, "h w"]) -> None:
+def _check_normals(
+    subject: Subject, buffers: RenderBuffers, exact: GroundTruth, compared: Bool[np.ndarray, "h w"]
+) -> None:
     normals = buffers.normals
     if normals is None:
         raise RenderError(f"the {subject.name} backend does not conform: it declares normals and returns none")

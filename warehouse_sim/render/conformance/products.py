@@ -1,4 +1,4 @@
-"""What a backend declares it does, and what it does not declare it refuses or leaves out: nothing is faked."""
+"""What a backend declares it does, and what it does not declare it rejects or leaves out: nothing is faked."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from warehouse_sim.render.conformance.known_box import OFF_CENTRE
 from warehouse_sim.render.conformance.referee import cast_image
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.conformance.subject import Subject, view
-from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import Light, Material, RenderBuffers, SceneSpec
 
 _CAMERA = PinholeCamera.from_focal(320, 200, 220.0)
@@ -21,7 +21,7 @@ _FLOOR = box_model("floor", (40, 40, 0.1), "concrete", "floor", 90)
 
 
 def check_normals(subject: Subject) -> None:
-    """Expect normals where they are declared and asked for, else a refusal."""
+    """Expect normals where they are declared and requested, else a rejection."""
     seen = view("off-centre")
     subject.renderer.load(seen.scene)
     if not subject.renderer.capabilities.normals:
@@ -32,37 +32,37 @@ def check_normals(subject: Subject) -> None:
         normals = subject.renderer.render(seen.camera, seen.T_world_camera, normals=True).normals
         subject.expect(normals is not None, "it declares normals and returns none")
     plain = subject.renderer.render(seen.camera, seen.T_world_camera)
-    subject.expect(plain.normals is None, "normals that nobody asked for")
+    subject.expect(plain.normals is None, "normals that nobody requested")
 
 
-def check_silhouettes(subject: Subject) -> None:
-    """Compare silhouettes, also beyond the image, with rays at the object alone."""
+def check_amodal_masks(subject: Subject) -> None:
+    """Compare amodal masks, also beyond the image, with rays at the object alone."""
     scene, camera = view("off-centre").scene, PinholeCamera(150, 100, 125.0, 120.0, 70.0, 45.0)
     T, pallets = scene.viewpoints[2].T_world_camera, scene.target_instances()
     subject.renderer.load(scene)
-    if not subject.renderer.capabilities.silhouettes:
-        subject.expect_cannot(lambda: subject.renderer.silhouettes(camera, T, pallets), "silhouettes")
+    if not subject.renderer.capabilities.amodal_masks:
+        subject.expect_cannot(lambda: subject.renderer.amodal_masks(camera, T, pallets), "amodal masks")
         return
-    found = subject.renderer.silhouettes(camera, T, pallets)
+    found = subject.renderer.amodal_masks(camera, T, pallets)
     ids = subject.renderer.render(camera, T).instance_ids
-    for before, after in zip(found, subject.renderer.silhouettes(camera, T, pallets), strict=True):
+    for before, after in zip(found, subject.renderer.amodal_masks(camera, T, pallets), strict=True):
         same = before.offset == after.offset and np.array_equal(before.mask, after.mask)
-        subject.expect(same, "silhouettes differ before and after an image")
+        subject.expect(same, "amodal masks differ before and after an image")
     wide = camera.crop(-camera.width, -camera.height, 3 * camera.width, 3 * camera.height)
-    for pallet, silhouette in zip(pallets, found, strict=True):
+    for pallet, amodal_mask in zip(pallets, found, strict=True):
         exact = cast_image(replace(scene, instances=(pallet,)), wide, T).instance_ids > 0
-        drawn, who = _on_canvas(silhouette, camera), f"object {pallet.instance_id}"
+        sampled, who = _on_canvas(amodal_mask, camera), f"object {pallet.instance_id}"
         rim = cv2.morphologyEx(exact.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 0
-        subject.expect((drawn == exact)[~rim].all(), f"the silhouette of {who} is wrong beside its outline")
-        wrong, allowed = np.count_nonzero(drawn != exact), 2 + 0.02 * np.count_nonzero(rim)
-        subject.expect(wrong <= allowed, f"{wrong} pixels of the silhouette of {who} are wrong")
-        image = drawn[camera.height : 2 * camera.height, camera.width : 2 * camera.width]
+        subject.expect((sampled == exact)[~rim].all(), f"the amodal mask of {who} is wrong beside its outline")
+        wrong, allowed = np.count_nonzero(sampled != exact), 2 + 0.02 * np.count_nonzero(rim)
+        subject.expect(wrong <= allowed, f"{wrong} pixels of the amodal mask of {who} are wrong")
+        image = sampled[camera.height : 2 * camera.height, camera.width : 2 * camera.width]
         visible = ids == pallet.instance_id
-        subject.expect(not (visible & ~image).any(), f"{who} is visible outside of its silhouette")
+        subject.expect(not (visible & ~image).any(), f"{who} is visible outside of its amodal mask")
 
 
 def check_film(subject: Subject) -> None:
-    """Expect film to tint the image, or to be left out, and never to touch depth, ids and shadows."""
+    """Expect film to tint the image, or to be left out, and never to touch depth, instance masks and shadows."""
     bare, wrapped = (
         subject.render(_film_scene(film), _CAMERA, _AT_CARTON)
         for film in (None, Material("film", (0.9,) * 3, opacity=0.5))
@@ -100,7 +100,7 @@ def check_paint(subject: Subject) -> None:
         subject.expect(own[2] > 1.5 * own[0], f"an object painted blue has the colour {own}")
         subject.expect(beside[0] > 1.2 * beside[2], f"an object beside one that is painted has the colour {beside}")
     for paint, message in (({"kraft": "film"}, "film must stay film"), ({"kraft": "ghost"}, "the material 'ghost'")):
-        subject.expect_refusal(lambda paint=paint: subject.renderer.load(painted(2, paint)), message)  # type: ignore[misc]
+        subject.expect_rejection(lambda paint=paint: subject.renderer.load(painted(2, paint)), message)  # type: ignore[misc]
 
 
 def check_textures(subject: Subject) -> None:
@@ -137,8 +137,8 @@ def check_global_illumination(subject: Subject) -> None:
     placed = [("floor", at(0, 0, -0.05)), ("wall", at(0, 1.0, 1.5))]
     side = Light("spot", np.array([0.0, -2.5, 1.6]), np.array([0.0, 1.0, 0.0]), 9000.0, cone_inner=0.15, cone_outer=0.3)
     scene = make_scene(models, placed, [side], materials=materials, ambient=0.0, exposure=0.02)
-    drawn = subject.render(scene, _CAMERA, level_camera(np.array([-3.0, -0.2, 2.5]), 0.2, -0.7))
-    floor = drawn.rgb[drawn.instance_ids == 1].reshape(-1, 3).mean(axis=0)
+    sampled = subject.render(scene, _CAMERA, level_camera(np.array([-3.0, -0.2, 2.5]), 0.2, -0.7))
+    floor = sampled.rgb[sampled.instance_ids == 1].reshape(-1, 3).mean(axis=0)
     if subject.renderer.capabilities.global_illumination:
         subject.expect(floor[0] > 20.0 and floor[0] > 3.0 * floor[2], f"the wall's light gives the floor {floor}")
 
@@ -155,11 +155,11 @@ def check_lights(subject: Subject) -> None:
     brighter = _patch_levels(buffers, pixels) - _patch_levels(buffers, beside)
     lit, most = int((brighter > 30.0).sum()), subject.renderer.capabilities.max_lights
     wanted = len(lights) if most is None else min(len(lights), most)
-    subject.expect(lit == wanted, f"{lit} of {len(lights)} lights are drawn, {wanted} are declared")
+    subject.expect(lit == wanted, f"{lit} of {len(lights)} lights are rendered, {wanted} are declared")
 
 
 def check_broken_scenes(subject: Subject) -> None:
-    """Expect scenes that cannot be drawn to be refused, and the one before to stay."""
+    """Expect scenes that cannot be rendered to be rejected, and the one before to stay."""
     scene = _film_scene(None)
     broken = {
         "is of model 'ghost'": replace(scene, instances=(replace(scene.instances[0], model="ghost"),)),
@@ -169,10 +169,10 @@ def check_broken_scenes(subject: Subject) -> None:
     }
     before = subject.render(scene, OFF_CENTRE, _AT_CARTON)
     for message, bad in broken.items():
-        subject.expect_refusal(lambda bad=bad: subject.renderer.load(bad), message)  # type: ignore[misc]
+        subject.expect_rejection(lambda bad=bad: subject.renderer.load(bad), message)  # type: ignore[misc]
     after = subject.renderer.render(OFF_CENTRE, _AT_CARTON)
-    subject.expect(np.array_equal(before.instance_ids, after.instance_ids), "a refused scene changes ids")
-    subject.expect(np.array_equal(before.rgb, after.rgb), "a refused scene changes colours")
+    subject.expect(np.array_equal(before.instance_ids, after.instance_ids), "a rejected scene changes ids")
+    subject.expect(np.array_equal(before.rgb, after.rgb), "a rejected scene changes colours")
 
 
 def check_repetition(subject: Subject) -> None:
@@ -182,7 +182,7 @@ def check_repetition(subject: Subject) -> None:
     subject.renderer.render(_CAMERA, seen.T_world_camera)
     again = subject.renderer.render(seen.camera, seen.T_world_camera)
     alone = subject.render(replace(seen.scene, viewpoints=seen.scene.viewpoints[1:2]), seen.camera, seen.T_world_camera)
-    for other, when in ((again, "when it is drawn again"), (alone, "without the scene's other viewpoints")):
+    for other, when in ((again, "when it is rendered again"), (alone, "without the scene's other viewpoints")):
         for channel in ("rgb", "depth", "instance_ids"):
             same = np.array_equal(getattr(first, channel), getattr(other, channel))
             subject.expect(same, f"the same view has another {channel} {when}")
@@ -210,10 +210,10 @@ def _film_scene(material: Material | None) -> SceneSpec:
     return scene if material is not None else replace(scene, instances=scene.instances[:2])
 
 
-def _on_canvas(silhouette: Silhouette, camera: PinholeCamera) -> np.ndarray:
-    """Return the silhouette on the canvas of 3W x 3H with the image in the middle."""
+def _on_canvas(amodal_mask: AmodalMask, camera: PinholeCamera) -> np.ndarray:
+    """Return the amodal mask on the canvas of 3W x 3H with the image in the middle."""
     canvas = np.zeros((3 * camera.height, 3 * camera.width), bool)
-    left, top = silhouette.offset[0] + camera.width, silhouette.offset[1] + camera.height
-    height, width = silhouette.mask.shape
-    canvas[top : top + height, left : left + width] = silhouette.mask
+    left, top = amodal_mask.offset[0] + camera.width, amodal_mask.offset[1] + camera.height
+    height, width = amodal_mask.mask.shape
+    canvas[top : top + height, left : left + width] = amodal_mask.mask
     return canvas

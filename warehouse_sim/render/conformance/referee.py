@@ -12,7 +12,7 @@ from warehouse_sim.schema import SceneSpec
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class GroundTruth:
     """What exact rays see in an image."""
 
     instance_ids: np.ndarray
@@ -31,7 +31,7 @@ class Truth:
         return (np.max(spread, axis=0) == 0) & (cv2.dilate(bend, kernel) < 1e-4)
 
 
-def cast_image(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform) -> Truth:
+def cast_image(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform) -> GroundTruth:
     """Cast a ray through the centre of each pixel."""
     rays = camera.rays().reshape(-1, 3)
     R = T_world_camera[:3, :3]
@@ -39,4 +39,4 @@ def cast_image(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transfor
     shape = (camera.height, camera.width)
     # Rays have z = 1 m in the camera frame, so the distance in their own units is the z-depth.
     depth = np.where(np.isfinite(hits.distance), hits.distance, 0.0).reshape(shape)
-    return Truth(hits.instance_ids.reshape(shape), depth, (hits.normals @ R).reshape(*shape, 3))
+    return GroundTruth(hits.instance_ids.reshape(shape), depth, (hits.normals @ R).reshape(*shape, 3))

@@ -31,7 +31,7 @@ class Offsets:
 
 
 def _glowing_box() -> SceneSpec:
-    """Return a box at the world's origin that shines evenly in the dark: its image is its silhouette."""
+    """Return a box at the world's origin that shines evenly in the dark: its image is its amodal mask."""
     glow = {"glow": Material("glow", (0.5, 0.5, 0.5), emission=0.6 / 0.015)}
     return make_scene([box_model("box", SIZE.tolist(), "glow")], [("box", np.eye(4))], materials=glow, ambient=0.0)
 

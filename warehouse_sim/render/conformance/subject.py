@@ -11,7 +11,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, level_camera
 from warehouse_sim.render.conformance.known_box import OFF_CENTRE
-from warehouse_sim.render.conformance.referee import Truth, cast_image
+from warehouse_sim.render.conformance.referee import GroundTruth, cast_image
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import RenderBuffers, SceneSpec
@@ -19,7 +19,7 @@ from warehouse_sim.schema import RenderBuffers, SceneSpec
 KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
 HALF = PinholeCamera.from_focal(612, 185, 360.76885)
 _OTHERS = "raster|pathtrace"
-"""A refusal names a backend that can."""
+"""A rejection names a backend that can."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,20 +41,20 @@ class Subject:
         if not ok:
             raise RenderError(f"the {self.name} backend does not conform: {what}")
 
-    def expect_refusal(self, call: Callable[[], object], pattern: str) -> None:
+    def expect_rejection(self, call: Callable[[], object], pattern: str) -> None:
         """Expect that ``call`` raises a RenderError whose message holds the regular expression ``pattern``."""
         try:
             call()
         except RenderError as error:
             self.expect(
-                re.search(pattern, str(error)), f"it refuses with {str(error)!r}, which does not say {pattern!r}"
+                re.search(pattern, str(error)), f"it rejects with {str(error)!r}, which does not say {pattern!r}"
             )
             return
-        self.expect(False, f"it should have refused with {pattern!r}")
+        self.expect(False, f"it should have rejected with {pattern!r}")
 
     def expect_cannot(self, call: Callable[[], object], product: str) -> None:
-        """Expect that ``call`` is refused since the backend draws no ``product``, with the name of one that does."""
-        self.expect_refusal(call, f"the {self.name} backend draws no {product}; use .*({_OTHERS})")
+        """Expect that ``call`` is rejected since the backend draws no ``product``, with the name of one that does."""
+        self.expect_rejection(call, f"the {self.name} backend draws no {product}; use .*({_OTHERS})")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class View:
     T_world_camera: Transform
 
     @cached_property
-    def truth(self) -> Truth:
+    def gt(self) -> GroundTruth:
         """What exact rays see."""
         return cast_image(self.scene, self.camera, self.T_world_camera)
 

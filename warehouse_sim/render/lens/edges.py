@@ -21,7 +21,7 @@ class EdgeCaster:
     """Exact rays where the renderer's pixels do not say enough.
 
     Args:
-        scene: What is drawn.
+        scene: What is rendered.
 
     Raises:
         MissingPackageError: Embree is not installed.
@@ -48,10 +48,10 @@ class EdgeCaster:
     def outline(
         self, mask: Bool[np.ndarray, "h w"], offset: tuple[int, int], lens: LensMap, T: Transform, item: ObjectInstance
     ) -> None:
-        """Replace the pixels along the outline of a silhouette in place by what rays at the object alone meet.
+        """Replace the pixels along the outline of an amodal mask in place by what rays at the object alone meet.
 
         Args:
-            mask: Silhouette, with a margin of at least two pixels.
+            mask: Amodal mask, with a margin of at least two pixels.
             offset: Column and row in the image of its first pixel.
             lens: The camera's map.
             T: ``T_world_camera``.

@@ -10,11 +10,11 @@ from jaxtyping import Int32
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.lens.amodal_mask import amodal_mask_through_lens
 from warehouse_sim.render.lens.edges import EdgeCaster
 from warehouse_sim.render.lens.resample import through_lens
-from warehouse_sim.render.lens.silhouette import silhouette_through_lens
 from warehouse_sim.render.lens.source import lens_map
-from warehouse_sim.render.renderer import Capabilities, Renderer, Silhouette
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, Renderer
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 
@@ -42,7 +42,7 @@ class LensRenderer:
         return self._renderer.capabilities
 
     def load(self, scene: SceneSpec) -> None:
-        """Make ``scene`` the one that is drawn."""
+        """Make ``scene`` the one that is rendered."""
         self._renderer.load(scene)
         change = SceneChange.between(self._scene, scene)
         if change.objects or change.surfaces:
@@ -54,30 +54,30 @@ class LensRenderer:
         if camera.distortion is None:
             return self._renderer.render(camera, T_world_camera, normals)
         lens = lens_map(camera)
-        drawn = self._renderer.render(lens.source, T_world_camera, normals)
-        shown = through_lens(drawn, lens, self._edge_caster(), T_world_camera)
+        sampled = self._renderer.render(lens.source, T_world_camera, normals)
+        shown = through_lens(sampled, lens, self._edge_caster(), T_world_camera)
         self._seen = camera, T_world_camera.tobytes(), shown.instance_ids
         return shown
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
-        """Return the unoccluded silhouette of each of ``instances``; it holds all pixels that show the object."""
+    ) -> list[AmodalMask]:
+        """Return the unoccluded amodal mask of each of ``instances``; it holds all pixels that show the object."""
         if camera.distortion is None:
-            return self._renderer.silhouettes(camera, T_world_camera, instances)
+            return self._renderer.amodal_masks(camera, T_world_camera, instances)
         lens = lens_map(camera)
-        drawn = self._renderer.silhouettes(lens.source, T_world_camera, instances)
+        sampled = self._renderer.amodal_masks(lens.source, T_world_camera, instances)
         ids = self._ids_of(camera, T_world_camera)
         return [
-            silhouette_through_lens(
-                silhouette,
+            amodal_mask_through_lens(
+                amodal_mask,
                 lens,
                 self._edge_caster(),
                 T_world_camera,
                 item,
                 ids == item.instance_id,
             )
-            for silhouette, item in zip(drawn, instances, strict=True)
+            for amodal_mask, item in zip(sampled, instances, strict=True)
         ]
 
     def close(self) -> None:
@@ -102,7 +102,7 @@ class LensRenderer:
         return self._edges
 
     def _ids_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"]:
-        """Return the ids that a view shows; it is drawn unless it was the last one that was."""
+        """Return the ids that a view shows; it is rendered unless it was the last one that was."""
         if self._seen is None or self._seen[:2] != (camera, T_world_camera.tobytes()):
             return self.render(camera, T_world_camera).instance_ids
         return self._seen[2]

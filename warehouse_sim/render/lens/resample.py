@@ -10,26 +10,26 @@ from warehouse_sim.render.lens.source import LensMap
 from warehouse_sim.schema import RenderBuffers
 
 
-def through_lens(drawn: RenderBuffers, lens: LensMap, edges: EdgeCaster, T_world_camera: Transform) -> RenderBuffers:
+def through_lens(sampled: RenderBuffers, lens: LensMap, edges: EdgeCaster, T_world_camera: Transform) -> RenderBuffers:
     """Return what the camera shows of what its pinhole shows.
 
     Colours are filtered. Ids and normals are those of the nearest pixel, depth is that of its surface under the pixel's
     own ray; beside edges all three come from that ray itself.
 
     Args:
-        drawn: The pinhole's buffers.
+        sampled: The pinhole's buffers.
         lens: The camera's map.
-        edges: Rays in the scene that was drawn.
+        edges: Rays in the scene that was rendered.
         T_world_camera: Pose of the camera.
     """
-    inverse = np.divide(np.float32(1.0), drawn.depth, out=np.zeros_like(drawn.depth), where=drawn.depth > 0)
+    inverse = np.divide(np.float32(1.0), sampled.depth, out=np.zeros_like(sampled.depth), where=sampled.depth > 0)
     shown = RenderBuffers(
-        rgb=_colors(drawn.rgb, lens),
+        rgb=_colors(sampled.rgb, lens),
         depth=_depth(inverse, lens),
-        instance_ids=np.take(drawn.instance_ids, lens.nearest),
-        normals=None if drawn.normals is None else drawn.normals.reshape(-1, 3)[lens.nearest],
+        instance_ids=np.take(sampled.instance_ids, lens.nearest),
+        normals=None if sampled.normals is None else sampled.normals.reshape(-1, 3)[lens.nearest],
     )
-    edges.refine(shown, np.take(rough_pixels(inverse, drawn.instance_ids), lens.nearest), lens, T_world_camera)
+    edges.refine(shown, np.take(rough_pixels(inverse, sampled.instance_ids), lens.nearest), lens, T_world_camera)
     return shown
 
 

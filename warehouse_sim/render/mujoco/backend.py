@@ -13,7 +13,7 @@ from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
 from warehouse_sim.render.mujoco.model import MAX_LIGHTS, build_visual_model
 from warehouse_sim.render.painted_mesh import require_drawable
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -27,7 +27,7 @@ class MujocoOptions:
     device: Annotated[int, Range(0, 1023)] | None = None
     """Number of the EGL device, 0-1,023; null = the first that works."""
     samples: Annotated[int, Range(0, 64)] = 4
-    """Samples a pixel of the image, 0-64, 0 for no antialiasing; depth and ids always have one."""
+    """Samples a pixel of the image, 0-64, 0 for no antialiasing; depth and instance masks always have one."""
     shadow_px: Annotated[int, Range(0, 16_384, "px")] = 2048
     """Edge of each light's shadow map, 0-16,384, all drawn again for each image; 0 = no shadows."""
 
@@ -73,14 +73,14 @@ class MujocoRenderer:
             raise RenderError("the mujoco backend draws no normals; use raster or pathtrace")
         return self._loaded_scene().render(camera, T_world_camera)
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
+    ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
         require_view(camera, T_world_camera)
         self._make_current()
         scene = self._loaded_scene()
-        return [scene.silhouette(camera, T_world_camera, instance) for instance in instances]
+        return [scene.amodal_mask(camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:
         """Give back the context and all device memory."""

@@ -37,7 +37,7 @@ def open_device(platform: Literal["egl", "osmesa"], device: int | None) -> tuple
     if device is not None:
         os.environ["MUJOCO_EGL_DEVICE_ID"] = str(device)
     try:
-        context = import_module(f"mujoco.{platform}").GLContext(64, 64)  # images are drawn into buffers of their own
+        context = import_module(f"mujoco.{platform}").GLContext(64, 64)  # images are rendered into buffers of their own
         context.make_current()
         return context, _describe()
     except (ImportError, AttributeError) as error:

@@ -1,4 +1,4 @@
-"""A scene on the graphics device in the three forms in which it is drawn: colours, numbers, one object alone."""
+"""A scene on the graphics device in the three forms in which it is rendered: colours, numbers, one object alone."""
 
 import mujoco
 import numpy as np
@@ -6,10 +6,10 @@ from jaxtyping import Bool, Int32
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
+from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles, solid_corners
 from warehouse_sim.render.mujoco.model import ALONE, FILM, SOLID, VisualModel
 from warehouse_sim.render.mujoco.view import NEAR, aim, render_color, render_ids, set_numbering
-from warehouse_sim.render.renderer import Silhouette
+from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 _START_PX = (64, 64)
@@ -46,7 +46,7 @@ class LoadedScene:
         self._owner: Int32[np.ndarray, " n"] = np.append(visual.owner[shown], 0).astype(np.int32)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform) -> RenderBuffers:
-        """Draw colours, depth and ids."""
+        """Draw colours, depth and instance masks."""
         size = self._fit(camera)
         aim(self._colors, camera, T_world_camera)
         rgb = render_color(self._colors, self._context, size)
@@ -54,7 +54,7 @@ class LoadedScene:
         numbers, depth = render_ids(self._numbers, self._context, size)
         return RenderBuffers(rgb=rgb, depth=depth, instance_ids=self._owner[numbers])
 
-    def silhouette(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> Silhouette:
+    def amodal_mask(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> AmodalMask:
         """Draw ``instance`` alone, tile by tile of the canvas around the image."""
         model, mine = self._visual.model, self._visual.owner == instance.instance_id
         model.geom_group[:] = np.where(mine & (self._visual.group == SOLID), ALONE, SOLID)
@@ -68,7 +68,7 @@ class LoadedScene:
 
         T_camera_object = invert(T_world_camera) @ instance.T_world_object
         corners = solid_corners(self._scene, self._scene.model_of(instance))
-        return silhouette_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+        return amodal_mask_by_tiles(camera, T_camera_object, corners, NEAR, draw)
 
     def release(self) -> None:
         """Free the device memory."""

@@ -15,7 +15,7 @@ from warehouse_sim.scene.lighting.beam import as_cone
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 SOLID, FILM, ALONE = 0, 1, 2
-"""Geom groups: what has depth and an id, what only tints the image, what is drawn by itself."""
+"""Geom groups: what has depth and an id, what only tints the image, what is rendered by itself."""
 MAX_LIGHTS = 7
 """The fixed-function pipeline has eight lights, and the even light takes one."""
 

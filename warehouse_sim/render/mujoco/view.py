@@ -56,6 +56,6 @@ def render_ids(
 
 
 def set_numbering(scene: mujoco.MjvScene) -> None:
-    """Make ``render_ids`` possible: geoms are drawn flat in the colour of their number."""
+    """Make ``render_ids`` possible: geoms are rendered flat in the colour of their number."""
     scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = 1
     scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1

@@ -14,6 +14,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.display import to_display
+from warehouse_sim.render.pathtrace.amodal_masks import cast_amodal_mask
 from warehouse_sim.render.pathtrace.cuda import use_cuda_variant
 from warehouse_sim.render.pathtrace.denoiser import Denoiser
 from warehouse_sim.render.pathtrace.features import cast_features
@@ -21,8 +22,7 @@ from warehouse_sim.render.pathtrace.image import trace_image
 from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
 from warehouse_sim.render.pathtrace.products import cast_products
-from warehouse_sim.render.pathtrace.silhouettes import cast_silhouette
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 _FEATURE_RAYS = 8
@@ -74,7 +74,7 @@ class PathtraceRenderer:
 
     def load(self, scene: SceneSpec) -> None:
         """Build the acceleration structures of ``scene``."""
-        self._refuse_if_closed()
+        self._reject_if_closed()
         change = SceneChange.between(self._spec, scene)
         if self._scene is None or change.objects or change.surfaces or change.emission:
             self._scene = LoadedScene(scene)
@@ -97,7 +97,7 @@ class PathtraceRenderer:
     def luminance(self, camera: PinholeCamera, T_world_camera: Transform) -> Float[np.ndarray, "h w 3"]:
         """Return the luminance (cd/m^2) of three channels of each pixel of the loaded scene, before any exposure.
 
-        Without its noise where that is asked for.
+        Without its noise where that is requested.
         """
         require_view(camera, T_world_camera)
         scene, how = self._loaded_scene(), self._options
@@ -107,13 +107,13 @@ class PathtraceRenderer:
         features = cast_features(scene, camera, T_world_camera, _FEATURE_RAYS, how.seed)
         return self._denoiser.clean(traced * scene.exposure, features) / scene.exposure
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
+    ) -> list[AmodalMask]:
         """Cast rays at each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
-        shapes = self._loaded_scene().silhouette_caster
-        return [cast_silhouette(shapes, camera, T_world_camera, instance) for instance in instances]
+        shapes = self._loaded_scene().amodal_mask_caster
+        return [cast_amodal_mask(shapes, camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:
         """Give back the scene's memory."""
@@ -133,11 +133,11 @@ class PathtraceRenderer:
         self.close()
 
     def _loaded_scene(self) -> LoadedScene:
-        self._refuse_if_closed()
+        self._reject_if_closed()
         if self._scene is None:
             raise RenderError("no scene is loaded; call load(scene) before drawing")
         return self._scene
 
-    def _refuse_if_closed(self) -> None:
+    def _reject_if_closed(self) -> None:
         if self._closed:
             raise RenderError("the renderer is closed; open a new one with open_renderer()")

@@ -32,7 +32,7 @@ class Denoiser:
         # Else its threads are tied to processors, and those of several workers to the same ones.
         self._device.set_bool("setAffinity", False)
         self._device.commit()
-        self._refuse_failure(f"Open Image Denoise cannot run on {device}")
+        self._reject_failure(f"Open Image Denoise cannot run on {device}")
         version = self._device.get_int("version")
         self.description = f"Open Image Denoise {version // 10000}.{version // 100 % 100}.{version % 100} on {device}"
 
@@ -58,7 +58,7 @@ class Denoiser:
             image_filter.set_quality(self._oidn.OIDN_QUALITY_HIGH)
             image_filter.commit()
             image_filter.execute()
-        self._refuse_failure("Open Image Denoise failed")
+        self._reject_failure("Open Image Denoise failed")
         result = np.empty((height, width, 3), np.float32)
         buffers["output"].read(0, result.nbytes, result)
         for buffer in buffers.values():
@@ -77,6 +77,6 @@ class Denoiser:
         buffer.write(0, values.nbytes, values)
         return buffer
 
-    def _refuse_failure(self, what: str) -> None:
+    def _reject_failure(self, what: str) -> None:
         if message := self._device.get_error():
             raise RenderError(f"{what}: {message}; leave out denoise=true")

@@ -1,7 +1,7 @@
 """What a denoiser is told of a view beside its colours: albedo and normals of what the camera sees, without noise.
 
 They are means over the pixel's square, like the colours, so that edges and print lie where they lie in the image. Film
-is a layer of its own albedo over what shines through, in the shares in which it scatters and lets pass.
+is a layer of its own albedo over what shines through, in the fractions in which it scatters and lets pass.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from jaxtyping import Float32
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.pathtrace.camera_rays import camera_rays
-from warehouse_sim.render.pathtrace.film import clear_share
+from warehouse_sim.render.pathtrace.film import clear_fraction
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
 
 _LAYERS = 2  # sheets of film that are told apart; those behind them count as clear
@@ -26,7 +26,7 @@ class Features:
     """Means over each pixel."""
 
     albedo: Float32[np.ndarray, "h w 3"]
-    """Share of light that is scattered, 0-1; 0 where there is nothing."""
+    """Fraction of light that is scattered, 0-1; 0 where there is nothing."""
     normals: Float32[np.ndarray, "h w 3"]
     """In the world, towards the camera; shorter than 1 across edges, 0 where there is nothing."""
 
@@ -54,7 +54,7 @@ def _surface_features(hit: Any, ray: Any, active: Any) -> tuple[Any, Any]:
 def _through_film(scene: LoadedScene, ray: Any, solid_distance: Any, albedo: Any, normal: Any) -> tuple[Any, Any]:
     """Return albedo and normals of the scene with film, from those without."""
     assert scene.film is not None
-    passed, share, start = mi.Float(1.0), mi.Float(1.0), ray
+    passed, fraction, start = mi.Float(1.0), mi.Float(1.0), ray
     front_albedo, front_normal = mi.Color3f(0.0), mi.Normal3f(0.0)
     for _ in range(2 * _LAYERS):  # a sheet has two faces
         hit = scene.film.ray_intersect_preliminary(start, coherent=False)
@@ -63,10 +63,10 @@ def _through_film(scene: LoadedScene, ray: Any, solid_distance: Any, albedo: Any
         surface = hit.compute_surface_interaction(start, mi.RayFlags.All, found)
         enters = found & (dr.dot(surface.n, ray.d) < 0.0)
         own_albedo, own_normal = _surface_features(hit, start, enters)
-        passed = dr.select(enters, clear_share(scene, surface, hit.shape_index, enters), 1.0)
-        front_albedo += share * (1.0 - passed) * own_albedo
-        front_normal += share * (1.0 - passed) * own_normal
-        share = share * passed
+        passed = dr.select(enters, clear_fraction(scene, surface, hit.shape_index, enters), 1.0)
+        front_albedo += fraction * (1.0 - passed) * own_albedo
+        front_normal += fraction * (1.0 - passed) * own_normal
+        fraction = fraction * passed
         start = surface.spawn_ray(ray.d)
         start.maxt = dr.select(found, start.maxt, 0.0)
-    return front_albedo + share * albedo, front_normal + share * normal
+    return front_albedo + fraction * albedo, front_normal + fraction * normal

@@ -63,7 +63,7 @@ def film_event(scene: "LoadedScene", ray: Any, solid_distance: Any, sampler: Any
     surface = hit.compute_surface_interaction(ray, mi.RayFlags.All, on_film)
     cosine = -dr.dot(surface.n, ray.d)
     enters = on_film & (cosine > 0.0)  # a sheet has two faces, and counts once
-    clear = clear_share(scene, surface, hit.shape_index, enters)
+    clear = clear_fraction(scene, surface, hit.shape_index, enters)
     in_clear_part = enters & (sampler.next_1d() < clear)
     mirrors = in_clear_part & (sampler.next_1d() < _MIRROR_CHANCE)
     passes = (in_clear_part & ~mirrors) | (on_film & ~enters)
@@ -81,8 +81,8 @@ def film_event(scene: "LoadedScene", ray: Any, solid_distance: Any, sampler: Any
     )
 
 
-def clear_share(scene: "LoadedScene", surface: Any, shape: Any, enters: Any) -> Any:
-    """Return the share of film that is clear, 0-1: ``(1 - opacity)^(thickness / cosine)``, less the more it slants.
+def clear_fraction(scene: "LoadedScene", surface: Any, shape: Any, enters: Any) -> Any:
+    """Return the fraction of film that is clear, 0-1: ``(1 - opacity)^(thickness / cosine)``, less the more it slants.
 
     Args:
         scene: Holds film.

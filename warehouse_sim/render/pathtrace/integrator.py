@@ -1,6 +1,6 @@
 """The path tracer: light that reaches the camera along random paths (Kajiya 1986, "The rendering equation").
 
-At each vertex one light is drawn in proportion to its unshadowed light and asked directly; the sky is found by the
+At each vertex one light is rendered in proportion to its unshadowed light and asked directly; the sky is found by the
 paths themselves. Lights are photometric and no surfaces, so no path meets them. Surfaces that glow are seen, and light
 nothing: the ``Light`` of their luminaire holds all that it gives.
 """
@@ -29,11 +29,11 @@ def trace_paths(
         ray: Camera rays in the world, of unit direction.
         sampler: Of as many paths as there are rays.
         bounces: Reflections after the first surface that are followed.
-        limit: Luminance at which the share of a single indirect vertex is cut, against bright dots.
+        limit: Luminance at which the fraction of a single indirect vertex is cut, against bright dots.
     """
     context = mi.BSDFContext()
     result = mi.Color3f(0.0)
-    share = mi.Color3f(1.0)
+    fraction = mi.Color3f(1.0)
     active = mi.Bool(True)
     seen = mi.Bool(True)  # by the camera, directly or through film
     depth = mi.UInt32(0)
@@ -51,31 +51,31 @@ def trace_paths(
             event = film_event(scene, ray, hit.t, sampler, active & seen)
             on_film, clear, mirror = event.hit, event.passes, event.mirrors
             surface = dr.select(on_film, event.surface, surface)
-            share *= event.weight
+            fraction *= event.weight
             found |= on_film
-        result += dr.select(found & seen & ~on_film, share * glow, 0.0)
-        result += dr.select(active & ~found, share * scene.sky.radiance(ray.d), 0.0)
+        result += dr.select(found & seen & ~on_film, fraction * glow, 0.0)
+        result += dr.select(active & ~found, fraction * scene.sky.radiance(ray.d), 0.0)
         scatters = found & ~clear
 
         bsdf = surface.bsdf(ray)
         if dr.hint(len(scene.lights) > 0, mode="scalar"):
-            light = share * _direct_light(scene, surface, sampler, scatters, mirror, event)
+            light = fraction * _direct_light(scene, surface, sampler, scatters, mirror, event)
             result += dr.select(seen, light, dr.minimum(light, limit))
 
         sample, weight = bsdf.sample(context, surface, sampler.next_1d(), sampler.next_2d(), scatters & ~mirror)
         if dr.hint(scene.film is not None, mode="scalar"):
             sample, weight = event.sample_gloss(context, surface, sampler, sample, weight)
-        share *= dr.select(scatters, weight, 1.0)
+        fraction *= dr.select(scatters, weight, 1.0)
         ray = surface.spawn_ray(dr.select(clear, ray.d, surface.to_world(sample.wo)))
         seen &= clear
         depth += dr.select(scatters, 1, 0)
         layers += dr.select(clear, 1, 0)
-        brightest = dr.max(share)
+        brightest = dr.max(fraction)
         active = found & (depth <= bounces) & (layers < _FILM_LAYERS) & (brightest > 0.0)
         # Russian roulette: dim paths end early, those that go on stand for them.
         survival: Any = dr.select(depth > _ROULETTE_FROM, dr.clip(brightest, 0.05, 0.95), 1.0)
         active &= sampler.next_1d() < survival
-        share *= dr.rcp(survival)
+        fraction *= dr.rcp(survival)
     return result
 
 

@@ -13,7 +13,7 @@ from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.schema import Light
 from warehouse_sim.schema.intensity import ANGLES, PLANES
 
-_FLOOR = 0.02  # of a light's chance to be drawn: where its centre gives nothing, its rim may
+_FLOOR = 0.02  # of a light's chance to be rendered: where its centre gives nothing, its rim may
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class LightSample:
 class LightSampler:
     """All lights of a scene; spots are disks, point lights are balls, of their ``radius``.
 
-    Each point of one shines with its share of the intensity, so that far away illuminance is intensity / distance^2.
+    Each point of one shines with its fraction of the intensity, so that far away illuminance is intensity / distance^2.
     Between its two cone angles a spot fades as in glTF's KHR_lights_punctual: saturate(cos * scale + offset)^2; one
     with a distribution shines as that says, looked up bilinearly.
     """
@@ -40,7 +40,7 @@ class LightSampler:
     def __init__(self, lights: Sequence[Light]) -> None:
         given = {id(light.distribution): light.distribution for light in lights}
         tables = [item for item in given.values() if item is not None]
-        self._tables = mi.Float(np.concatenate([item.share.ravel() for item in tables])) if tables else None
+        self._tables = mi.Float(np.concatenate([item.fraction.ravel() for item in tables])) if tables else None
         first = {id(item): number * PLANES * ANGLES for number, item in enumerate(tables)}
         self._lights = [
             _SampledLight(light, first.get(id(light.distribution), -1), self._tables)
@@ -64,15 +64,15 @@ class LightSampler:
         total = sum(weights[1:], weights[0])
         left = choice * total
         # The first light stands for all that rounding could leave undrawn.
-        drawn = self._lights[0].state()
+        sampled = self._lights[0].state()
         weight = weights[0]
         passed = weights[0]
         for light, own in zip(self._lights[1:], weights[1:], strict=True):
             here = left >= passed
-            drawn = {key: dr.select(here, value, drawn[key]) for key, value in light.state().items()}
+            sampled = {key: dr.select(here, value, sampled[key]) for key, value in light.state().items()}
             weight = dr.select(here, own, weight)
             passed += own
-        return _point_on(drawn, surface.p, place, total / weight, self._tables)
+        return _point_on(sampled, surface.p, place, total / weight, self._tables)
 
 
 class _SampledLight:
@@ -103,12 +103,12 @@ class _SampledLight:
         return self._state
 
     def importance(self, point: Any, normal: Any) -> Any:
-        """Return the illuminance (lx) from the light's centre, at least a small share of what it could be."""
+        """Return the illuminance (lx) from the light's centre, at least a small fraction of what it could be."""
         away = self._state["position"] - point
         squared = dr.maximum(dr.squared_norm(away), 1e-6)
         direction = away * dr.rsqrt(squared)
         facing = dr.maximum(dr.dot(normal, direction), _FLOOR)
-        return self._power * facing * dr.maximum(_share(self._state, direction, self._tables), _FLOOR) / squared
+        return self._power * facing * dr.maximum(_fraction(self._state, direction, self._tables), _FLOOR) / squared
 
 
 def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any, tables: Any) -> LightSample:
@@ -120,11 +120,11 @@ def _point_on(light: dict[str, Any], point: Any, place: Any, weight: Any, tables
     away = source - point
     squared = dr.maximum(dr.squared_norm(away), 1e-6)
     direction = away * dr.rsqrt(squared)
-    share = _share(light, direction, tables)
-    return LightSample(source, direction, light["intensity"] * (share * weight / squared), light["casts_shadow"])
+    fraction = _fraction(light, direction, tables)
+    return LightSample(source, direction, light["intensity"] * (fraction * weight / squared), light["casts_shadow"])
 
 
-def _share(light: dict[str, Any], direction: Any, tables: Any) -> Any:
+def _fraction(light: dict[str, Any], direction: Any, tables: Any) -> Any:
     """Return the intensity over the greatest of a light that lies in ``direction``."""
     cone = _cone(light, direction)
     if tables is None:
@@ -147,8 +147,8 @@ def _share(light: dict[str, Any], direction: Any, tables: Any) -> Any:
 
 
 def _cone(light: dict[str, Any], direction: Any) -> Any:
-    share = dr.clip(-dr.dot(direction, light["axis"]) * light["scale"] + light["offset"], 0.0, 1.0)
-    return share * share
+    fraction = dr.clip(-dr.dot(direction, light["axis"]) * light["scale"] + light["offset"], 0.0, 1.0)
+    return fraction * fraction
 
 
 class Sky:

@@ -8,10 +8,10 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Int32
 
+from warehouse_sim.render.pathtrace.amodal_masks import AmodalMaskCaster
 from warehouse_sim.render.pathtrace.lights import LightSampler, Sky
 from warehouse_sim.render.pathtrace.materials import albedo_factor, gloss, scattering
 from warehouse_sim.render.pathtrace.mesh_shape import mesh_shape
-from warehouse_sim.render.pathtrace.silhouettes import SilhouetteCaster
 from warehouse_sim.render.pathtrace.triangles import MaterialTriangles, scene_triangles
 from warehouse_sim.schema import Material, SceneSpec
 
@@ -48,7 +48,7 @@ class LoadedScene:
         glow = [np.array(group.material.base_color) * group.material.emission for group in solid]
         self.emission = mi.Float(np.concatenate([*glow, np.zeros(3)]).astype(np.float32))
         """Luminance (cd/m^2) of each solid material, three values each."""
-        self.silhouette_caster = SilhouetteCaster(spec)
+        self.amodal_mask_caster = AmodalMaskCaster(spec)
         counts = [len(group.instance_ids) for group in solid]
         self._first_triangle = np.cumsum([0, *counts])
         self._owner = np.concatenate([*(group.instance_ids for group in solid), np.zeros(1, np.int32)])

@@ -1,4 +1,4 @@
-"""Depth, ids and normals from one exact ray through each pixel centre, and silhouettes from rays at one object."""
+"""Depth, instance masks and normals from one exact ray per pixel centre; amodal masks from rays at one object."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Random numbers that spread evenly: Sobol points, shuffled and scrambled anew for each pixel and each draw.
+"""Random numbers that spread evenly: Sobol points, shuffled and scrambled again for each pixel and each draw.
 
 Burley 2020, "Practical hash-based Owen scrambling": every draw of a path takes one or two dimensions of the (0, 2)
 sequence; Owen's scrambling, by Vegdahl's hash, keeps a pixel's points even and makes those of two draws or two pixels

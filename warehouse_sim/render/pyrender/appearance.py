@@ -1,6 +1,6 @@
 """Materials and lights for pyrender, which adds up light linearly, but returns it clipped and without a tone curve.
 
-The scene is drawn ``HEADROOM`` times darker than its exposure says, so that nothing below that many times white is
+The scene is rendered ``HEADROOM`` times darker than its exposure says, so that nothing below that many times white is
 clipped, and the bytes that come back are brought to the display's curve by a table.
 """
 
@@ -25,7 +25,7 @@ _GAMMA = 2.2  # pyrender returns light to the power 1 / 2.2
 
 
 class MaterialCache:
-    """pyrender's materials of a scene, made when they are first asked for; textures are shared."""
+    """pyrender's materials of a scene, made when they are first requested; textures are shared."""
 
     def __init__(self, materials: dict[str, Material], exposure: float) -> None:
         self._materials, self._exposure = materials, exposure

@@ -13,12 +13,12 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.render.canvas_tiles import silhouette_by_tiles, solid_corners
+from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles, solid_corners
 from warehouse_sim.render.painted_mesh import require_drawable
 from warehouse_sim.render.pyrender.appearance import display_table
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
 from warehouse_sim.render.pyrender.graph import MAX_LIGHTS, NEAR, SceneGraph
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -70,7 +70,7 @@ class PyrenderRenderer:
         self._graph, self._scene = SceneGraph(scene), scene
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Render the loaded scene: one pass for the image, and one, without antialiasing, for depth and ids."""
+        """Render the loaded scene: one pass for the image, one without antialiasing for depth and instance mask."""
         require_view(camera, T_world_camera)
         graph, _ = self._loaded()
         if normals:
@@ -82,13 +82,13 @@ class PyrenderRenderer:
         ids, depth = self._draw_ids(graph, graph.node_of)
         return RenderBuffers(rgb=cv2.LUT(np.ascontiguousarray(rgb), self._display), depth=depth, instance_ids=ids)
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
+    ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
         require_view(camera, T_world_camera)
         graph, scene = self._loaded()
-        return [self._silhouette(graph, scene, camera, T_world_camera, instance) for instance in instances]
+        return [self._amodal_mask(graph, scene, camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:
         """Free all device memory; the context stays for the next renderer of the process."""
@@ -106,14 +106,14 @@ class PyrenderRenderer:
         """Close the renderer."""
         self.close()
 
-    def _silhouette(
+    def _amodal_mask(
         self,
         graph: SceneGraph,
         scene: SceneSpec,
         camera: PinholeCamera,
         T_world_camera: Transform,
         instance: ObjectInstance,
-    ) -> Silhouette:
+    ) -> AmodalMask:
         node = graph.node_of.get(instance.instance_id)
 
         def draw(tile: PinholeCamera) -> Bool[np.ndarray, "h w"]:
@@ -122,7 +122,7 @@ class PyrenderRenderer:
 
         corners = solid_corners(scene, scene.model_of(instance))
         T_camera_object = invert(T_world_camera) @ instance.T_world_object
-        return silhouette_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+        return amodal_mask_by_tiles(camera, T_camera_object, corners, NEAR, draw)
 
     def _draw_ids(
         self, graph: SceneGraph, nodes: dict[int, Any]

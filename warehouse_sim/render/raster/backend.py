@@ -11,6 +11,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.render.raster.amodal_mask_atlas import AmodalMaskAtlas
 from warehouse_sim.render.raster.context import describe, open_context
 from warehouse_sim.render.raster.image_targets import ImageTargets
 from warehouse_sim.render.raster.light.lighting import LightBlock
@@ -23,10 +24,9 @@ from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
-from warehouse_sim.render.raster.silhouette_atlas import SilhouetteAtlas
 from warehouse_sim.render.raster.surfaces.pictures import PictureLibrary
 from warehouse_sim.render.raster.surfaces.textures import TextureLibrary
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -63,7 +63,7 @@ class RasterRenderer:
             self._pictures = PictureLibrary(self._context)
             self._meshes = MeshLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
-            self._silhouettes = SilhouetteAtlas(self._context)
+            self._amodal_masks = AmodalMaskAtlas(self._context)
         self._scene: LoadedScene | None = None
         self._targets: ImageTargets | None = None
 
@@ -105,9 +105,9 @@ class RasterRenderer:
                 )
             return buffers
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
+    ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
         with self._open_context():
@@ -116,7 +116,7 @@ class RasterRenderer:
             solid = ~scene.table.film[rows]
             table, owner = scene.table.subset(rows[solid]), owner[solid]
             records = placed_records(table, T_world_camera)
-            return self._silhouettes.draw(camera, table, records, scene.batches, owner, len(instances))
+            return self._amodal_masks.draw(camera, table, records, scene.batches, owner, len(instances))
 
     def close(self) -> None:
         """Give back the context and all device memory."""
@@ -136,7 +136,7 @@ class RasterRenderer:
                 self._pictures,
                 self._meshes,
                 self._shadows,
-                self._silhouettes,
+                self._amodal_masks,
             )
             for item in parts:
                 item.release()

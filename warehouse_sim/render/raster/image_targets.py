@@ -1,4 +1,4 @@
-"""The images that a view is drawn into, and their way back to numpy."""
+"""The images that a view is rendered into, and their way back to numpy."""
 
 import cv2
 import moderngl
@@ -26,7 +26,7 @@ class ImageTargets:
         self.film.viewport = window_viewport(size)
 
     def read(self, normals: bool) -> RenderBuffers:
-        """Return what was drawn."""
+        """Return what was rendered."""
         width, height = self.size
         rgba, ids = np.empty((height, width, 4), np.uint8), np.empty((height, width), np.int32)
         stored = np.empty((height, width), np.float32)

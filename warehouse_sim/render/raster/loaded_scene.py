@@ -31,7 +31,7 @@ class LoadedScene:
     Args:
         context: Where to upload to.
         spec: The scene.
-        shadows: Is drawn for this scene, and serves it until another scene is drawn there.
+        shadows: Is rendered for this scene, and serves it until another scene is rendered there.
         textures: Gains the textures that the scene names.
         pictures: Holds the pictures that the scene names from now on.
         meshes: Gains the meshes of the scene.
@@ -63,11 +63,11 @@ class LoadedScene:
             self.table = build_part_table(spec, self.materials.row, ribbed)
             self.objects = ObjectIndex.of(self.table)
             self.batches = meshes.require(self.table.meshes)
-            self._drawn: tuple[bytes, ...] | None = None
+            self._rendered: tuple[bytes, ...] | None = None
             self._tiles: list[ShadowTile] = []
         else:
             self.table, self.objects, self.batches = before.table, before.objects, before.batches
-            self._drawn, self._tiles = before._drawn, before._tiles
+            self._rendered, self._tiles = before._rendered, before._tiles
         if before is None or change.objects or change.surfaces or change.area:
             self._gatherer = LightGatherer(spec)
         else:
@@ -82,14 +82,14 @@ class LoadedScene:
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.
 
-        Shadow maps are drawn for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lights.
+        Shadow maps are rendered for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lights.
         """
         place = point_ahead(T_world_camera)
         kept = strongest_lights(self._spec.lights, MAX_LIGHTS, place)
         casting = [light for light in kept if light.kind == "spot" and light.casts_shadow]
         geometries = tuple(map(light_geometry, casting))
-        if self._drawn != geometries:
-            self._drawn, self._tiles = geometries, self._shadows.draw(casting, self.table, self.batches)
+        if self._rendered != geometries:
+            self._rendered, self._tiles = geometries, self._shadows.draw(casting, self.table, self.batches)
         tile_of = dict(zip(geometries, self._tiles, strict=True))
         with_map = strongest_lights(casting, MAX_SHADOWS, place)
         lights = [ShadedLight(light, tile_of[light_geometry(light)], self._layer(light)) for light in with_map]

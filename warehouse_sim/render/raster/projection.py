@@ -11,14 +11,14 @@ NEAR = 0.05
 
 
 WINDOW_PX = 16384
-"""Edge of the window that images are drawn through; what leaves the image is cut off pixel by pixel.
+"""Edge of the window that images are rendered through; what leaves the image is cut off pixel by pixel.
 
 Were the window as large as the image, triangles would be clipped at its border, and the new corners rounded to the
-rasteriser's grid: the same object would then cover other pixels in the image than in its silhouette.
+rasteriser's grid: the same object would then cover other pixels in the image than in its amodal mask.
 """
 
 MAX_IMAGE_PX = 4096
-"""Longest edge of an image; three of them, as silhouettes need, stay within the window."""
+"""Longest edge of an image; three of them, as amodal masks need, stay within the window."""
 
 
 def image_origin(size: tuple[int, int]) -> tuple[int, int]:
@@ -35,7 +35,7 @@ def window_viewport(size: tuple[int, int]) -> tuple[int, int, int, int]:
 def window_intrinsics(camera: PinholeCamera) -> tuple[float, float, float, float]:
     """Return fx, fy, cx, cy in target coordinates, where the first pixel reaches from 0 to 1.
 
-    Row 0 is drawn at the bottom of the target, so that what is read back starts with the top row.
+    Row 0 is rendered at the bottom of the target, so that what is read back starts with the top row.
     """
     return camera.fx, camera.fy, camera.cx + 0.5, camera.cy + 0.5
 

@@ -14,7 +14,7 @@ from warehouse_sim.schema import Material
 _DUST = np.array([0.23, 0.21, 0.18])
 """Albedo of what settles in halls: concrete dust, board fibres and abraded rubber; an estimate."""
 _HIDDEN = 0.45
-"""Share of a surface that the thickest dirt hides."""
+"""Fraction of a surface that the thickest dirt hides."""
 _STAINED_FROM = 0.35
 """Dirt from which a surface has stains that are seen one by one."""
 _BRIGHTEST, _DARKEST = 0.9, 0.004
@@ -43,11 +43,11 @@ class Look:
 
     @classmethod
     def of(cls, config: PaintConfig, palette: tuple[Finish, ...], rng: np.random.Generator) -> "Look":
-        """Draw a look; whatever comes of it, as many numbers are drawn."""
+        """Draw a look; whatever comes of it, as many numbers are sampled."""
         painted, wild, swapped = rng.random(3)
         common, free = _common(palette, rng), _any_colour(rng)
         texture = sorted(TEXTURES)[int(rng.integers(len(TEXTURES)))]
-        finish = None if painted >= config.share else free if wild < config.any_hue else common
+        finish = None if painted >= config.fraction else free if wild < config.any_hue else common
         return cls(
             finish=finish,
             value=config.value.draw(rng),
@@ -75,16 +75,16 @@ def coated(material: Material, look: Look, name: str, galvanised: Material) -> M
     color = color + _HIDDEN * look.dirt * (_DUST - color)
     rough = float(np.clip(material.roughness * look.roughness, 0.05, 1.0))
     texture = look.texture or material.texture
-    worn = STAINED.get(texture or "") if look.dirt >= _STAINED_FROM else None
+    damaged = STAINED.get(texture or "") if look.dirt >= _STAINED_FROM else None
     red, green, blue = (round(float(channel), 4) for channel in color)
     return replace(
         material,
         name=name,
         base_color=(red, green, blue),
         roughness=round(rough + 0.4 * look.dirt * (1.0 - rough), 4),
-        texture=worn or texture,
+        texture=damaged or texture,
         # A worn texture has the grain of the fresh one on twice the width, but for those that are as wide already.
-        texture_size=material.texture_size * (1.0 if worn is None or texture in ("slab", "coat") else 2.0),
+        texture_size=material.texture_size * (1.0 if damaged is None or texture in ("slab", "coat") else 2.0),
         opacity=finish.opacity if finish is not None and finish.opacity is not None else material.opacity,
         remission=round(_remission(material, color, finish is not None), 3),
     )
@@ -100,7 +100,7 @@ def _remission(material: Material, color: np.ndarray, painted: bool) -> float:
 
     Greys follow 0.88 sqrt(luminance), as the catalog's do within 0.05. Coloured paints send back more than their
     luminance says, since their pigments, unlike soot, are bright in near infrared: 0.38 + 0.28 R, which the catalog's
-    blue, green, red, orange and yellow keep to within 0.08. What is not painted anew keeps its own law.
+    blue, green, red, orange and yellow keep to within 0.08. What is not painted again keeps its own law.
     """
     luminance = float(LUMINANCE @ color)
     if not painted:

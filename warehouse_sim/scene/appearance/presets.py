@@ -10,15 +10,15 @@ PresetName = Literal["catalog", "everyday", "wild"]
 
 
 def _varied(
-    share: float = 0.0,
+    fraction: float = 0.0,
     dirt: float = 0.0,
     value: tuple[float, float] = (0.85, 1.12),
     hue_deg: float = 4.0,
     roughness: tuple[float, float] = (0.8, 1.25),
 ) -> PaintConfig:
-    """Return a kind of surface that ``share`` of the things are painted anew on, with dirt from 0 to ``dirt``."""
+    """Return a kind of surface that ``fraction`` of the things are painted again on, with dirt from 0 to ``dirt``."""
     return PaintConfig(
-        share=share,
+        fraction=fraction,
         value=Distribution.uniform(*value),
         hue_deg=Distribution.uniform(-hue_deg, hue_deg),
         roughness=Distribution.uniform(*roughness),
@@ -27,7 +27,7 @@ def _varied(
 
 
 _WILD = PaintConfig(
-    share=1.0,
+    fraction=1.0,
     any_hue=1.0,
     value=Distribution.uniform(0.5, 1.6),
     roughness=Distribution.uniform(0.3, 1.8),

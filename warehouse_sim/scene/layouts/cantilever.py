@@ -16,7 +16,7 @@ from warehouse_sim.catalog.racks.cantilever import (
 )
 from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Layout, Side
 from warehouse_sim.schema import ObjectModel
@@ -40,8 +40,8 @@ class CantileverConfig(Layout):
     """Fields of 1.5 m between columns, 4-24."""
     levels: Annotated[int, Range(3, 5)] = 4
     """Levels, the foot's included, 0.9 m apart, 3-5."""
-    fill: Share = 0.85
-    """Share of the places on the arms that are taken, 0-1."""
+    fill: Fraction = 0.85
+    """Fraction of the places on the arms that are taken, 0-1."""
     sides: Literal["one", "both"] = "one"
     """Racks on one side of the aisle, with a wall behind, or on both."""
 

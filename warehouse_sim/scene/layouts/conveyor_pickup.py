@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.catalog.building import CONVEYORS
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot, Strip
@@ -34,10 +34,10 @@ class ConveyorPickupConfig(Layout):
     """Height that a load may take, pallet included (m), 0.6-2.5."""
     carton_line: bool = True
     """Whether a conveyor for cartons runs behind."""
-    carton_fill: Share = 0.0
-    """Share of that conveyor's length that cartons (``loads.cartons``) take, 0-1."""
-    goods_share: Share = 0.0
-    """Share of those that are goods of your own (``loads.goods``) instead, 0-1."""
+    carton_fill: Fraction = 0.0
+    """Fraction of that conveyor's length that cartons (``loads.cartons``) take, 0-1."""
+    goods_fraction: Fraction = 0.0
+    """Fraction of those that are goods of your own (``loads.goods``) instead, 0-1."""
 
     @property
     def length(self) -> float:
@@ -52,7 +52,7 @@ class ConveyorPickupConfig(Layout):
     @property
     def wants_goods(self) -> bool:
         """Whether goods of the user's own are on the line."""
-        return self.goods_share > 0.0
+        return self.goods_fraction > 0.0
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the conveyors; their places lie lengthwise on the pallets' one, its whole length one bay."""
@@ -78,7 +78,7 @@ class ConveyorPickupConfig(Layout):
             Strip(
                 *(T_world_side @ T_side_strip, self.length, depth, 1.0),
                 fill=self.carton_fill,
-                own_share=self.goods_share,
+                own_fraction=self.goods_fraction,
                 one_kind=False,
             )
         ]

@@ -15,7 +15,7 @@ from warehouse_sim.catalog.building import (
     WALL_SIZE,
 )
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import floor_lanes
 from warehouse_sim.scene.layouts.hall import mark_line, module_x
@@ -36,10 +36,11 @@ class DockStagingConfig(Layout):
 
     doors: Annotated[int, Range(1, 6)] = 4
     """Doors side by side, 6 m apart, 1-6."""
-    open_share: Share = 0.5
-    """Share of the doors that are open, 0-1."""
-    trailer_share: Share = 1.0
-    """Share of the open doors that have a trailer behind them, 0-1; at others the yard is seen (``hall.outdoors``)."""
+    open_fraction: Fraction = 0.5
+    """Fraction of the doors that are open, 0-1."""
+    trailer_fraction: Fraction = 1.0
+    """Fraction of the open doors that have a trailer behind them, 0-1; at others the yard is seen
+    (``hall.outdoors``)."""
     lanes_per_door: Annotated[int, Range(1, 4)] = 3
     """Staging lanes before each door, 1-4."""
     lane_depth: Annotated[int, Range(1, 8)] = 4
@@ -84,11 +85,11 @@ class DockStagingConfig(Layout):
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add doors, levellers, trailers and lines; the places are the lanes."""
-        is_open = rng.permutation(self.doors) < round(self.open_share * self.doors)
+        is_open = rng.permutation(self.doors) < round(self.open_fraction * self.doors)
         docked = is_open.copy()
-        if self.trailer_share < 1.0:
+        if self.trailer_fraction < 1.0:
             free = rng.permutation(np.flatnonzero(is_open))
-            docked[free[round(self.trailer_share * len(free)) :]] = False
+            docked[free[round(self.trailer_fraction * len(free)) :]] = False
         lanes = []
         for module, opened, has_trailer in zip(self.door_modules, is_open, docked, strict=True):
             x = module_x(module)

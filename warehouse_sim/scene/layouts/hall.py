@@ -27,7 +27,7 @@ _, _CURVE = _TYRE_MARKS = ("tyre_mark_straight", "tyre_mark_curve")
 """Straight ones lie along the aisle, bends any way."""
 _LINE_LENGTHS = (6.0, 3.0, 1.0)
 _WIDEST = 40.0
-"""Width (m) that a hall of no given width is taken to have where girders' depth is asked for."""
+"""Width (m) that a hall of no given width is taken to have where girders' depth is requested."""
 _COLUMN_PITCH = 12.0
 """Distance between columns and between trusses (m); 10-24 m are usual in halls."""
 

@@ -9,7 +9,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.racks.platform import COLUMN_HEIGHT, DECK_TOP, PANEL
 from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
 from warehouse_sim.scene.layouts.site import Layout, Side, Strip
@@ -32,10 +32,10 @@ class MezzanineConfig(Layout):
     """Panels along the aisle, 2-16."""
     panel_rows: Annotated[int, Range(1, 4)] = 2
     """Panels away from the aisle, 1-4."""
-    fill: Share = 0.85
-    """Share of the shelves' width that is taken, 0-1."""
-    goods_share: Share = 0.0
-    """Share of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
+    fill: Fraction = 0.85
+    """Fraction of the shelves' width that is taken, 0-1."""
+    goods_fraction: Fraction = 0.0
+    """Fraction of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
 
     @property
     def length(self) -> float:
@@ -50,7 +50,7 @@ class MezzanineConfig(Layout):
     @property
     def wants_goods(self) -> bool:
         """Whether shelves are kept for goods of the user's own."""
-        return self.goods_share > 0.0
+        return self.goods_fraction > 0.0
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the platform and the shelving; there are no places for pallets."""
@@ -70,7 +70,7 @@ class MezzanineConfig(Layout):
                 turned = number % 2 == 1
                 at = np.array([0.0, y + (SHELF_SIZE[1] if turned else 0.0), floor])
                 T_side_row = make_transform(_HALF_TURN if turned else None, at)
-                strips += add_shelf_row(draft, T_world_side @ T_side_row, bays, self.fill, rng, self.goods_share)
+                strips += add_shelf_row(draft, T_world_side @ T_side_row, bays, self.fill, rng, self.goods_fraction)
         return Side(strips=strips)
 
     def _add_columns(self, draft: SceneDraft, T_world_side: Transform) -> None:

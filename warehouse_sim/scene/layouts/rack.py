@@ -103,7 +103,7 @@ def build_rack(
         rack: Its drawing.
         T_world_rack: Its frame.
         first_bay: Number of its first bay.
-        rng: Where deviations from the drawing come from; None builds exactly what is drawn.
+        rng: Where deviations from the drawing come from; None builds exactly what is sampled.
     """
     T_world_feet = _add_frames(draft, rack, T_world_rack, rng)
     levels = ([0.0] if rack.ground_level else []) + list(rack.levels)
@@ -193,8 +193,8 @@ def _add_level(
                 at = np.array([x + place + side, FRAME_DEPTH / 2, top - STEP_HEIGHT / 2])
                 draft.add("pallet_support_bar", T_world_rack @ make_transform(translation=at))
     if rack.signs:
-        T_world_front = T_world_rack @ tops[0] @ make_transform(translation=np.array([0.0, -BEAM_DEPTH / 2, 0.0]))
-        add_beam_labels(draft, rack.places, T_world_front)
+        T_world_face = T_world_rack @ tops[0] @ make_transform(translation=np.array([0.0, -BEAM_DEPTH / 2, 0.0]))
+        add_beam_labels(draft, rack.places, T_world_face)
     return tops
 
 

@@ -83,15 +83,15 @@ def add_row_spacers(draft: SceneDraft, xs: Sequence[float], height: float, T_wor
             draft.add("row_spacer", T_world_back @ make_transform(translation=np.array([x, length / 2, z])))
 
 
-def add_beam_labels(draft: SceneDraft, places: Sequence[float], T_world_front: Transform) -> None:
+def add_beam_labels(draft: SceneDraft, places: Sequence[float], T_world_face: Transform) -> None:
     """Stick a location's label on a front beam under each place.
 
     Args:
         draft: Where to add them.
         places: x of each place from the beam's middle (m).
-        T_world_front: Upper edge of the beam's front face at its middle; y into the beam, z up.
+        T_world_face: Upper edge of the beam's front face at its middle; y into the beam, z up.
     """
     label = catalog_object("beam_label")
     for x in places:
         at = np.array([x, -label.size[1] / 2 - _OFF, -BEAM_HEIGHT / 2])
-        draft.add("beam_label", T_world_front @ make_transform(translation=at))
+        draft.add("beam_label", T_world_face @ make_transform(translation=at))

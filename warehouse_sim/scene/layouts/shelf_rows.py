@@ -27,11 +27,16 @@ _QUARTER_TURN = rotation_z(np.pi / 2)
 
 
 def add_shelf_row(
-    draft: SceneDraft, T_world_row: Transform, bays: int, fill: float, rng: np.random.Generator, own_share: float = 0.0
+    draft: SceneDraft,
+    T_world_row: Transform,
+    bays: int,
+    fill: float,
+    rng: np.random.Generator,
+    own_fraction: float = 0.0,
 ) -> list[Strip]:
     """Add ``bays`` bays centred on x = 0 and fill ``fill`` (0-1) of each shelf, one kind of thing a shelf.
 
-    Return the shelves; the share ``own_share`` (0-1) of them is left to goods of the user's own.
+    Return the shelves; the fraction ``own_fraction`` (0-1) of them is left to goods of the user's own.
     """
     strips = []
     for bay in range(bays):
@@ -40,7 +45,7 @@ def add_shelf_row(
         draft.add("shelf_bay", T_world_row @ make_transform(translation=at))
         for top in shelf_tops()[:-1]:
             T_world_shelf = T_world_row @ make_transform(translation=np.array([x, 0.0, top]))
-            is_own = own_share > 0.0 and bool(rng.random() < own_share)
+            is_own = own_fraction > 0.0 and bool(rng.random() < own_fraction)
             if not is_own:
                 _fill_shelf(draft, T_world_shelf, fill, rng)
             strips.append(Strip(T_world_shelf, _CLEAR, _DEPTH, SHELF_ROOM, fill if is_own else 0.0))

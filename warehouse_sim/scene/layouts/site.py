@@ -53,7 +53,7 @@ class Slot:
     footprint: tuple[float, float] | None = None
     """Greatest edges of a pallet along x and y (m); None leaves it to the recipe."""
     most_mass: float = np.inf
-    """Greatest mass of pallet and goods (kg): a pallet's share of what the load notice allows its level."""
+    """Greatest mass of pallet and goods (kg): a pallet's fraction of what the load notice allows its level."""
     in_line: bool = False
     """Whether the bay is a lane: slots in order from the aisle, reached through each other, filled from the far end."""
 
@@ -83,9 +83,9 @@ class Strip:
     headroom: float
     """Free height (m)."""
     fill: float = 0.0
-    """Share of its length that goods of the recipe shall take, 0-1; 0 for what the layout has filled."""
-    own_share: float = 1.0
-    """Share of those that are the user's own, 0-1; the others are cartons."""
+    """Fraction of its length that goods of the recipe shall take, 0-1; 0 for what the layout has filled."""
+    own_fraction: float = 1.0
+    """Fraction of those that are the user's own, 0-1; the others are cartons."""
     one_kind: bool = True
     """Whether it holds one article."""
 
@@ -280,7 +280,7 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:
-    """Refuse what is larger than the slab.
+    """Reject what is larger than the slab.
 
     Raises:
         PlacementError: It is.

@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
 from warehouse_sim.scene.layouts.site import Layout, Side, Strip
@@ -30,10 +30,10 @@ class SmallPartsConfig(Layout):
     """Bays of 1.03 m in a row, 2-30."""
     rows: Annotated[int, Range(1, 6)] = 2
     """Rows on a side, 1-6, two and two back to back."""
-    fill: Share = 0.85
-    """Share of the shelves' width that is taken, 0-1."""
-    goods_share: Share = 0.0
-    """Share of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
+    fill: Fraction = 0.85
+    """Fraction of the shelves' width that is taken, 0-1."""
+    goods_fraction: Fraction = 0.0
+    """Fraction of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
     sides: Literal["one", "both"] = "one"
     """Shelves on one side of the aisle, with a wall behind, or on both."""
 
@@ -55,7 +55,7 @@ class SmallPartsConfig(Layout):
     @property
     def wants_goods(self) -> bool:
         """Whether shelves are kept for goods of the user's own."""
-        return self.goods_share > 0.0
+        return self.goods_fraction > 0.0
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the rows; there are no places for pallets."""
@@ -64,7 +64,7 @@ class SmallPartsConfig(Layout):
             turned = row % 2 == 1
             at = np.array([0.0, self._front(row) + (SHELF_SIZE[1] if turned else 0.0), 0.0])
             T_side_row = make_transform(_HALF_TURN if turned else None, at)
-            strips += add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng, self.goods_share)
+            strips += add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng, self.goods_fraction)
         return Side(strips=strips)
 
     @staticmethod

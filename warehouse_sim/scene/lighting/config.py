@@ -32,7 +32,7 @@ class LightingConfig:
     """Height of the luminaires above the floor (m), 2.4-13.8; null for right under the hall's girders."""
     luminaire: LuminaireName = "highbay"
     """What hangs there: linear high-bay luminaires, round ones, or rows of trunking: highbay, round or trunking."""
-    hall_share: Annotated[float, Range(0, 3)] = 0.0
+    hall_fraction: Annotated[float, Range(0, 3)] = 0.0
     """How bright rows of light beside the aisle (``hall.services.light_lines``) make the hall's floor, over the aisle's
     from its own luminaires, 0-3, where all are on; a preset's pattern darkens rows, too. At 0 they only glow."""
     daylight: bool = False
@@ -50,7 +50,7 @@ class LightingConfig:
     """Whether luminaires give the lumens of that file, instead of what ``lux`` asks for."""
     temperature: Annotated[Distribution, Range(1700, 20_000, "K")] | None = None
     """Correlated colour temperature of the luminaires (K), 1,700-20,000, the same for all of a scene."""
-    ambient_share: Annotated[float, Range(0, 10)] | None = None
+    ambient_fraction: Annotated[float, Range(0, 10)] | None = None
     """Illuminance of the even light from above over the mean of the luminaires' on the floor, 0-10."""
     headlights: bool | None = None
     """Whether the vehicle drives with its work lights on."""
@@ -80,7 +80,7 @@ class LightingConfig:
             "beam_deg": self.beam_deg,
             "distribution": self._distribution(),
             "temperatures": None if self.temperature is None else (self.temperature,),
-            "ambient_share": self.ambient_share,
+            "ambient_fraction": self.ambient_fraction,
             "headlights": self.headlights,
             "white_balance": self.white_balance,
             "exposure": self.exposure,

@@ -25,7 +25,7 @@ class ExposureConfig:
     """How the camera is exposed."""
 
     mode: Literal["metered", "fixed"] = "metered"
-    """By what it looks at, anew for each view, or always the same."""
+    """By what it looks at, again for each view, or always the same."""
     ev: Annotated[float, Range(-6, 18)] | None = None
     """Exposure value at ISO 100 of the fixed mode, -6 to 18."""
     compensation: Annotated[float, Range(-5, 5, "stops")] = 0.0

@@ -23,12 +23,12 @@ _LEAST_PITCH = 6.0
 _WIDE, _LAMBERTIAN = 100.0, 120.0
 """Full angle of half intensity (deg) of luminaires from which on a row of them has a Lambertian beam, as trunking."""
 _UTILISED = 0.6
-"""Share of the flux of luminaires that reaches the floor of a hall with goods in it (utilance; EN 12464-1 leaves it to
-the planner, tables of makers give 0.5-0.8)."""
+"""Fraction of the flux of luminaires that reaches the floor of a hall with goods in it (utilance; EN 12464-1 leaves it
+to the planner, tables of makers give 0.5-0.8)."""
 _WIDER = 2.0
 """Radius of the disk that stands for some metres of row, over that of one luminaire's source."""
 _FLICKER = 0.25
-"""Share of its flux that a luminaire that is about to fail gives."""
+"""Fraction of its flux that a luminaire that is about to fail gives."""
 
 
 def fill_lights(
@@ -38,7 +38,7 @@ def fill_lights(
 
     Args:
         scene: Its instances count.
-        lux: Mean illuminance (lx) that they are to give the floor under them, whatever share of them is on.
+        lux: Mean illuminance (lx) that they are to give the floor under them, whatever fraction of them is on.
         colors: Linear RGB of unit luminance-like scale, of one row after the other; repeated.
         preset: Which of them are on, and how they shine.
         rng: Source of what fails.
@@ -50,12 +50,12 @@ def fill_lights(
     lit = np.count_nonzero(preset.pattern) / len(preset.pattern)
     pitch = max(_LEAST_PITCH, sum(lengths) * lit**2 / max(_MOST - len(rows) / 2, 1))
     area = pitch * _spacing([item.T_world_object[:3, 3] for item in rows])
-    of_rows = _shares(len(rows), preset, rng)
+    of_rows = _fractions(len(rows), preset, rng)
     lights: list[Light] = []
     for number, (item, length) in enumerate(zip(rows, lengths, strict=True)):
         places = _along(length, pitch)
-        for along, share in zip(places, _shares(len(places), preset, rng), strict=True):
-            flux = lux * area / _UTILISED * share * of_rows[number]
+        for along, fraction in zip(places, _fractions(len(places), preset, rng), strict=True):
+            flux = lux * area / _UTILISED * fraction * of_rows[number]
             if flux > 0.0:
                 place = item.T_world_object[:3, 3] + item.T_world_object[:3, 0] * along
                 way = (-1.0) ** len(lights)
@@ -70,20 +70,22 @@ def _rows_from_aisle(scene: SceneSpec) -> list[ObjectInstance]:
     return sorted(rows, key=lambda item: abs(float(item.T_world_object[1, 3]) - middle))
 
 
-def _shares(count: int, preset: Preset, rng: np.random.Generator) -> list[float]:
-    """Return the share of its flux that each of ``count`` rows, or luminaires of a row, gives."""
-    return failing([preset.pattern[number % len(preset.pattern)] for number in range(count)], preset.failed_share, rng)
+def _fractions(count: int, preset: Preset, rng: np.random.Generator) -> list[float]:
+    """Return the fraction of its flux that each of ``count`` rows, or luminaires of a row, gives."""
+    return failing(
+        [preset.pattern[number % len(preset.pattern)] for number in range(count)], preset.failed_fraction, rng
+    )
 
 
-def failing(shares: list[float], failed_share: float, rng: np.random.Generator) -> list[float]:
-    """Return the share of its flux that each luminaire gives when some fail: one flickers, one at least is whole."""
-    count = len(shares)
-    if failed_share == 0.0:
-        return shares
-    dark = min(max(round(failed_share * count), 1), max(count - 2, 0))
+def failing(fractions: list[float], failed_fraction: float, rng: np.random.Generator) -> list[float]:
+    """Return the fraction of its flux that each luminaire gives when some fail: one flickers, one at least is whole."""
+    count = len(fractions)
+    if failed_fraction == 0.0:
+        return fractions
+    dark = min(max(round(failed_fraction * count), 1), max(count - 2, 0))
     state = np.ones(count)
     state[:dark], state[dark : dark + 1] = 0.0, _FLICKER
-    return (rng.permutation(state) * shares).tolist()
+    return (rng.permutation(state) * fractions).tolist()
 
 
 def _spot(

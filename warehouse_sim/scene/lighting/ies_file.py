@@ -86,7 +86,7 @@ def distribution_of(file: IesFile, name: str) -> IntensityDistribution:
 
 
 class _Reader:
-    """Goes through one file, and knows the line of every number for what it has to refuse."""
+    """Goes through one file, and knows the line of every number for what it has to reject."""
 
     def __init__(self, path: Path, lines: list[str]) -> None:
         self._path, self._lines = path, lines
@@ -96,7 +96,7 @@ class _Reader:
         """Return what the file says."""
         if not self._lines or not self._lines[0].strip().upper().startswith(_HEADERS):
             first = shown(self._lines[0][:40]) if self._lines else "nothing"
-            self._refuse(f"the first line must be one of {', '.join(_HEADERS)}, found {first}")
+            self._reject(f"the first line must be one of {', '.join(_HEADERS)}, found {first}")
         self._numbers = self._from(self._skip_keywords())
         lamps, per_lamp = self._whole("number of lamps", 1, 10_000), self._number("lumens per lamp")
         factor = self._positive("candela multiplier")
@@ -104,7 +104,7 @@ class _Reader:
         planes = self._whole("number of horizontal angles", 1, _MOST_ANGLES)
         kind = self._whole("photometric type", 1, 3)
         if kind != 1:
-            self._refuse(f"photometry is of type {_TYPES[kind]}, only type C (1) can be read; convert the file")
+            self._reject(f"photometry is of type {_TYPES[kind]}, only type C (1) can be read; convert the file")
         unit = {1: _FOOT, 2: 1.0}[self._whole("unit of lengths (1 feet, 2 metres)", 1, 2)]
         width, length, height = (unit * self._number(side) for side in ("width", "length", "height"))
         factor *= self._positive("ballast factor")
@@ -113,9 +113,9 @@ class _Reader:
         vertical, horizontal = self._vertical(count), self._horizontal(planes)
         candela = factor * np.array([[self._candela() for _ in range(count)] for _ in range(planes)])
         if next(self._numbers, None) is not None:
-            self._refuse(f"more numbers than {planes} x {count} candela; check the numbers of angles")
+            self._reject(f"more numbers than {planes} x {count} candela; check the numbers of angles")
         if candela.max() <= 0.0:
-            self._refuse("all candela are 0: the luminaire gives no light")
+            self._reject("all candela are 0: the luminaire gives no light")
         lumens = -1.0 if per_lamp < 0 else lamps * per_lamp
         return IesFile(lumens, (width, length, height), watts, vertical, horizontal, candela)
 
@@ -126,9 +126,9 @@ class _Reader:
             if line.strip().upper().startswith("TILT="):
                 tilt = line.strip()[5:].strip()
                 if tilt.upper() != "NONE":
-                    self._refuse(f"TILT={tilt[:40]}: only TILT=NONE can be read; ask the maker for a file without tilt")
+                    self._reject(f"TILT={tilt[:40]}: only TILT=NONE can be read; ask the maker for a file without tilt")
                 return number
-        self._refuse("no line TILT=NONE before the numbers")
+        self._reject("no line TILT=NONE before the numbers")
 
     def _from(self, skipped: int) -> Iterator[float]:
         for number, line in enumerate(self._lines[skipped:], start=skipped + 1):
@@ -137,45 +137,45 @@ class _Reader:
                 try:
                     value = float(word)
                 except ValueError:
-                    self._refuse(f"expected a number, found {shown(word)}")
+                    self._reject(f"expected a number, found {shown(word)}")
                 if not abs(value) <= _GREATEST:
-                    self._refuse(f"{shown(word)} is not a finite number up to {_GREATEST:g}")
+                    self._reject(f"{shown(word)} is not a finite number up to {_GREATEST:g}")
                 yield value
 
     def _number(self, what: str) -> float:
         value = next(self._numbers, None)
         if value is None:
-            self._refuse(f"the file ends where {what} should be")
+            self._reject(f"the file ends where {what} should be")
         return value
 
     def _positive(self, what: str) -> float:
         value = self._number(what)
         if value <= 0.0:
-            self._refuse(f"{what} must be above 0, found {value:g}")
+            self._reject(f"{what} must be above 0, found {value:g}")
         return value
 
     def _whole(self, what: str, least: int, most: int) -> int:
         value = self._number(what)
         if value != int(value) or not least <= value <= most:
-            self._refuse(f"{what} must be a whole number, {least} to {most}, found {value:g}")
+            self._reject(f"{what} must be a whole number, {least} to {most}, found {value:g}")
         return int(value)
 
     def _candela(self) -> float:
         value = self._number("candela")
         if value < 0.0:
-            self._refuse(f"candela must not be negative, found {value:g}")
+            self._reject(f"candela must not be negative, found {value:g}")
         return value
 
     def _vertical(self, count: int) -> Float[np.ndarray, " v"]:
         angles = self._rising("vertical", count)
         if count < 2 or angles[0] not in (0.0, 90.0) or angles[-1] not in (90.0, 180.0):
-            self._refuse(f"vertical angles must go from 0 or 90 to 90 or 180, found {angles[0]:g} to {angles[-1]:g}")
+            self._reject(f"vertical angles must go from 0 or 90 to 90 or 180, found {angles[0]:g} to {angles[-1]:g}")
         return angles
 
     def _horizontal(self, count: int) -> Float[np.ndarray, " h"]:
         angles = self._rising("horizontal", count)
         if angles[0] != 0.0 or angles[-1] not in (0.0, 90.0, 180.0, 360.0):
-            self._refuse(
+            self._reject(
                 f"horizontal angles must go from 0 to 0, 90, 180 or 360, found {angles[0]:g} to {angles[-1]:g}; "
                 "export the file with whole quarters"
             )
@@ -186,9 +186,9 @@ class _Reader:
         for _ in range(count):
             angle = self._number(f"a {kind} angle")
             if angles and angle <= angles[-1]:
-                self._refuse(f"{kind} angles must rise, found {angle:g} after {angles[-1]:g}")
+                self._reject(f"{kind} angles must rise, found {angle:g} after {angles[-1]:g}")
             angles.append(angle)
         return np.array(angles)
 
-    def _refuse(self, problem: str) -> NoReturn:
+    def _reject(self, problem: str) -> NoReturn:
         raise ConfigError(f"{self._path}: line {self._line}: {problem}")

@@ -1,4 +1,4 @@
-"""Light for a scene that has just been drawn, by formulas alone; shadows are counted in when it has settled."""
+"""Light for a scene that has just been sampled, by formulas alone; shadows are counted in when it has settled."""
 
 from dataclasses import replace
 

@@ -21,7 +21,7 @@ _MOST = 8
 _BEFORE = 0.15
 """How far before its pane a light stands (m): clear of the bars between panes."""
 _CLEAR = 0.85
-"""Share of a strip or band that is pane and not bar, by the catalog's models."""
+"""Fraction of a strip or band that is pane and not bar, by the catalog's models."""
 
 
 def pane_lights(scene: SceneSpec, preset: Preset) -> tuple[Light, ...]:

@@ -47,7 +47,7 @@ def luminous_flux(light: Light) -> float:
 def relative_intensity(
     light: Light, cosine: Float[np.ndarray, " n"], directions: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, " n"]:
-    """Return the intensity of a light as a share of ``Light.intensity``.
+    """Return the intensity of a light as a fraction of ``Light.intensity``.
 
     Args:
         light: The light.
@@ -78,8 +78,8 @@ def light_illuminance(
     distance = np.maximum(np.linalg.norm(to_light, axis=1), 1e-6)
     towards = to_light / distance[:, None]
     incidence = np.maximum((towards * normals).sum(axis=1), 0.0)
-    share = relative_intensity(light, -towards @ np.asarray(light.direction, float), -towards)
-    return light.intensity * share * incidence / np.maximum(distance, nearest) ** 2
+    fraction = relative_intensity(light, -towards @ np.asarray(light.direction, float), -towards)
+    return light.intensity * fraction * incidence / np.maximum(distance, nearest) ** 2
 
 
 def unshadowed_illuminance(

@@ -26,12 +26,12 @@ class Preset:
     tilt_deg: float = 0.0
     """Angle of the luminaires' axes from straight down, to the one end of the aisle and the other in turn (deg)."""
     pattern: tuple[float, ...] = (1.0,)
-    """Flux of one luminaire after the other, as share of the full one; repeated along each row."""
-    failed_share: float = 0.0
-    """Share of the luminaires that are dark, others in each scene, 0-1; one more gives a quarter of its flux."""
+    """Flux of one luminaire after the other, as fraction of the full one; repeated along each row."""
+    failed_fraction: float = 0.0
+    """Fraction of the luminaires that are dark, others in each scene, 0-1; one more gives a quarter of its flux."""
     source_radius: float = 0.15
     """Radius of the source of light in a luminaire (m)."""
-    ambient_share: float = 0.12
+    ambient_fraction: float = 0.12
     """Illuminance of the even light from above over the mean of the luminaires' on the floor."""
     sky_luminance: float = 0.0
     """Of what is seen through the open doors (cd/m^2), before all light is scaled to the wanted lux; 0 = shut."""
@@ -52,7 +52,7 @@ PRESETS: dict[PresetName, Preset] = {
         lux=Distribution.uniform(20.0, 50.0),
         temperatures=(Distribution.uniform(3500.0, 4300.0),),
         pattern=(1.0, 0.0),
-        ambient_share=0.06,
+        ambient_fraction=0.06,
         hour="dusk",
         exposure=ExposureConfig(min_ev=4.6),
     ),
@@ -63,13 +63,13 @@ PRESETS: dict[PresetName, Preset] = {
         tilt_deg=35.0,
         pattern=(1.0, 0.0, 0.0),
         source_radius=0.02,
-        ambient_share=0.015,
+        ambient_fraction=0.015,
         exposure=ExposureConfig(compensation=-0.5),
     ),
     "backlit": Preset(
         lux=Distribution.uniform(60.0, 150.0),
         pattern=(0.0, 0.1),
-        ambient_share=0.05,
+        ambient_fraction=0.05,
         sky_luminance=6000.0,
         white_balance=5200.0,
         exposure=ExposureConfig(compensation=-0.3),
@@ -78,7 +78,7 @@ PRESETS: dict[PresetName, Preset] = {
     "night": Preset(
         lux=Distribution.uniform(0.5, 2.0),
         pattern=(1.0, 0.0, 0.0),
-        ambient_share=0.05,
+        ambient_fraction=0.05,
         hour="night",
         headlights=True,
         white_balance=5000.0,
@@ -88,15 +88,15 @@ PRESETS: dict[PresetName, Preset] = {
         lux=Distribution.uniform(150.0, 250.0),
         temperatures=(Distribution.uniform(2700.0, 2900.0), Distribution.uniform(6200.0, 6500.0)),
         beam_deg=80.0,
-        ambient_share=0.05,
+        ambient_fraction=0.05,
         hour="dusk",
         white_balance=4000.0,
     ),
     "failing": Preset(
         lux=Distribution.uniform(60.0, 140.0),
         beam_deg=80.0,
-        failed_share=0.45,
-        ambient_share=0.03,
+        failed_fraction=0.45,
+        ambient_fraction=0.03,
         hour="night",
         exposure=ExposureConfig(compensation=-0.8),
     ),

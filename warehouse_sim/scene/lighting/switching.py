@@ -32,7 +32,7 @@ def draw_lighting(
     Args:
         config: The recipe's light.
         scene: Its luminaires, doors and rows of light count.
-        floor: Points on the aisle's floor (m), where the share of ambient light is counted, without shadows.
+        floor: Points on the aisle's floor (m), where the fraction of ambient light is counted, without shadows.
         rng: Source of all draws.
     """
     preset, luminaires = config.resolved(), luminaires_of(scene)
@@ -46,13 +46,13 @@ def draw_lighting(
         lights |= {item: _daylight(item, preset) for item in luminaires if item.face.source == "daylight"}
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
     fill: tuple[Light, ...] = ()
-    if electric and config.hall_share > 0.0:
+    if electric and config.hall_fraction > 0.0:
         in_aisle = float(unshadowed_illuminance(electric, floor, up).mean())
         colors = list(dict.fromkeys(light.color for light in electric))
-        fill = fill_lights(scene, config.hall_share * in_aisle, colors, preset, rng.spawn(1)[0])
+        fill = fill_lights(scene, config.hall_fraction * in_aisle, colors, preset, rng.spawn(1)[0])
     if config.daylight:
         fill += pane_lights(scene, preset)
-    ambient = preset.ambient_share * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
+    ambient = preset.ambient_fraction * float(unshadowed_illuminance(list(lights.values()), floor, up).mean())
     return SceneLighting(
         name=config.preset,
         preset=preset,
@@ -71,13 +71,15 @@ def _electric(
     """Return the lights of the luminaires that are on."""
     kelvins = [temperature.draw(rng) for temperature in preset.temperatures]
     rows, columns = _ranks([item.position[1] for item in luminaires]), _ranks([item.position[0] for item in luminaires])
-    shares = failing([preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_share, rng)
+    fractions = failing(
+        [preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_fraction, rng
+    )
     lights: dict[Luminaire, Light] = {}
-    for item, row, column, share in zip(luminaires, rows, columns, shares, strict=True):
-        if share > 0.0:
+    for item, row, column, fraction in zip(luminaires, rows, columns, fractions, strict=True):
+        if fraction > 0.0:
             tone = row if max(rows) > 0 else column * len(kelvins) // (max(columns) + 1)
             tilt = preset.tilt_deg * (-1.0) ** len(lights)
-            lights[item] = _spot(item, flux * share, kelvins[tone % len(kelvins)], tilt, preset)
+            lights[item] = _spot(item, flux * fraction, kelvins[tone % len(kelvins)], tilt, preset)
     return lights
 
 

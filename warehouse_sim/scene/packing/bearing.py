@@ -19,17 +19,17 @@ Pieces = Sequence[tuple[ObjectModel, Transform]]
 """Models and their upright poses in a common frame, z up; those without collision boxes bear and weigh nothing."""
 
 LEAST_SUPPORT = 0.87
-"""Least share of a pallet's base that must rest on what it stands on."""
+"""Least fraction of a pallet's base that must rest on what it stands on."""
 LEAST_LAYER = 0.9
-"""Least share of a layer that must rest on the layer below it under the crush rule, which asks for 0.85: pieces stand a
-little off their cells."""
+"""Least fraction of a layer that must rest on the layer below it under the crush rule, which asks for 0.85: pieces
+stand a little off their cells."""
 _USED_ACROSS, _USED_BY_LOADS = 0.9, 0.75
-"""Shares of the strength that are used under the crush rule where pieces lie across joints, and by loads on top:
+"""Fractions of the strength that are used under the crush rule where pieces lie across joints, and by loads on top:
 weights go down unevenly where what presses is off centre, and a load stands some centimetres off the one below."""
 _TOUCH = 0.002
 """A base and a top that differ by less than this (m) are in contact."""
 _IN_LINE = 0.9
-"""Two pieces are in line where their contact is at least this share of the larger base."""
+"""Two pieces are in line where their contact is at least this fraction of the larger base."""
 
 
 def without_overload(pieces: Pieces, *, crush_rule: bool = False) -> list[tuple[ObjectModel, Transform]]:
@@ -68,15 +68,15 @@ def bearing_under_boards(pieces: Pieces, pallet: ObjectModel) -> float:
     return _spare(solid, pressed / pressed.sum(), _USED_BY_LOADS * _allowed(solid, crush_rule=True))
 
 
-def layer_share(lower: Layer, upper: Layer, size: Float[np.ndarray, " k"]) -> float:
-    """Return the share of a layer of equal pieces that rests on the layer below it, 0-1."""
+def layer_fraction(lower: Layer, upper: Layer, size: Float[np.ndarray, " k"]) -> float:
+    """Return the fraction of a layer of equal pieces that rests on the layer below it, 0-1."""
     (low, high), (below_low, below_high) = upper.rectangles(size), lower.rectangles(size)
     edges = np.minimum(high[:, None], below_high[None]) - np.maximum(low[:, None], below_low[None])
     return float(np.prod(np.maximum(edges, 0.0), axis=2).sum() / np.prod(high - low, axis=1).sum())
 
 
-def supported_share(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transform) -> float:
-    """Return the share, 0-1, of a pallet's base of edges ``deck`` (m) that rests on the uppermost pieces."""
+def supported_fraction(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transform) -> float:
+    """Return the fraction, 0-1, of a pallet's base of edges ``deck`` (m) that rests on the uppermost pieces."""
     solid = [piece for piece in pieces if piece[0].collision]
     low, high = _extents(solid)
     top = _uppermost(high)
@@ -87,23 +87,23 @@ def supported_share(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transf
 
 
 def _spare(pieces: Pieces, on_top: Float[np.ndarray, " n"], strengths: Float[np.ndarray, " n"]) -> float:
-    """Return what may stand on pieces (kg) of which each gets the share ``on_top`` of it directly."""
-    burden, share = _burdens(pieces, on_top).T
-    loaded = share > 0.0
-    return float(np.min((strengths - burden)[loaded] / share[loaded], initial=np.inf))
+    """Return what may stand on pieces (kg) of which each gets the fraction ``on_top`` of it directly."""
+    burden, fraction = _burdens(pieces, on_top).T
+    loaded = fraction > 0.0
+    return float(np.min((strengths - burden)[loaded] / fraction[loaded], initial=np.inf))
 
 
 def _burdens(pieces: Pieces, on_top: Float[np.ndarray, " n"] | None = None) -> Float[np.ndarray, "n 2"]:
     """Return what stands on each piece (kg), and what each gets of a kilogram of which ``on_top`` goes to each.
 
-    With S[i, j] the share of piece i that rests on piece j, burdens b solve b = S'(m + b) + t.
+    With S[i, j] the fraction of piece i that rests on piece j, burdens b solve b = S'(m + b) + t.
     """
     contact = _contacts(pieces)
     resting = contact.sum(axis=1, keepdims=True)
-    shares = np.divide(contact, resting, out=np.zeros_like(contact), where=resting > 0.0)
+    fractions = np.divide(contact, resting, out=np.zeros_like(contact), where=resting > 0.0)
     masses = np.array([model.mass for model, _ in pieces])
     direct = np.zeros(len(pieces)) if on_top is None else on_top
-    return np.linalg.solve(np.eye(len(pieces)) - shares.T, np.column_stack([shares.T @ masses, direct]))
+    return np.linalg.solve(np.eye(len(pieces)) - fractions.T, np.column_stack([fractions.T @ masses, direct]))
 
 
 def _contacts(pieces: Pieces) -> Float[np.ndarray, "n n"]:
@@ -158,6 +158,6 @@ def _bottom(piece: tuple[ObjectModel, Transform]) -> float:
 
 
 def _fill(model: ObjectModel) -> float:
-    """Return the share of its rectangle that a piece takes seen from above: less than one for what is round."""
+    """Return the fraction of its rectangle that a piece takes seen from above: less than one for what is round."""
     corners = np.concatenate([box.corners() for box in model.collision])
     return area(convex_hull(corners[:, :2])) / float(np.prod(model.size[:2]))

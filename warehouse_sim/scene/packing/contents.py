@@ -11,7 +11,7 @@ from warehouse_sim.catalog.loads.sacks import shapes_of
 from warehouse_sim.catalog.loads.strength import bears
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.packing.bearing import LEAST_LAYER, layer_share, without_overload
+from warehouse_sim.scene.packing.bearing import LEAST_LAYER, layer_fraction, without_overload
 from warehouse_sim.scene.packing.layer import how_many
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.mixed import Rests, pack_mixed
@@ -19,8 +19,8 @@ from warehouse_sim.scene.packing.patterns import Cycle, Pattern, pattern_layers,
 from warehouse_sim.scene.packing.stacking import Tier, stack_tiers
 from warehouse_sim.schema import ObjectModel
 
-_CARRYING_SHARE, _CARRYING_LAYERS = 0.93, 4
-"""A load that carries another fills this share of its pallet, and each piece bears so many of its like."""
+_CARRYING_FRACTION, _CARRYING_LAYERS = 0.93, 4
+"""A load that carries another fills this fraction of its pallet, and each piece bears so many of its like."""
 Goods = list[tuple[ObjectModel, Transform]]
 """Models and their poses over the surface that carries them, whose middle is the origin."""
 
@@ -44,7 +44,7 @@ def draw_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> 
         PlacementError: Nothing that the recipe lists fits ``room``, or pieces cannot be jittered as asked.
     """
     names, rule = _kind(config, rng), config.stacking.crush_rule
-    if names is config.cartons and config.mixed_share > 0.0 and rng.random() < config.mixed_share:
+    if names is config.cartons and config.mixed_fraction > 0.0 and rng.random() < config.mixed_fraction:
         return without_overload(_mixed(room, config, rng), crush_rule=rule)
     return without_overload(_equal(names, room, config, rng), crush_rule=rule)
 
@@ -53,23 +53,25 @@ def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) ->
     """Draw one article as the recipe's shares say: ``config`` with one stock-keeping unit in one pattern.
 
     Raises:
-        PlacementError: Nothing of the kind that is drawn fits ``room``.
+        PlacementError: Nothing of the kind that is sampled fits ``room``.
     """
     names = _kind(config, rng)
     model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
     listed = _listed_patterns(model, room, config)
     if names is config.goods:
         one_name = next(name for name in names if catalog_object(name) is model)
-        alone = replace(config, goods=(one_name,), tote_share=0.0, drum_share=0.0, sack_share=0.0, goods_share=1.0)
+        alone = replace(
+            config, goods=(one_name,), tote_fraction=0.0, drum_fraction=0.0, sack_fraction=0.0, goods_fraction=1.0
+        )
         return replace(alone, patterns=(listed[int(rng.integers(len(listed)))],))
     kind, one = model.class_name, (model.name,)
     return replace(
         config,
-        goods_share=0.0,
-        tote_share=float(kind == "tote"),
-        drum_share=float(kind == "drum"),
-        sack_share=float(kind == "sack"),
-        mixed_share=0.0,
+        goods_fraction=0.0,
+        tote_fraction=float(kind == "tote"),
+        drum_fraction=float(kind == "drum"),
+        sack_fraction=float(kind == "sack"),
+        mixed_fraction=0.0,
         cartons=one if kind == "carton" else config.cartons,
         totes=one if kind == "tote" else config.totes,
         drums=one if kind == "drum" else config.drums,
@@ -93,8 +95,8 @@ def _carrying(names: Sequence[str], deck: tuple[float, float]) -> tuple[str, ...
     for name in names:
         model = catalog_object(name)
         layer = pattern_layers("column", model.size, deck, 0.0)
-        share = len(layer[0]) * model.size[0] * model.size[1] / (deck[0] * deck[1]) if layer else 0.0
-        if share >= _CARRYING_SHARE and bears(model) >= _CARRYING_LAYERS * model.mass:
+        fraction = len(layer[0]) * model.size[0] * model.size[1] / (deck[0] * deck[1]) if layer else 0.0
+        if fraction >= _CARRYING_FRACTION and bears(model) >= _CARRYING_LAYERS * model.mass:
             chosen.append(name)
     return tuple(chosen)
 
@@ -102,16 +104,20 @@ def _carrying(names: Sequence[str], deck: tuple[float, float]) -> tuple[str, ...
 def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
     """Draw which list of the recipe the goods come from."""
     kinds = (
-        *((config.tote_share, config.totes), (config.drum_share, config.drums), (config.sack_share, config.sacks)),
-        (config.goods_share, config.goods),
+        *(
+            (config.tote_fraction, config.totes),
+            (config.drum_fraction, config.drums),
+            (config.sack_fraction, config.sacks),
+        ),
+        (config.goods_fraction, config.goods),
     )
-    if not any(share for share, _ in kinds):
+    if not any(fraction for fraction, _ in kinds):
         return config.cartons
     left = rng.random()
-    for share, names in kinds:
-        if left < share:
+    for fraction, names in kinds:
+        if left < fraction:
             return names
-        left -= share
+        left -= fraction
     return config.cartons
 
 
@@ -132,7 +138,7 @@ def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.r
 
 
 def _one_of_its_shapes(name: str, T_floor_piece: Transform) -> ObjectModel:
-    """Return a shape of a sack that its place decides, so that nothing else is drawn for it."""
+    """Return a shape of a sack that its place decides, so that nothing else is sampled for it."""
     shapes = shapes_of(name)
     return catalog_object(shapes[zlib.crc32(T_floor_piece.tobytes()) % len(shapes)])
 
@@ -192,7 +198,7 @@ def _listed_patterns(model: ObjectModel, room: Room, config: UnitLoadConfig) -> 
 def _layers_bear(cycle: Cycle, model: ObjectModel) -> bool:
     """Return whether each layer rests on most of the one below it."""
     pairs = zip(cycle, (*cycle[1:], cycle[0]), strict=True)
-    return all(layer_share(lower, upper, model.size) >= LEAST_LAYER for lower, upper in pairs)
+    return all(layer_fraction(lower, upper, model.size) >= LEAST_LAYER for lower, upper in pairs)
 
 
 def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:

@@ -63,7 +63,7 @@ def carried(
     below_low: Float[np.ndarray, "m 2"],
     below_high: Float[np.ndarray, "m 2"],
 ) -> Float[np.ndarray, " n"]:
-    """Return the share of each upper rectangle's area that rests on the lower ones, 0 where it would tip over.
+    """Return the fraction of each upper rectangle's area that rests on the lower ones, 0 where it would tip over.
 
     A piece tips when what carries it does not reach around its centre by a tenth of its edge on every side.
 

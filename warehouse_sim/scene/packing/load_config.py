@@ -9,10 +9,10 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import CARRIERS, DRUMS, SACKS, SKUS, TOTES
 from warehouse_sim.catalog.pallets.wear import WearConfig
 from warehouse_sim.errors import UnknownNameError, shown
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.packing.drawn_pallets import DrawnPalletsConfig, drawn_pallets
 from warehouse_sim.scene.packing.patterns import Pattern
+from warehouse_sim.scene.packing.sampled_pallets import SampledPalletsConfig, sampled_pallets
 from warehouse_sim.scene.packing.securing import FilmConfig
 from warehouse_sim.scene.packing.stacking import StackingConfig
 from warehouse_sim.schema import ObjectModel
@@ -24,24 +24,24 @@ BULK_PALLETS = ("epal3", "epal2")
 @dataclass(frozen=True)
 @ranged
 class WearRange:
-    """How worn pallets are; each number is drawn for each pallet."""
+    """How damaged pallets are; each number is sampled for each pallet."""
 
     age: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.1, 1.0))
     """How weathered a pallet looks, 0-1."""
     missing: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.5))
-    """Share of the boards that can be missing and are, 0-1."""
+    """Fraction of the boards that can be missing and are, 0-1."""
     broken: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.2))
-    """Share of the deck and base boards that have lost an end, 0-1."""
+    """Fraction of the deck and base boards that have lost an end, 0-1."""
     displaced: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.5))
-    """Share of the deck boards and skids that are out of place, 0-1."""
+    """Fraction of the deck boards and skids that are out of place, 0-1."""
     twisted: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.4))
-    """Share of the blocks that are turned, 0-1."""
+    """Fraction of the blocks that are turned, 0-1."""
     stains: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.5))
-    """Share of the deck boards with stains, 0-1."""
+    """Fraction of the deck boards with stains, 0-1."""
     stamps: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
-    """Share of the brands and stencils that can still be read, 0-1."""
+    """Fraction of the brands and stencils that can still be read, 0-1."""
 
-    def drawn(self, rng: np.random.Generator) -> WearConfig:
+    def sampled(self, rng: np.random.Generator) -> WearConfig:
         """Return the wear of one pallet."""
         return WearConfig(**{item.name: getattr(self, item.name).draw(rng) for item in fields(self)})
 
@@ -51,21 +51,21 @@ class WearRange:
 class UnitLoadConfig:
     """What a pallet carries."""
 
-    empty_share: Share = 0.25
-    """Share of the pallets that carry nothing, 0-1."""
+    empty_fraction: Fraction = 0.25
+    """Fraction of the pallets that carry nothing, 0-1."""
     pallets: tuple[str, ...] = ("epal1", "epal1_new", "epal1_grey")
-    """Names of the pallets to choose from, of the catalog or of ``drawn_pallets`` ("drawn_pallet_007"); a name given
-    twice is chosen twice as often."""
-    drawn_pallets: DrawnPalletsConfig = field(default_factory=DrawnPalletsConfig)
+    """Names of the pallets to choose from, of the catalog or of ``sampled_pallets`` ("sampled_pallet_007"); a name
+    given twice is chosen twice as often."""
+    sampled_pallets: SampledPalletsConfig = field(default_factory=SampledPalletsConfig)
     """Pallets that are in no catalog, beside those."""
-    worn_share: Share = 0.0
-    """Share of the pallets that are worn, 0-1."""
+    damaged_fraction: Fraction = 0.0
+    """Fraction of the pallets that are worn, 0-1."""
     wear: WearRange = field(default_factory=WearRange)
     """How worn those are."""
     cartons: tuple[str, ...] = tuple(SKUS)
     """Catalog names of the carton SKUs to choose from."""
-    prints: Literal["fixed", "drawn"] = "fixed"
-    """Whether all cartons of an SKU look alike, or have labels and prints drawn anew in each scene."""
+    prints: Literal["fixed", "sampled"] = "fixed"
+    """Whether all cartons of an SKU look alike, or have labels and prints drawn again in each scene."""
     totes: tuple[str, ...] = tuple(TOTES)
     """Catalog names of the euro containers to choose from."""
     drums: tuple[str, ...] = tuple(DRUMS)
@@ -77,20 +77,20 @@ class UnitLoadConfig:
     goods: tuple[str, ...] = ()
     """Articles of the user's own: files (.yaml, relative to the working directory) or catalog names of any class, see
     docs/custom_objects.md."""
-    goods_share: Share = 0.0
-    """Share of the loaded pallets that carry those, 0-1."""
-    tote_share: Share = 0.0
-    """Share of the loaded pallets that carry totes, 0-1; what these shares leave carries cartons."""
-    drum_share: Share = 0.0
-    """Share of the loaded pallets that carry drums, 0-1."""
-    sack_share: Share = 0.0
-    """Share of the loaded pallets that carry sacks, 0-1."""
-    carrier_share: Share = 0.0
-    """Share of all loads that are carriers of their own: Gitterbox, roll container, octabin, big bag or IBC, 0-1."""
+    goods_fraction: Fraction = 0.0
+    """Fraction of the loaded pallets that carry those, 0-1."""
+    tote_fraction: Fraction = 0.0
+    """Fraction of the loaded pallets that carry totes, 0-1; what these fractions leave carries cartons."""
+    drum_fraction: Fraction = 0.0
+    """Fraction of the loaded pallets that carry drums, 0-1."""
+    sack_fraction: Fraction = 0.0
+    """Fraction of the loaded pallets that carry sacks, 0-1."""
+    carrier_fraction: Fraction = 0.0
+    """Fraction of all loads that are carriers of their own: Gitterbox, roll container, octabin, big bag or IBC, 0-1."""
     carriers: tuple[str, ...] = tuple(CARRIERS)
     """Catalog names of the carriers to choose from; one that does not fit its place is left out there."""
-    mixed_share: Share = 0.0
-    """Share of the carton loads that are picked orders of several SKUs, 0-1; the others hold one SKU."""
+    mixed_fraction: Fraction = 0.0
+    """Fraction of the carton loads that are picked orders of several SKUs, 0-1; the others hold one SKU."""
     patterns: tuple[Pattern, ...] = ("column",)
     """Patterns of cartons, totes and sacks; a size that allows none of them is stacked in columns."""
     height: Annotated[Distribution, Range(0.05, 5, "m")] = field(default=Distribution.uniform(0.3, 1.0))
@@ -101,23 +101,25 @@ class UnitLoadConfig:
     """How far cells may stand out over each edge of the pallet (mm), -100 to 60; gaps and shifts come on top."""
     stacking: StackingConfig = field(default_factory=StackingConfig)
     """How carefully pieces are stacked."""
-    wrap_share: Share = 0.0
-    """Share of the loads that are wrapped in stretch film, 0-1."""
+    wrap_fraction: Fraction = 0.0
+    """Fraction of the loads that are wrapped in stretch film, 0-1."""
     film: FilmConfig = field(default_factory=FilmConfig)
     """How film goes around them."""
-    slip_sheet_share: Share = 0.0
-    """Share of the loads that stand on a sheet of board, 0-1."""
-    corner_post_share: Share = 0.0
-    """Share of the loads of one carton SKU that have posts at their four corners, 0-1."""
+    slip_sheet_fraction: Fraction = 0.0
+    """Fraction of the loads that stand on a sheet of board, 0-1."""
+    corner_post_fraction: Fraction = 0.0
+    """Fraction of the loads of one carton SKU that have posts at their four corners, 0-1."""
 
     @property
     def pallet_names(self) -> tuple[str, ...]:
         """The pallets that loads may stand on: those of the recipe, and broad ones for bulk goods that fit no other."""
-        return tuple(dict.fromkeys((*self.pallets, *(BULK_PALLETS if self.carrier_share > 0.0 else ()))))
+        return tuple(dict.fromkeys((*self.pallets, *(BULK_PALLETS if self.carrier_fraction > 0.0 else ()))))
 
     def __post_init__(self) -> None:
-        if self.tote_share + self.drum_share + self.sack_share + self.goods_share > 1.0 + 1e-9:
-            raise ValueError("tote_share, drum_share, sack_share and goods_share must not exceed 1 together")
+        if self.tote_fraction + self.drum_fraction + self.sack_fraction + self.goods_fraction > 1.0 + 1e-9:
+            raise ValueError(
+                "tote_fraction, drum_fraction, sack_fraction and goods_fraction must not exceed 1 together"
+            )
         self._require_goods()
         if not self.patterns:
             raise ValueError("patterns must list at least one pattern")
@@ -127,17 +129,17 @@ class UnitLoadConfig:
             raise ValueError(f"carriers must list some of {', '.join(CARRIERS)}, found {shown(unknown[0])}")
 
     def pallet(self, name: str) -> ObjectModel:
-        """Return the pallet called ``name``, unworn.
+        """Return the pallet called ``name``, undamaged.
 
         Raises:
-            UnknownNameError: Neither the catalog nor ``drawn_pallets`` has it.
+            UnknownNameError: Neither the catalog nor ``sampled_pallets`` has it.
         """
-        drawn = {model.name: model for model in drawn_pallets(self.drawn_pallets)}
-        return drawn[name] if name in drawn else catalog_object(name)
+        sampled = {model.name: model for model in sampled_pallets(self.sampled_pallets)}
+        return sampled[name] if name in sampled else catalog_object(name)
 
     def _require_goods(self) -> None:
-        if self.goods_share > 0.0 and not self.goods:
-            raise ValueError("goods_share needs articles; list them under goods")
+        if self.goods_fraction > 0.0 and not self.goods:
+            raise ValueError("goods_fraction needs articles; list them under goods")
         models = [catalog_object(name) for name in self.goods]
         if fixed := [model.name for model in models if model.mass <= 0.0 or not model.collision]:
             raise ValueError(f"goods must have a mass and a body to be stacked, which {fixed[0]} has not; set its mass")

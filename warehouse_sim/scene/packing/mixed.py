@@ -1,7 +1,7 @@
 """A picked order: pieces of several sizes, each put where it rests lowest, as an order picker builds a pallet.
 
 Each piece owns a cell, its base grown by the gap; cells never overlap where pieces overlap in height, and a piece is
-shifted and turned only inside its cell. So no two pieces can touch, whatever is drawn.
+shifted and turned only inside its cell. So no two pieces can touch, whatever is sampled.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from warehouse_sim.scene.packing.layer import carried
 from warehouse_sim.scene.packing.stacking import AIR, StackingConfig
 
 _LEAST_CARRIED = 0.7
-"""Least share of a piece's base that must rest on what is below."""
+"""Least fraction of a piece's base that must rest on what is below."""
 _LEVEL = 1e-6
 """Tops that differ by less than this (m) carry a piece together."""
 
@@ -49,7 +49,7 @@ class Rests:
     allowed: Bool[np.ndarray, "n n"]
     """Whether each piece (row) may rest on each other (column)."""
     least: float = _LEAST_CARRIED
-    """Least share of a piece's base that must rest on what is below."""
+    """Least fraction of a piece's base that must rest on what is below."""
 
     @classmethod
     def anywhere(cls, count: int) -> "Rests":
@@ -114,8 +114,8 @@ def _lowest_place(
         low = low[np.all(low + base <= end + 1e-9, axis=1)]
         if not len(low):
             continue
-        bottom, share = _rest(cells, low, low + base, bars)
-        good = (share >= least) & (bottom + size[2] <= height)
+        bottom, fraction = _rest(cells, low, low + base, bars)
+        good = (fraction >= least) & (bottom + size[2] <= height)
         if not good.any():
             continue
         rank = np.column_stack([np.round(bottom, 4), (low - start).sum(axis=1)])
@@ -128,18 +128,18 @@ def _lowest_place(
 def _rest(
     cells: _Cells, low: np.ndarray, high: np.ndarray, bars: Bool[np.ndarray, " n"]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height (m) at which each rectangle comes to rest and the share of it that is carried there.
+    """Return the height (m) at which each rectangle comes to rest and the fraction of it that is carried there.
 
     Nothing is carried where a piece is touched that ``bars``.
     """
     over = np.all((low[:, None] < cells.high - 1e-9) & (high[:, None] > cells.low + 1e-9), axis=2)
     top = np.where(over, cells.top, 0.0).max(axis=1, initial=0.0)
-    share = np.ones(len(low))
+    fraction = np.ones(len(low))
     for level in np.unique(top[top > 0.0]):
         rows, below = np.flatnonzero(top == level), np.abs(cells.top - level) < _LEVEL
-        share[rows] = carried(low[rows], high[rows], cells.low[below], cells.high[below])
-        share[rows[(over[rows] & below & bars).any(axis=1)]] = 0.0
-    return top + AIR, share
+        fraction[rows] = carried(low[rows], high[rows], cells.low[below], cells.high[below])
+        fraction[rows[(over[rows] & below & bars).any(axis=1)]] = 0.0
+    return top + AIR, fraction
 
 
 def _inside_its_cell(
@@ -158,5 +158,5 @@ def _inside_its_cell(
     yaw = float(np.clip(yaw, -limit, limit))
     free = np.maximum(free - abs(yaw) * base[::-1] / 2, 0.0)
     shift = np.array([config.shift_mm.draw(rng), config.shift_mm.draw(rng)]) / 1000
-    quarter = (np.pi / 2 if turned else 0.0) + (np.pi if rng.random() < config.half_turn_share else 0.0)
+    quarter = (np.pi / 2 if turned else 0.0) + (np.pi if rng.random() < config.half_turn_fraction else 0.0)
     return make_transform(rotation_z(quarter + yaw), centre + np.append(np.clip(shift, -free, free), 0.0))

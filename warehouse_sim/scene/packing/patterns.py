@@ -22,9 +22,9 @@ Area = tuple[float, float]
 Size = Float[np.ndarray, " k"]
 
 _LEAST_FILL = 0.8
-"""A pattern that holds less than this share of the column pattern's pieces is not used for their size."""
+"""A pattern that holds less than this fraction of the column pattern's pieces is not used for their size."""
 _LEAST_CARRIED = 0.5
-"""Least share of a piece's base that the layer below must carry."""
+"""Least fraction of a piece's base that the layer below must carry."""
 
 
 def pattern_layers(pattern: Pattern, size: Size, area: Area, gap: float) -> Cycle:

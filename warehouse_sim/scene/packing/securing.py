@@ -29,8 +29,8 @@ _SKIRT, _SEAM = 0.07, 0.04
 """How far the film reaches down the pallet and how far that turn reaches up the goods (m)."""
 _LEVEL = 0.01
 """Tops that differ by less than this (m) are level."""
-_STEP_SHARE = 0.08
-"""A level whose outline is smaller than the one below by more than this share has its own turns of film."""
+_STEP_FRACTION = 0.08
+"""A level whose outline is smaller than the one below by more than this fraction has its own turns of film."""
 
 _LEAST_LAYER = 0.06
 """Tops nearer to each other than this (m) are one for the film around each layer."""
@@ -109,7 +109,7 @@ def _levels(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[S
     outline = _outline(corners, tops > floor)
     for top in np.unique(tops[tops < tops.max() - _LEVEL]):
         above = _outline(corners, tops > top + _LEVEL)
-        if area(above) < (1.0 - _STEP_SHARE) * area(outline) and top - bounds[-1] > 0.05:
+        if area(above) < (1.0 - _STEP_FRACTION) * area(outline) and top - bounds[-1] > 0.05:
             bounds.append(float(top))
             outline = above
     bounds.append(float(tops.max()))

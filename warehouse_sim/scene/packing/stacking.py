@@ -11,7 +11,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.packing.layer import Layer
 
@@ -33,12 +33,12 @@ class StackingConfig:
     """How far a piece is turned about the vertical (deg), -45 to 45."""
     layer_shift_mm: Annotated[Distribution, Range(-30, 30, "mm")] = field(default=Distribution.constant(0.0))
     """How far a layer stands off the one below it, along each axis (mm), -30 to 30; a stack leans by their sum."""
-    top_layer_share: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
-    """Share of the top layer's cells that are taken, 0-1; at least one cell is."""
+    top_layer_fraction: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
+    """Fraction of the top layer's cells that are taken, 0-1; at least one cell is."""
     top_layer_order: Literal["scattered", "rows"] = "scattered"
     """Whether the cells taken in the top layer are any, or row by row from one side, as pickers leave them."""
-    half_turn_share: Share = 0.0
-    """Share of the pieces that are turned by 180 degrees, so that labels and marks face all ways, 0-1."""
+    half_turn_fraction: Fraction = 0.0
+    """Fraction of the pieces that are turned by 180 degrees, so that labels and marks face all ways, 0-1."""
     crush_rule: bool = True
     """Whether fragile goods carry nothing, heavy goods and loads stand low, what stands on a layer rests on 85 % of it,
     and stacks of three loads and more are wrapped or strapped; no piece bears more than its strength in any case."""
@@ -80,7 +80,7 @@ def stack_tiers(tiers: Sequence[Tier], config: StackingConfig, rng: np.random.Ge
 
 def _part_of(cells: Layer, config: StackingConfig, rng: np.random.Generator) -> Layer:
     """Draw which cells of the top tier are taken."""
-    count = max(1, round(config.top_layer_share.draw(rng) * len(cells)))
+    count = max(1, round(config.top_layer_fraction.draw(rng) * len(cells)))
     if config.top_layer_order == "scattered":
         return cells.subset(np.sort(rng.permutation(len(cells))[:count]))
     # From one of the four sides, the row at that side first and each row from one end.
@@ -131,6 +131,6 @@ def _randomly_turned(T: Transform, tier: Tier, config: StackingConfig, rng: np.r
     """Turn a piece in ways that its cell does not feel: a round one by any angle, another by half a turn."""
     if tier.is_round:
         return T @ make_transform(rotation_z(rng.uniform(0.0, 2 * np.pi)))
-    if config.half_turn_share > 0.0 and rng.random() < config.half_turn_share:
+    if config.half_turn_fraction > 0.0 and rng.random() < config.half_turn_fraction:
         return T @ make_transform(rotation_z(np.pi))
     return T

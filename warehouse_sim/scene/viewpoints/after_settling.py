@@ -1,4 +1,4 @@
-"""Views are chosen before loads settle; where something that fell since stands in the way of one, it is chosen anew."""
+"""Views are chosen before loads settle; one that is blocked after it is chosen again."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def blocked_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) 
 
 def _another_view(view: Viewpoint, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
     for target in sorted(
-        space.shuffled_targets(config.aisle_share, rng), key=lambda item: item.instance_id != view.target
+        space.shuffled_targets(config.aisle_fraction, rng), key=lambda item: item.instance_id != view.target
     ):
         for candidate in candidate_viewpoints(target, space, config, rng):
             if shows(candidate, target, space, config):

@@ -33,7 +33,7 @@ def choose_viewpoints(
 
 def _choose_single(space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
     # All tries of a target before the next one: the hard ones, down on the floor, are seen as often as the easy ones.
-    for target in space.shuffled_targets(config.aisle_share, rng):
+    for target in space.shuffled_targets(config.aisle_fraction, rng):
         for viewpoint in candidate_viewpoints(target, space, config, rng):
             if shows(viewpoint, target, space, config):
                 return viewpoint

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.viewpoints.drive_config import DriveConfig
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS, Mounting, ViewKind
@@ -34,16 +34,16 @@ class ViewpointsConfig:
     """Angle between the line of sight to the target and the direction straight into the rack (deg), -180 to 180."""
     offset_deg: Annotated[Distribution, Range(-180, 180, "deg")] = field(default=Distribution.uniform(-15.0, 15.0))
     """Angle between the optical axis and the line of sight to the target, seen from above (deg), -180 to 180."""
-    along_share: Share = 0.0
-    """Share of the views along the aisle, their target beside the axis, 0-1; not for ``free`` and ``ceiling``."""
-    aisle_share: Share = 0.25
-    """Share of the views that aim at a target in the aisle, where there is one, 0-1."""
+    along_fraction: Fraction = 0.0
+    """Fraction of the views along the aisle, their target beside the axis, 0-1; not for ``free`` and ``ceiling``."""
+    aisle_fraction: Fraction = 0.25
+    """Fraction of the views that aim at a target in the aisle, where there is one, 0-1."""
     max_elevation_deg: Annotated[float, Range(1, 45, "deg")] = 10.0
     """In view: largest angle of a target's centre above or below the optical axis (deg), 1-45."""
     max_bearing_deg: Annotated[float, Range(1, 80, "deg")] = 35.0
     """In view: largest angle of a target's centre left or right of the optical axis (deg), 1-80."""
-    sight_share: Share = 0.6
-    """In view: least share of a target's nine sample points that no object hides, 0-1."""
+    sight_fraction: Fraction = 0.6
+    """In view: least fraction of a target's nine sample points that no object hides, 0-1."""
     min_targets: Annotated[int, Range(1, 20)] = 1
     """Targets in view, the aimed-at one among them, 1-20."""
     clearance: Annotated[float, Range(0.2, 10, "m")] = 0.7

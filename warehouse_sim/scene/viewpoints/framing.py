@@ -42,7 +42,7 @@ def shows(viewpoint: Viewpoint, target: ObjectInstance, space: FreeSpace, config
     if len(framed) < config.min_targets or target.instance_id not in {item.instance_id for item in framed}:
         return False
     eye = viewpoint.T_world_camera[:3, 3]
-    if space.sight_share(eye, target) < config.sight_share:
+    if space.sight_fraction(eye, target) < config.sight_fraction:
         return False
     others = [item for item in framed if item.instance_id != target.instance_id]
     return _count_seen(others, eye, space, config) + 1 >= config.min_targets
@@ -56,7 +56,7 @@ def target_in_view(
         return aim
     eye, framed = viewpoint.T_world_camera[:3, 3], targets_in_frame(viewpoint.T_world_camera, space, config)
     for index, item in enumerate(framed):
-        if space.sight_share(eye, item) >= config.sight_share:
+        if space.sight_fraction(eye, item) >= config.sight_fraction:
             enough = _count_seen(framed[index + 1 :], eye, space, config) + 1 >= config.min_targets
             return item if enough else None
     return None
@@ -70,5 +70,5 @@ def _count_seen(
     for item in items:
         if seen + 1 >= config.min_targets:
             break
-        seen += space.sight_share(eye, item) >= config.sight_share
+        seen += space.sight_fraction(eye, item) >= config.sight_fraction
     return seen

@@ -98,17 +98,17 @@ class FreeSpace:
         distance = bodies.separation(self._obstacles, pairs).distance
         return bool(np.min(distance, initial=np.inf) >= _BODY_ROOM)
 
-    def sight_share(self, eye: Float[np.ndarray, " 3"], target: ObjectInstance) -> float:
-        """Return the share of a target's nine sample points that no other object's box hides from ``eye`` (m)."""
+    def sight_fraction(self, eye: Float[np.ndarray, " 3"], target: ObjectInstance) -> float:
+        """Return the fraction of a target's nine sample points that no other object's box hides from ``eye`` (m)."""
         points = transform_points(target.T_world_object, _sample_points(self.models[target.model].size))
         ends = np.vstack([eye, points])
         between = self.solids.near(ends.min(axis=0), ends.max(axis=0)) & (self.solids.owner != target.instance_id)
         hidden = self.solids.boxes.subset(between).block(eye, points)
         return float(np.mean(~hidden))
 
-    def shuffled_targets(self, aisle_share: float, rng: np.random.Generator) -> list[ObjectInstance]:
-        """Return the targets in random order: with probability ``aisle_share`` those in the aisle first, else last."""
-        wanted = rng.random() < aisle_share
+    def shuffled_targets(self, aisle_fraction: float, rng: np.random.Generator) -> list[ObjectInstance]:
+        """Return the targets in random order: those in the aisle first with probability ``aisle_fraction``."""
+        wanted = rng.random() < aisle_fraction
         shuffled = [self.targets[index] for index in rng.permutation(len(self.targets))]
         return sorted(shuffled, key=lambda item: self.in_aisle(item) != wanted)
 

@@ -61,7 +61,7 @@ MOUNTINGS: dict[str, Mounting] = {
         Distribution.uniform(-5.0, 5.0),
         lifts=True,
     ),
-    # On the front edge of the overhead guard; looks past the mast, which is not drawn.
+    # On the front edge of the overhead guard; looks past the mast, which is not sampled.
     "forklift_guard": Mounting(FORKLIFT, -0.15, Distribution.uniform(2.1, 2.4), Distribution.uniform(-20.0, -5.0)),
     "amr": Mounting(AMR, 0.45, Distribution.uniform(0.3, 1.0), Distribution.uniform(-5.0, 5.0)),
     # On a post, a tripod or a hand-held stick: any height, mostly looking down.

@@ -60,7 +60,7 @@ class Planner:
         return target_in_view(view, self.space, self.config, aim)
 
     def _along(self) -> Drive | None:
-        """Draw a straight along the aisle, either way, as long as drawn or, within the wanted range, as can be."""
+        """Draw a straight along the aisle, either way, as long as sampled or, within the wanted range, as can be."""
         area, mount = self.space.area, self._draw_mount(None)
         yaw = float(np.pi * self.rng.integers(2) + np.deg2rad(self.config.drive.heading_deg.draw(self.rng)))
         wanted, whole = self.config.drive.length.draw(self.rng), area.x_max - area.x_min
@@ -111,7 +111,7 @@ class Planner:
         return self._drive(mount, path.part(begin, path.length), aim) if path.length - begin >= least else None
 
     def _serves(self, mount: Mount, pose: FloorPose, aim: ObjectInstance | None) -> bool:
-        """Return whether there is room at ``pose`` and what was asked for is in view."""
+        """Return whether there is room at ``pose`` and what was requested is in view."""
         has_room = mount.has_room(pose, self.space, self.config.clearance)
         return has_room and self.is_shown(mount.view(pose), aim) is not None
 

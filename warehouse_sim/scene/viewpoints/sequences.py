@@ -1,4 +1,4 @@
-"""Frames of drives: which moments become viewpoints, and whether each shows what was asked for."""
+"""Frames of drives: which moments become viewpoints, and whether each shows what was requested."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -41,7 +41,7 @@ def choose_drives(
 def _choose_frames(planner: Planner, count: int) -> list[Viewpoint]:
     """Return ``count`` frames of one drive."""
     config, space = planner.config, planner.space
-    aims = [None] if config.trajectory == "drive" else space.shuffled_targets(config.aisle_share, planner.rng)
+    aims = [None] if config.trajectory == "drive" else space.shuffled_targets(config.aisle_fraction, planner.rng)
     for aim in aims:
         for _ in range(_TRIES):
             drive = planner.draw(aim)

@@ -17,7 +17,7 @@ from warehouse_sim.schema import ObjectInstance, Viewpoint
 TRIES = 60
 """Views drawn for a target before it is given up."""
 _OFF_AXIS = 0.9
-"""Share of ``max_elevation_deg`` within which an overhead camera has its target."""
+"""Fraction of ``max_elevation_deg`` within which an overhead camera has its target."""
 _FLATTEST = np.deg2rad(15.0)
 """Least angle below the horizon at which an overhead camera sees its target (rad): it hangs no farther away."""
 _ALONG_SPREAD_DEG = 4.0
@@ -37,10 +37,10 @@ def candidate_viewpoints(
     Args:
         target: What to look at, one of the space's targets.
         space: The scene.
-        config: Kind of camera, distances, angles; ``min_targets`` and ``sight_share`` are left to the caller.
+        config: Kind of camera, distances, angles; ``min_targets`` and ``sight_fraction`` are left to the caller.
         rng: Where draws come from.
         tries: Views to draw; fewer are yielded.
-        sight: Least and largest share of the target's sample points in sight, 0-1: a quick guess, from boxes, of the
+        sight: Least and largest fraction of the target's sample points in sight, 0-1: a quick guess, from boxes, of the
             visible fraction.
     """
     for _ in range(tries):
@@ -48,7 +48,7 @@ def candidate_viewpoints(
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
         if not is_good or not space.has_room(viewpoint, config.clearance, lift):
             continue
-        if sight == (0.0, 1.0) or sight[0] <= space.sight_share(viewpoint.T_world_camera[:3, 3], target) <= sight[1]:
+        if sight == (0.0, 1.0) or sight[0] <= space.sight_fraction(viewpoint.T_world_camera[:3, 3], target) <= sight[1]:
             yield viewpoint
 
 
@@ -61,7 +61,7 @@ def draw_view(
         return _on_shell(target, config, rng), 0.0
     if mounting.overhead:
         return _overhead(target, mounting, config, rng), 0.0
-    if config.along_share and rng.random() < config.along_share:
+    if config.along_fraction and rng.random() < config.along_fraction:
         (x, y), yaw = _draw_along(target.T_world_object[:3, 3], config, space.area, rng)
     else:
         (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)

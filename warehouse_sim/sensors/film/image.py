@@ -22,9 +22,9 @@ class FilmImage:
     depth: Image
     """Along z (m); infinite where there is no film."""
     passed: Image
-    """Share of the light that gets through, once; 1 without film."""
+    """Fraction of the light that gets through, once; 1 without film."""
     clear: Image
-    """Share of it that is not turned aside; 1 without film."""
+    """Fraction of it that is not turned aside; 1 without film."""
     diffuse: Image
     """Light that the film scatters back; 0 without film."""
     glossy: Image

@@ -19,9 +19,9 @@ _LAYER = 0.13
 _MOST_LAYERS = 5.0
 """Of clear film; what is denser is dyed."""
 _HAZE = 0.02
-"""Share of the light that one layer turns aside by more than 2.5 degrees (ASTM D1003); no source: a prior."""
+"""Fraction of the light that one layer turns aside by more than 2.5 degrees (ASTM D1003); no source: a prior."""
 _BACKWARD = 0.25
-"""Share of the haze that goes back; no source: a prior."""
+"""Fraction of the haze that goes back; no source: a prior."""
 _STEPS = 256
 """Of the cosine in tables."""
 _SMALLEST_ALPHA = 0.0025
@@ -32,13 +32,13 @@ class FilmOptics:
     """Tables of some films; rows by film, columns by the cosine of incidence from 0 to 1."""
 
     passed: Float32[np.ndarray, "k steps"]
-    """Share of the light that gets through, once."""
+    """Fraction of the light that gets through, once."""
     clear: Float32[np.ndarray, "k steps"]
-    """Share of it that is not turned aside."""
+    """Fraction of it that is not turned aside."""
     diffuse: Float32[np.ndarray, "k steps"]
     """Light scattered back to an emitter beside the lens, white plaster that faces it = 1."""
     mirrored: Float32[np.ndarray, " k"]
-    """Share of the light that film seen straight on mirrors."""
+    """Fraction of the light that film seen straight on mirrors."""
     alpha2: Float32[np.ndarray, " k"]
     """Square of the GGX width of the mirror's lobe between wrinkles."""
 
@@ -85,7 +85,7 @@ class FilmOptics:
 
 
 def layers_and_dye(opacity: float) -> tuple[float, float]:
-    """Return the layers that a painted opacity stands for, and the share of light that dye in them takes away."""
+    """Return the layers that a painted opacity stands for, and the fraction of light that dye in them takes away."""
     layers = np.log(max(1.0 - opacity, 1e-3)) / np.log(1.0 - _LAYER)
     if layers <= _MOST_LAYERS:
         return float(layers), 0.0
@@ -93,7 +93,7 @@ def layers_and_dye(opacity: float) -> tuple[float, float]:
 
 
 def pile_reflectance(cosine: Float[np.ndarray, " n"], layers: float) -> Float[np.ndarray, " n"]:
-    """Return the share of unpolarised light that layers with air between them mirror: ``m r / (1 + (m - 1) r)``.
+    """Return the fraction of unpolarised light that layers with air between them mirror: ``m r / (1 + (m - 1) r)``.
 
     Args:
         cosine: Of the angle of incidence, 0-1.

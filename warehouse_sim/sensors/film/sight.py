@@ -28,9 +28,9 @@ class FilmMet:
     instance_ids: Int32[np.ndarray, " m"]
     """Of the film."""
     passed: Float32[np.ndarray, " m"]
-    """Share of the light that gets through, once."""
+    """Fraction of the light that gets through, once."""
     clear: Float32[np.ndarray, " m"]
-    """Share of it that is not turned aside."""
+    """Fraction of it that is not turned aside."""
     diffuse: Float32[np.ndarray, " m"]
     """Light that the film scatters back."""
     glossy: Float32[np.ndarray, " m"]

@@ -11,7 +11,7 @@ from jaxtyping import Float32, Int32
 
 _TEXELS = 256
 _TEXEL = 0.004
-"""Edge of a texel (m); the tile starts anew each 1.024 m."""
+"""Edge of a texel (m); the tile starts again each 1.024 m."""
 _SLOPE = 0.11
 """Root mean square of the slope across the waves (rad)."""
 _WAVES = ((18.0, 0.020, 0.22), (-25.0, 0.014, 0.15), (80.0, 0.030, 0.25))

@@ -34,7 +34,7 @@ class LidarConfig:
     """Least and largest azimuth (deg), 0 = forward, positive = left, within -180 to 180."""
     spin: Literal["counter_clockwise", "clockwise"] = "counter_clockwise"
     """Which way the head turns, seen from above: from the least azimuth to the largest, or the other way."""
-    azimuth_phase: Literal["drawn", "fixed"] = "drawn"
+    azimuth_phase: Literal["sampled", "fixed"] = "sampled"
     """Whether each sweep fires at other azimuths, by up to half a step, or all at the same, as an encoder says."""
     every_nth_beam: Annotated[int, Range(1, 128)] = 1
     """Keep each n-th beam from the top, 1-128."""
@@ -55,7 +55,7 @@ class LidarConfig:
     extinction: Annotated[float, Range(0, 1, "1/m")] = 0.00235
     """Coefficient a of exp(-2 a R) (1/m), 0-1; with ``dark_range`` it says how far bright surfaces are seen."""
     detection_width: Annotated[float, Range(0.001, 10)] = 0.1
-    """Over which share of the power at the limit detection sets in, 0.001-10."""
+    """Over which fraction of the power at the limit detection sets in, 0.001-10."""
     divergence_mrad: Annotated[tuple[float, float], Range(0, 100, "mrad")] = (2.0, 2.0)
     """Full angle of the beam, horizontal and vertical (mrad), 0-100; 0 and 0 = infinitely thin."""
     pulse_length: Annotated[float, Range(0, 100, "m")] = 0.75

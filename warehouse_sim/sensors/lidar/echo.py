@@ -19,7 +19,7 @@ Which = Literal["strongest", "last", "other"]
 
 @dataclass(frozen=True, eq=False)
 class Echoes:
-    """One echo of each beam, or of each share of a beam."""
+    """One echo of each beam, or of each fraction of a beam."""
 
     distance: Float32[np.ndarray, "*shape"]
     """m; infinite when nothing comes back."""
@@ -54,12 +54,12 @@ class PulseEchoes:
     mixed pixel, which lies where nothing is. Surfaces farther apart give echoes of their own.
     """
 
-    shares: Echoes
+    fractions: Echoes
     """Of the pulses, by distance."""
     power: Float32[np.ndarray, "n k"]
-    """Of each share."""
+    """Of each fraction."""
     echo: Int[np.ndarray, "n k"]
-    """Which echo each share belongs to."""
+    """Which echo each fraction belongs to."""
     total: Float[np.ndarray, "n k"]
     """Power of each echo."""
     moment: Float[np.ndarray, "n k"]
@@ -67,18 +67,19 @@ class PulseEchoes:
     extinction: float
 
     @classmethod
-    def of(cls, shares: Echoes, *, pulse_length: float, extinction: float) -> "PulseEchoes":
-        """Sort the shares of pulses into echoes.
+    def of(cls, fractions: Echoes, *, pulse_length: float, extinction: float) -> "PulseEchoes":
+        """Sort the fractions of pulses into echoes.
 
         Args:
-            shares: Rows of the shares of one pulse, each with the reflectance of its part; infinite distance = none.
+            fractions: Rows of the fractions of one pulse, each with the reflectance of its part; infinite distance =
+                none.
             pulse_length: m along the ray.
             extinction: Coefficient a of ``exp(-2 a R) / R^2`` (1/m).
         """
-        order = np.argsort(shares.distance, axis=1, kind="stable")
+        order = np.argsort(fractions.distance, axis=1, kind="stable")
         distance, reflectance, ids = (
             np.take_along_axis(item, order, axis=1)
-            for item in (shares.distance, shares.reflectance, shares.instance_ids)
+            for item in (fractions.distance, fractions.reflectance, fractions.instance_ids)
         )
         met = np.isfinite(distance)
         near = np.where(met, distance, np.float32(1.0))
@@ -121,10 +122,10 @@ class PulseEchoes:
         return Echoes(
             np.where(found, mean, np.inf).astype(np.float32),
             np.where(found, whole, 0.0).astype(np.float32),
-            np.where(found, self.shares.instance_ids[rows, own], 0).astype(np.int32),
+            np.where(found, self.fractions.instance_ids[rows, own], 0).astype(np.int32),
         )
 
 
-def strongest_echoes(shares: Echoes, *, pulse_length: float, extinction: float) -> Echoes:
+def strongest_echoes(fractions: Echoes, *, pulse_length: float, extinction: float) -> Echoes:
     """Return the strongest echo of each pulse; see ``PulseEchoes.of``."""
-    return PulseEchoes.of(shares, pulse_length=pulse_length, extinction=extinction).pick("strongest")
+    return PulseEchoes.of(fractions, pulse_length=pulse_length, extinction=extinction).pick("strongest")

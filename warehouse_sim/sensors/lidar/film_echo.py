@@ -37,34 +37,39 @@ def film_met(
 
 
 def with_film(
-    mixed: Int[np.ndarray, " k"], shares: Echoes, axis: Echoes, film: FilmMet
+    mixed: Int[np.ndarray, " k"], fractions: Echoes, axis: Echoes, film: FilmMet
 ) -> tuple[Int[np.ndarray, " n"], Echoes]:
-    """Return the beams that meet more than one surface, film included, and their shares.
+    """Return the beams that meet more than one surface, film included, and their fractions.
 
     A point on film bears the id of the film itself, which is an object of its own. What the film turns aside still
     lights what is close behind it, so that it counts as passed.
 
     Args:
         mixed: Beams that meet several solid surfaces, rising.
-        shares: What those meet, by rows.
+        fractions: What those meet, by rows.
         axis: What the axis of each beam meets.
         film: Before some beams.
     """
     beams = np.union1d(mixed, film.rays)
-    width = shares.distance.shape[1] + 1
+    width = fractions.distance.shape[1] + 1
     whole = Echoes(
         np.full((len(beams), width), np.inf, np.float32),
         np.zeros((len(beams), width), np.float32),
         np.zeros((len(beams), width), np.int32),
     )
     rows, filmed = np.searchsorted(beams, mixed), np.searchsorted(beams, film.rays)
-    for to, of_axis, of_shares, of_film in (
-        (whole.distance, axis.distance, shares.distance, film.distance),
-        (whole.instance_ids, axis.instance_ids, shares.instance_ids, film.instance_ids),
-        (whole.reflectance, axis.reflectance, shares.reflectance, np.minimum(film.diffuse + film.glossy, _BRIGHTEST)),
+    for to, of_axis, of_fractions, of_film in (
+        (whole.distance, axis.distance, fractions.distance, film.distance),
+        (whole.instance_ids, axis.instance_ids, fractions.instance_ids, film.instance_ids),
+        (
+            whole.reflectance,
+            axis.reflectance,
+            fractions.reflectance,
+            np.minimum(film.diffuse + film.glossy, _BRIGHTEST),
+        ),
     ):
         to[:, 0] = of_axis[beams]
-        to[rows, :-1] = of_shares
+        to[rows, :-1] = of_fractions
         if to is whole.reflectance:
             to[filmed] *= np.square(film.passed)[:, None]
         to[filmed, -1] = of_film

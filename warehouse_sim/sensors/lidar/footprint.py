@@ -75,10 +75,10 @@ def see_sweep(
     beams, sides = (np.empty(0, np.intp),) * 2 if thin else _edges(hits, sweep)
     rays = _probes(columns(directions, beams), sides, config.divergence_mrad)
     probes = thin_echoes(raycaster.cast(columns(origins, beams), rays, coherent=True), rays, finishes)
-    mixed, shares = _shares(echoes, probes, beams, sides)
+    mixed, fractions = _fractions(echoes, probes, beams, sides)
     if met is not None:
-        mixed, shares = with_film(mixed, shares, echoes, met)
-    pulses = PulseEchoes.of(shares, pulse_length=config.pulse_length, extinction=config.extinction)
+        mixed, fractions = with_film(mixed, fractions, echoes, met)
+    pulses = PulseEchoes.of(fractions, pulse_length=config.pulse_length, extinction=config.extinction)
     _put(echoes, mixed, pulses.pick(_FIRST[config.returns]))
     if others is not None:
         _put(others, mixed, pulses.pick("other"))
@@ -138,10 +138,10 @@ def _probes(
     return rays.T
 
 
-def _shares(
+def _fractions(
     axis: Echoes, probes: Echoes, beams: Int[np.ndarray, " m"], sides: Int[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, " k"], Echoes]:
-    """Return the beams in which a probe meets another distance than the axis, and what their shares meet."""
+    """Return the beams in which a probe meets another distance than the axis, and what their fractions meet."""
     with np.errstate(invalid="ignore"):
         differs = np.abs(probes.distance - axis.distance[beams]) > _SMALLEST_STEP
     is_mixed = np.zeros(len(axis.distance), bool)
@@ -150,15 +150,15 @@ def _shares(
     chosen = np.flatnonzero(is_mixed[beams])
     row, column = np.searchsorted(mixed, beams[chosen]), 1 + sides[chosen]
     shape = (len(mixed), 5)
-    shares = Echoes(np.full(shape, np.inf, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32))
+    fractions = Echoes(np.full(shape, np.inf, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32))
     probed = np.bincount(row, minlength=len(mixed))[:, None]
     part = np.float32(1.0) / np.maximum(probed + 1, 3).astype(np.float32)
     for whole, central, others in (
-        (shares.distance, axis.distance, probes.distance),
-        (shares.reflectance, axis.reflectance, probes.reflectance),
-        (shares.instance_ids, axis.instance_ids, probes.instance_ids),
+        (fractions.distance, axis.distance, probes.distance),
+        (fractions.reflectance, axis.reflectance, probes.reflectance),
+        (fractions.instance_ids, axis.instance_ids, probes.instance_ids),
     ):
         whole[:, 0], whole[row, column] = central[mixed], others[chosen]
-    shares.reflectance[:, 1:] *= part
-    shares.reflectance[:, :1] *= 1 - probed * part
-    return mixed, shares
+    fractions.reflectance[:, 1:] *= part
+    fractions.reflectance[:, :1] *= 1 - probed * part
+    return mixed, fractions

@@ -61,7 +61,7 @@ def os1_128() -> Lasers:
     """Return an OS1-128 as one unit was measured, all lasers at once.
 
     Ouster counts azimuths clockwise, as the head turns: its positive ones look to the right (sensor documentation,
-    "Lidar Range to XYZ": the encoder's angle is 2 pi less the share of the turn, less the beam's azimuth).
+    "Lidar Range to XYZ": the encoder's angle is 2 pi less the fraction of the turn, less the beam's azimuth).
     """
     elevation, right = (np.deg2rad(np.array(table.split(), float)) for table in (ALTITUDE_DEG, AZIMUTH_DEG))
     nothing = np.zeros(128)

@@ -52,7 +52,7 @@ def read_rgbd(buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng:
     Depth and colour have random streams of their own, both made from ``rng``: settings of one never change the other.
 
     Args:
-        buffers: The clean truth.
+        buffers: The clean ground truth.
         capture: How the image is taken.
         config: The camera's noise.
         rng: Source of all errors.

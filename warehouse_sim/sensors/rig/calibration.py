@@ -10,14 +10,14 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import lens_of
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.schema import CAMERA, IMU, RIGHT, Observation, StatedCalibration, Viewpoint
+from warehouse_sim.schema import CAMERA, IMU, RIGHT, NominalCalibration, Observation, Viewpoint
 from warehouse_sim.sensors.ego_motion import EgoMotion
 
 Stream = Callable[[str], np.random.Generator]
 """Returns the random stream of that name of a scene."""
 
 _MOST = 3.0
-"""No error is larger than so many standard deviations: a rig that is farther off is found out and calibrated anew."""
+"""No error is larger than so many standard deviations: a rig that is farther off is found out and calibrated again."""
 _OF_THE_CAMERA = (CAMERA, RIGHT, IMU)
 """What shares the camera's housing and its factory calibration: a rectified pair stays one."""
 
@@ -33,13 +33,14 @@ class CalibrationConfig:
     arXiv:2103.12287), which at 4 m are 0.15 deg. The others have no source: they are priors.
     """
 
-    focal_share: Annotated[float, Range(0, 0.2)] = 0.002
-    """Of the focal length, as a share of it, 0-0.2."""
+    focal_fraction: Annotated[float, Range(0, 0.2)] = 0.002
+    """Of the focal length, as a fraction of it, 0-0.2."""
     center_px: Annotated[float, Range(0, 100, "px")] = 1.0
     """Of each coordinate of the principal point (px), 0-100."""
-    lens_share: Annotated[float, Range(0, 0.2)] = 0.02
-    """Of what the lens displaces, of a fisheye beyond equidistance, as a share of it, 0-0.2; nothing without a lens."""
-    depth_share: Annotated[float, Range(0, 0.2)] = 0.005
+    lens_fraction: Annotated[float, Range(0, 0.2)] = 0.02
+    """Of what the lens displaces, of a fisheye beyond equidistance, as a fraction of it, 0-0.2; nothing without a
+    lens."""
+    depth_fraction: Annotated[float, Range(0, 0.2)] = 0.005
     """Of the scale of depth, 0-0.2; on top of the errors of the depth camera's own unit."""
     angle_deg: Annotated[float, Range(0, 20, "deg")] = 0.15
     """Of a sensor's direction about each of its axes (deg), 0-20."""
@@ -55,13 +56,13 @@ class CalibrationConfig:
             sensors: Those of the rig by name; each draws from a stream of its own.
             stream: Of the scene.
         """
-        rng = stream("stated camera")
-        focal, lens, depth = np.array([self.focal_share, self.lens_share, self.depth_share]) * _normal(rng, 3)
+        rng = stream("nominal camera")
+        focal, lens, depth = np.array([self.focal_fraction, self.lens_fraction, self.depth_fraction]) * _normal(rng, 3)
         center = self.center_px * _normal(rng, 2)
         places, offsets = {}, {}
         for name in sensors:
             if name not in _OF_THE_CAMERA:
-                mine = stream(f"stated {name}")
+                mine = stream(f"nominal {name}")
                 turn, shift = np.deg2rad(self.angle_deg) * _normal(mine, 3), self.place * _normal(mine, 3)
                 places[name] = make_transform(rotation_z(turn[2]) @ rotation_y(turn[1]) @ rotation_x(turn[0]), shift)
                 offsets[name] = 1e-3 * self.time_ms * float(_normal(mine, 1)[0])
@@ -81,18 +82,18 @@ class CalibrationError:
     """Stated over true depth."""
     center_px: tuple[float, float]
     """Stated less true principal point, u and v (px)."""
-    T_sensor_stated: Mapping[str, Transform]
+    T_sensor_nominal: Mapping[str, Transform]
     """Pose of the stated frame of each sensor in its true one."""
     time_offset: Mapping[str, float]
     """Stated less true moment of each sensor (s)."""
 
-    def stated(self, observation: Observation, viewpoint: Viewpoint) -> StatedCalibration:
+    def nominal(self, observation: Observation, viewpoint: Viewpoint) -> NominalCalibration:
         """Return what the rig states of an observation from ``viewpoint``."""
         places = {
             name: self._place(name, observation.readings[name].T_camera_sensor, viewpoint)
-            for name in self.T_sensor_stated
+            for name in self.T_sensor_nominal
         }
-        return StatedCalibration(self.camera(observation.camera), self.depth_factor, places, self.time_offset)
+        return NominalCalibration(self.camera(observation.camera), self.depth_factor, places, self.time_offset)
 
     def camera(self, true: PinholeCamera) -> PinholeCamera:
         """Return the stated intrinsics of a camera."""
@@ -107,13 +108,13 @@ class CalibrationError:
         )
 
     def _place(self, name: str, T_camera_sensor: Transform, viewpoint: Viewpoint) -> Transform:
-        """Return the stated pose of a sensor: where the vehicle would have carried it until the stated moment."""
-        T_camera_stated = T_camera_sensor @ self.T_sensor_stated[name]
+        """Return the nominal pose of a sensor: where the vehicle would have carried it until the stated moment."""
+        T_camera_nominal = T_camera_sensor @ self.T_sensor_nominal[name]
         motion = EgoMotion.of(viewpoint)
         if motion is None:
-            return T_camera_stated
+            return T_camera_nominal
         T_world_camera = viewpoint.T_world_camera
-        return invert(T_world_camera) @ motion.transform(self.time_offset[name]) @ T_world_camera @ T_camera_stated
+        return invert(T_world_camera) @ motion.transform(self.time_offset[name]) @ T_world_camera @ T_camera_nominal
 
 
 def _normal(rng: np.random.Generator, count: int) -> np.ndarray:

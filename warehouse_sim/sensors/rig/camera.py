@@ -80,7 +80,7 @@ class CameraConfig:
 
 
 def _require_sane_view(camera: PinholeCamera) -> None:
-    """Refuse a camera that sees next to nothing, or more than a plane image can show.
+    """Reject a camera that sees next to nothing, or more than a plane image can show.
 
     Raises:
         ValueError: Names its angles.

@@ -22,7 +22,7 @@ class SensorChoice:
     rgbd: RgbdConfig = field(default_factory=RgbdConfig)
     """Noise of colour and depth."""
     weight: Annotated[float, Range(1e-6, 1e6)] = 1.0
-    """How often it is drawn, relative to the others, 0.000001-1,000,000."""
+    """How often it is rendered, relative to the others, 0.000001-1,000,000."""
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "SensorChoice":
@@ -45,7 +45,7 @@ class SensorChoice:
         return {"name": self.name, "weight": self.weight, **to_mapping(self.rgbd)}
 
 
-def drawn_choice(choices: Sequence[SensorChoice], rng: np.random.Generator) -> SensorChoice:
+def rendered_choice(choices: Sequence[SensorChoice], rng: np.random.Generator) -> SensorChoice:
     """Return one of several, at least one, by their weights."""
     weights = np.array([choice.weight for choice in choices])
     return choices[int(rng.choice(len(choices), p=weights / weights.sum()))]

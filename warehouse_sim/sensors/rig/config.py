@@ -17,7 +17,7 @@ from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
-from warehouse_sim.sensors.rig.choice import SensorChoice, drawn_choice
+from warehouse_sim.sensors.rig.choice import SensorChoice, rendered_choice
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import rig_settings
@@ -122,8 +122,8 @@ class RigConfig:
 
         It is one of ``choices``; without any it is the rig's own, which has no name.
         """
-        choice = drawn_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
-        return replace(choice, rgbd=replace(choice.rgbd, depth=choice.rgbd.depth.drawn(rng)))
+        choice = rendered_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
+        return replace(choice, rgbd=replace(choice.rgbd, depth=choice.rgbd.depth.sampled(rng)))
 
     def mounted(self) -> dict[str, MountedSensor]:
         """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""

@@ -40,7 +40,7 @@ class MountedSensor:
 
     @property
     def reads_light(self) -> bool:
-        """Whether twins in another light, or with other noise of cameras, have a reading of their own."""
+        """Whether paired variants in another light, or with other noise of cameras, have a reading of their own."""
         return reads_light(self.sensor)
 
     def stream_of(self, viewpoint_index: int, noise_draw: int = 0) -> str:

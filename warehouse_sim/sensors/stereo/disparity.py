@@ -25,8 +25,8 @@ def seen_in_both(left: Float32[np.ndarray, "h w"], right: Float32[np.ndarray, "h
     """Return which pixels of the left image the right camera sees, too.
 
     A pixel at column u with disparity d is seen at u - d, if that is in the right image and one of the two columns
-    there has the same disparity. This is the check of left against right (Fua 1993) on the truth; what fails it is
-    hidden by something nearer, or outside.
+    there has the same disparity. This is the check of left against right (Fua 1993) on the ground truth; what fails it
+    is hidden by something nearer, or outside.
 
     Args:
         left: True disparity of the left image (px), 0 = nothing there.

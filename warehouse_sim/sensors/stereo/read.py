@@ -83,9 +83,9 @@ def read_stereo(
     """Return what the right camera reads, and disparities of the left image.
 
     Args:
-        left: The left camera's clean truth.
+        left: The left camera's clean ground truth.
         left_rgb: What the left camera read.
-        right: The right camera's clean truth.
+        right: The right camera's clean ground truth.
         right_capture: How the right image is taken.
         color: Noise of both.
         config: Baseline and matcher.

@@ -22,7 +22,7 @@ def cases(stock: Stock) -> Iterator[Case]:
 
 
 def _lines(stock: Stock) -> dict[str, Words]:
-    """Return a valid command line of every verb that writes, up to its output."""
+    """Return a valid command line of every command that writes, up to its output."""
     data = str(stock.data)
     return {
         "preview": ("preview", _RECIPE, "--out"),
@@ -30,7 +30,7 @@ def _lines(stock: Stock) -> dict[str, Words]:
         "generate": ("generate", _RECIPE, "--scenes", "1", "--workers", "1", "--out"),
         "train": ("train", "densefusion-pointcloud", "--data", data, *_FEW, "--out"),
         "predict": ("predict", MODEL, "--data", data, "--out"),
-        "evaluate": ("evaluate", str(stock.truth), "--data", data, "--out"),
+        "evaluate": ("evaluate", str(stock.gt), "--data", data, "--out"),
         "export": ("export", str(stock.run), "--out"),
         "report": ("report", data, "--out"),
     }
@@ -38,30 +38,32 @@ def _lines(stock: Stock) -> dict[str, Words]:
 
 def _outputs(stock: Stock) -> Iterator[Case]:
     places: dict[str, tuple[str, Callable[[Path], None], Expectation]] = {
-        "/proc/x": ("/proc/x", _nothing, "refuse"),
-        "/proc/x/y/z": ("/proc/x/y/z", _nothing, "refuse"),
-        "/dev/null/x": ("/dev/null/x", _nothing, "refuse"),
-        "inside a file": ("file/x", _file, "refuse"),
+        "/proc/x": ("/proc/x", _nothing, "reject"),
+        "/proc/x/y/z": ("/proc/x/y/z", _nothing, "reject"),
+        "/dev/null/x": ("/dev/null/x", _nothing, "reject"),
+        "inside a file": ("file/x", _file, "reject"),
         "a dangling link": ("link", _dangling, "either"),
         "a link to itself": ("loop", _loop, "either"),
-        "a name of 300 letters": ("x" * 300, _nothing, "refuse"),
-        "a null byte": ("a\x00b", _nothing, "refuse"),
-        "a folder that may not be written": ("closed/x", _closed, "refuse" if os.geteuid() else "either"),
+        "a name of 300 letters": ("x" * 300, _nothing, "reject"),
+        "a null byte": ("a\x00b", _nothing, "reject"),
+        "a folder that may not be written": ("closed/x", _closed, "reject" if os.geteuid() else "either"),
         "empty": ("", _nothing, "either"),
         "a new folder in a new folder": ("new/newer/out", _nothing, "either"),
         "spaces and umlauts": ("größe und mehr", _nothing, "either"),
     }
-    for verb, words in _lines(stock).items():
+    for command, words in _lines(stock).items():
         for name, (out, write, expect) in places.items():
-            yield _case(verb, f"--out {name}", (*words, out), expect, write)
-        whole = verb in ("generate", "train", "evaluate")
-        yield _case(verb, "--out a file", (*words, "file"), "refuse" if whole else "either", _file)
-        yield _case(verb, "--out a folder", (*words, "folder"), "either" if whole else "refuse", _folder)
-        yield _case(verb, "--out a full folder", (*words, "full"), "refuse" if verb != "evaluate" else "either", _full)
+            yield _case(command, f"--out {name}", (*words, out), expect, write)
+        whole = command in ("generate", "train", "evaluate")
+        yield _case(command, "--out a file", (*words, "file"), "reject" if whole else "either", _file)
+        yield _case(command, "--out a folder", (*words, "folder"), "either" if whole else "reject", _folder)
+        yield _case(
+            command, "--out a full folder", (*words, "full"), "reject" if command != "evaluate" else "either", _full
+        )
 
 
 def _inputs(stock: Stock) -> Iterator[Case]:
-    data, truth, run = str(stock.data), str(stock.truth), str(stock.run)
+    data, gt, run = str(stock.data), str(stock.gt), str(stock.run)
     paths = {
         "missing": "no/such/thing",
         "empty folder": "folder",
@@ -74,7 +76,7 @@ def _inputs(stock: Stock) -> Iterator[Case]:
         "empty": "",
         "/proc/self/mem": "/proc/self/mem",
     }
-    verbs: dict[str, Callable[[str], Words]] = {
+    commands: dict[str, Callable[[str], Words]] = {
         "preview": lambda path: ("preview", path, "--out", "x.png"),
         "check-scene": lambda path: ("check-scene", path),
         "generate": lambda path: ("generate", path, "--out", "x", "--workers", "1"),
@@ -96,14 +98,14 @@ def _inputs(stock: Stock) -> Iterator[Case]:
         "predict run": lambda path: ("predict", path, "--data", data, "--out", "x.csv"),
         "predict --data": lambda path: ("predict", MODEL, "--data", path, "--out", "x.csv"),
         "evaluate": lambda path: ("evaluate", path, "--data", data, "--out", "x"),
-        "evaluate --data": lambda path: ("evaluate", truth, "--data", path, "--out", "x"),
+        "evaluate --data": lambda path: ("evaluate", gt, "--data", path, "--out", "x"),
         "export": lambda path: ("export", path, "--out", "x.onnx"),
         "export-scene": lambda path: ("export-scene", path, "--to", "glb", "--out", "x.glb"),
         "report": lambda path: ("report", path, run, "--out", "x.html"),
     }
-    for verb, line in verbs.items():
+    for command, line in commands.items():
         for name, path in paths.items():
-            yield _case(verb, f"input {name}", line(path), "refuse", _everything)
+            yield _case(command, f"input {name}", line(path), "reject", _everything)
 
 
 def _numbers(stock: Stock) -> Iterator[Case]:
@@ -118,20 +120,20 @@ def _numbers(stock: Stock) -> Iterator[Case]:
                 "generate",
                 f"{option} {value[:30]}",
                 (*line, option, value),
-                "either" if fine else "refuse",
+                "either" if fine else "reject",
                 check=check,
             )
-    for verb, option in (
+    for command, option in (
         ("preview", "--scene"),
         ("preview", "--seed"),
         ("preview", "--difficulty"),
         ("check-scene", "--scene"),
     ):
-        out = ("--out", "sheet.png") if verb == "preview" else ()
+        out = ("--out", "sheet.png") if command == "preview" else ()
         for value in ("-1", "nan", "1e300", "9" * 30, "1.5", "seven"):
             large = value == "9" * 30 and option != "--difficulty"
             yield _case(
-                verb, f"{option} {value}", (verb, _RECIPE, *out, option, value), "either" if large else "refuse"
+                command, f"{option} {value}", (command, _RECIPE, *out, option, value), "either" if large else "reject"
             )
     settings = (
         *("--batch", "--max-steps", "--max-minutes", "--learning-rate", "--ema", "--devices", "--validations"),
@@ -144,13 +146,13 @@ def _numbers(stock: Stock) -> Iterator[Case]:
             "--workers",
             "--threads",
         ),
-        *("--augment.yaw", "--augment.drop-share", "--augment.erode-px", "--loss.confidence-weight"),
+        *("--augment.yaw", "--augment.drop-fraction", "--augment.erode-px", "--loss.confidence-weight"),
     )
     for option in settings:
         for value in ("-1", "nan", "inf", "1e300", "9" * 30):
             line = ("train", "densefusion-pointcloud", "--data", data, "--out", "x", *_FEW, option, value)
             endless = option in ("--max-steps", "--max-minutes") and value == "9" * 30
-            yield _case("train", f"{option} {value}", line, "refuse" if not endless else "either")
+            yield _case("train", f"{option} {value}", line, "reject" if not endless else "either")
     for option in ("--images-at-once", "--seed", "--threads", "--icp.iterations", "--icp.max-distance"):
         for value in ("-1", "0", "nan", "1e300", "9" * 30):
             line = ("predict", MODEL, "--data", data, "--out", "x.csv", "--refine", "icp", option, value)
@@ -158,35 +160,35 @@ def _numbers(stock: Stock) -> Iterator[Case]:
                 value == "9" * 30 and option in ("--seed", "--images-at-once")
             )
             yield _case(
-                "predict", f"{option} {value}", line, "either" if fine or option.startswith("--icp") else "refuse"
+                "predict", f"{option} {value}", line, "either" if fine or option.startswith("--icp") else "reject"
             )
 
 
 def _names(stock: Stock) -> Iterator[Case]:
-    data, truth = str(stock.data), str(stock.truth)
+    data, gt = str(stock.data), str(stock.gt)
     generate = ("generate", _RECIPE, "--out", "made", "--scenes", "1", "--workers", "1")
     lines: dict[str, tuple[Words, Expectation]] = {
-        "no verb": ((), "refuse"),
-        "unknown verb": (("nonsense",), "refuse"),
-        "unknown option": ((*generate, "--bogus", "1"), "refuse"),
-        "unknown recipe": (("preview", "demoo"), "refuse"),
-        "unknown backend": ((*generate, "--backend", "vulkan"), "refuse"),
-        "unknown format": ((*generate, "--formats", "nuscenes"), "refuse"),
-        "a format twice": ((*generate, "--formats", "bop", "bop"), "refuse"),
-        "no format": ((*generate, "--formats"), "refuse"),
-        "a format that climbs": ((*generate, "--formats", "../../x"), "refuse"),
-        "unknown estimator": (("train", "densefusionn", "--data", data, "--out", "x", *_FEW), "refuse"),
+        "no command": ((), "reject"),
+        "unknown command": (("nonsense",), "reject"),
+        "unknown option": ((*generate, "--bogus", "1"), "reject"),
+        "unknown recipe": (("preview", "demoo"), "reject"),
+        "unknown backend": ((*generate, "--backend", "vulkan"), "reject"),
+        "unknown format": ((*generate, "--formats", "nuscenes"), "reject"),
+        "a format twice": ((*generate, "--formats", "bop", "bop"), "reject"),
+        "no format": ((*generate, "--formats"), "reject"),
+        "a format that climbs": ((*generate, "--formats", "../../x"), "reject"),
+        "unknown estimator": (("train", "densefusionn", "--data", data, "--out", "x", *_FEW), "reject"),
         "unknown object": (
             ("train", "densefusion", "--data", data, "--out", "x", "--objects", "spoon", *_FEW),
-            "refuse",
+            "reject",
         ),
-        "unknown size": (("train", "densefusion", "--data", data, "--out", "x", "--size", "huge"), "refuse"),
-        "unknown split": (("evaluate", truth, "--data", data, "--out", "x", "--split", "holdout"), "refuse"),
-        "a split that climbs": (("predict", MODEL, "--data", data, "--out", "x.csv", "--split", "../test"), "refuse"),
-        "another split": (("evaluate", truth, "--data", data, "--out", "x", "--split", "val"), "refuse"),
-        "unknown selection": (("predict", MODEL, "--data", data, "--out", "x.csv", "--selection", "best"), "refuse"),
-        "unknown catalog object": (("catalog", "spoon", "--out", "x.png"), "refuse"),
-        "no folder to report": (("report", "--out", "x.html"), "refuse"),
+        "unknown size": (("train", "densefusion", "--data", data, "--out", "x", "--size", "huge"), "reject"),
+        "unknown split": (("evaluate", gt, "--data", data, "--out", "x", "--split", "holdout"), "reject"),
+        "a split that climbs": (("predict", MODEL, "--data", data, "--out", "x.csv", "--split", "../test"), "reject"),
+        "another split": (("evaluate", gt, "--data", data, "--out", "x", "--split", "val"), "reject"),
+        "unknown selection": (("predict", MODEL, "--data", data, "--out", "x.csv", "--selection", "best"), "reject"),
+        "unknown catalog object": (("catalog", "spoon", "--out", "x.png"), "reject"),
+        "no folder to report": (("report", "--out", "x.html"), "reject"),
         "a dataset twice": (("train", "densefusion-pointcloud", "--data", data, data, "--out", "x", *_FEW), "either"),
         "resume of nothing": ((*generate, "--resume"), "either"),
         "resume of no run": (
@@ -194,7 +196,7 @@ def _names(stock: Stock) -> Iterator[Case]:
             "either",
         ),
         "list": (("list",), "accept"),
-        "list and more": (("list", "more"), "refuse"),
+        "list and more": (("list", "more"), "reject"),
         "help": (("generate", "--help"), "accept"),
     }
     for name, (words, expect) in lines.items():
@@ -202,14 +204,14 @@ def _names(stock: Stock) -> Iterator[Case]:
 
 
 def _case(
-    verb: str,
+    command: str,
     mutation: str,
     words: Words,
     expect: Expectation,
     write: Callable[[Path], None] = lambda folder: None,
     check: Check = nothing_to_check,
 ) -> Case:
-    return Case("command line", verb, mutation, (words,), write, expect, check)
+    return Case("command line", command, mutation, (words,), write, expect, check)
 
 
 def _nothing(folder: Path) -> None:

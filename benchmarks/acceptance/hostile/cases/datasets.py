@@ -26,7 +26,7 @@ class _Table:
     optional: str = r"(?!)"
     """Keys that may be left out."""
     validated_alone: bool = False
-    """Whether no verb but ``validate`` reads it."""
+    """Whether no command but ``validate`` reads it."""
 
 
 _TABLES = (
@@ -54,7 +54,7 @@ _NOTHING = 4e-7
 """Entries of a rotation that are smaller may be zero or of the other sign: products of rows change by less than 1e-6,
 to which files say that a matrix is one."""
 # What reads a dataset, and how often it is chosen.
-_VERBS = ("validate",) * 6 + ("evaluate",) * 4 + ("predict",) * 2 + ("report", "train")
+_COMMANDS = ("validate",) * 6 + ("evaluate",) * 4 + ("predict",) * 2 + ("report", "train")
 _TEXT = ("kitti/testing/label_2", "kitti/testing/calib", "kitti/testing/planes", "kitti/ImageSets")
 
 
@@ -73,14 +73,14 @@ def cases(stock: Stock) -> Iterator[Case]:
 
 
 def _table_cases(stock: Stock, table: _Table, file: str, data: Any) -> Iterator[Case]:
-    verbs = ("validate",) if table.validated_alone else _VERBS
+    commands = ("validate",) if table.validated_alone else _COMMANDS
     for path in _chosen_leaves(data, file):
         where = ".".join(map(str, path))
         strict = re.search(table.read, where)
         for mutant in mutated_leaf(data, path, "json"):
-            yield _mutant_case(stock, file, mutant, _expected(mutant, bool(strict), table, where), verbs)
+            yield _mutant_case(stock, file, mutant, _expected(mutant, bool(strict), table, where), commands)
     for mutant in mutated_document((stock.data / file).read_bytes(), "json"):
-        yield _mutant_case(stock, file, mutant, mutant.expect, verbs)
+        yield _mutant_case(stock, file, mutant, mutant.expect, commands)
 
 
 def _expected(mutant: Mutant, strict: bool, table: _Table, where: str) -> Expectation:
@@ -88,12 +88,12 @@ def _expected(mutant: Mutant, strict: bool, table: _Table, where: str) -> Expect
     if mutant.mutation == "duplicated" or re.search(table.optional, where):
         return "either"  # JSON's parsers take the last of two, here the same value
     if mutant.mutation in ("nan", "inf", "minus_inf", "digits_5001"):
-        return "refuse"  # no JSON, and more digits than Python's reader takes
+        return "reject"  # no JSON, and more digits than Python's reader takes
     if mutant.mutation in ("negative", "zero") and "cam_R_" in where and abs(mutant.before) < _NOTHING:
         return "either"
     if mutant.mutation == "negative" and isinstance(mutant.before, (int, float)) and mutant.before < 0:
         return "either"  # it was negative before: nothing is changed
-    return "refuse" if strict else "either"
+    return "reject" if strict else "either"
 
 
 def _chosen_leaves(data: Any, file: str) -> Iterator[tuple[str | int, ...]]:
@@ -111,11 +111,11 @@ def _chosen_leaves(data: Any, file: str) -> Iterator[tuple[str | int, ...]]:
         yield from stream(file, of).sample(alike[1:], min(len(alike) - 1, _LEAVES_A_SHAPE - 1))
 
 
-def _mutant_case(stock: Stock, file: str, mutant: Mutant, expect: Expectation, verbs: tuple[str, ...]) -> Case:
+def _mutant_case(stock: Stock, file: str, mutant: Mutant, expect: Expectation, commands: tuple[str, ...]) -> Case:
     def write(folder: Path) -> None:
         replace(stock.copy_data(folder) / file, mutant.make())
 
-    return _case(stock, f"{file}:{mutant.where}", mutant.mutation, write, expect, file, verbs)
+    return _case(stock, f"{file}:{mutant.where}", mutant.mutation, write, expect, file, commands)
 
 
 def _line_cases(stock: Stock, file: str) -> Iterator[Case]:
@@ -151,7 +151,7 @@ def _text_case(stock: Stock, file: str, where: str, mutation: str, lines: list[s
 
     # The heading of a plane and the place of an inertial sensor that there is not are read by nobody.
     unread = ("planes" in file and not where.startswith("4")) or ("calib" in file and where.startswith("7"))
-    return _case(stock, f"{file}:{where}", mutation, write, "either" if unread else "refuse", file, ("validate",))
+    return _case(stock, f"{file}:{where}", mutation, write, "either" if unread else "reject", file, ("validate",))
 
 
 def _file_cases(stock: Stock) -> Iterator[Case]:
@@ -163,14 +163,14 @@ def _file_cases(stock: Stock) -> Iterator[Case]:
             file = str(path.relative_to(data))
             rig = data == stock.rig_data
             for damage in (*damages(path.read_bytes(), file, _body(path)), *_swaps(path)):
-                yield _damage_case(stock, data, file, damage, ("validate",) if rig else _VERBS)
+                yield _damage_case(stock, data, file, damage, ("validate",) if rig else _COMMANDS)
 
 
 def _body(path: Path) -> Expectation:
     """Return what must happen when a bit is flipped: text and compressed images show it, numbers may be others."""
     if path.suffix == ".md" or path.suffix == ".bin":
         return "either"
-    return "refuse"
+    return "reject"
 
 
 def _swaps(path: Path) -> Iterator[Damage]:
@@ -180,10 +180,10 @@ def _swaps(path: Path) -> Iterator[Damage]:
     ]
     if others:
         content = others[-1].read_bytes()
-        yield Damage("its neighbour in its place", lambda target: replace(target, content), "refuse")
+        yield Damage("its neighbour in its place", lambda target: replace(target, content), "reject")
 
 
-def _damage_case(stock: Stock, data: Path, file: str, damage: Damage, verbs: tuple[str, ...]) -> Case:
+def _damage_case(stock: Stock, data: Path, file: str, damage: Damage, commands: tuple[str, ...]) -> Case:
     def write(folder: Path) -> None:
         damage.apply(stock.copy_data(folder, data) / file)
 
@@ -191,7 +191,7 @@ def _damage_case(stock: Stock, data: Path, file: str, damage: Damage, verbs: tup
     apart = file.endswith((".md", "SHA256SUMS")) or file.startswith("card/")
     expect: Expectation = "either" if apart else damage.expect
     what = file if data == stock.data else f"rig/{file}"
-    return _case(stock, what, damage.name, write, expect, file, verbs)
+    return _case(stock, what, damage.name, write, expect, file, commands)
 
 
 def _zero_cases(stock: Stock) -> Iterator[Case]:
@@ -205,7 +205,7 @@ def _zero_cases(stock: Stock) -> Iterator[Case]:
             path = stock.copy_data(folder) / file
             replace(path, bytes(path.stat().st_size))
 
-        yield _case(stock, file, "all zero", write, "refuse", file, ("validate",))
+        yield _case(stock, file, "all zero", write, "reject", file, ("validate",))
 
 
 def _geometry_cases(stock: Stock, poses: str) -> Iterator[Case]:
@@ -232,9 +232,9 @@ def _geometry_cases(stock: Stock, poses: str) -> Iterator[Case]:
             change(data)
             replace(stock.copy_data(folder) / file, json.dumps(data).encode())
 
-        yield _case(stock, file, name, write, "refuse", file, ("validate",))
+        yield _case(stock, file, name, write, "reject", file, ("validate",))
         if name != "no pockets":  # the file alone does not say that there should be any
-            yield Case("dataset", file, name, evaluate, write, "refuse", names=(Path(file).name, "data"))
+            yield Case("dataset", file, name, evaluate, write, "reject", names=(Path(file).name, "data"))
 
 
 def _case(
@@ -244,10 +244,10 @@ def _case(
     write: Any,
     expect: Expectation,
     file: str,
-    verbs: tuple[str, ...] = _VERBS,
+    commands: tuple[str, ...] = _COMMANDS,
 ) -> Case:
-    verb = one_of(verbs, what, mutation)
-    steps, check = dataset_reading(stock, verb, what.startswith("rig/"))
+    command = one_of(commands, what, mutation)
+    steps, check = dataset_reading(stock, command, what.startswith("rig/"))
     path = Path(file)
     names = (path.name, path.stem, path.parent.name, str(path.parent.parent.name), "data")
     return Case("dataset", what, mutation, steps, write, expect, check, names)

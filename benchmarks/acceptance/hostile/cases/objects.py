@@ -15,7 +15,7 @@ from benchmarks.acceptance.hostile.meshes import SHAPES, write_mesh
 from benchmarks.acceptance.hostile.sane_image import image_problem
 from benchmarks.acceptance.hostile.stock import Stock
 
-_VERBS = ("catalog", "catalog", "preview", "generate", "check-scene")
+_COMMANDS = ("catalog", "catalog", "preview", "generate", "check-scene")
 
 
 def cases(stock: Stock) -> Iterator[Case]:
@@ -36,8 +36,8 @@ def cases(stock: Stock) -> Iterator[Case]:
 
             # In OBJ, a negative index counts from the end.
             expect = "either" if (ending, name) == ("obj", "a negative index") else shape.expect
-            for verb in ("catalog", "generate"):
-                yield _case(stock, f"crate.{ending}", name, write_shape, expect, ending, verb)
+            for command in ("catalog", "generate"):
+                yield _case(stock, f"crate.{ending}", name, write_shape, expect, ending, command)
         for damage in damages((stock.root / f"crate.{ending}").read_bytes(), f"crate.{ending}"):
 
             def write_damage(folder: Path, damage=damage, ending: str = ending) -> None:  # type: ignore[no-untyped-def]
@@ -69,7 +69,7 @@ def _path_cases(stock: Stock) -> Iterator[Case]:
             text = (folder / "crate.yaml").read_text(encoding="utf-8").replace("file: crate.obj", f"file: {place}")
             (folder / "crate.yaml").write_text(text, encoding="utf-8")
 
-        yield _case(stock, "crate.yaml:file", name, write, "refuse", "file")
+        yield _case(stock, "crate.yaml:file", name, write, "reject", "file")
 
 
 def _write_crate(stock: Stock, folder: Path, ending: str) -> None:
@@ -83,20 +83,20 @@ def _write_crate(stock: Stock, folder: Path, ending: str) -> None:
 
 
 def _drop_collision(path: Path) -> None:
-    """Let physics take the bounding box: listed boxes would be refused before the mesh is looked at."""
+    """Let physics take the bounding box: listed boxes would be rejected before the mesh is looked at."""
     settings = yaml.safe_load(path.read_text(encoding="utf-8"))
     del settings["collision"]
     path.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
 
-def _case(stock: Stock, what: str, mutation: str, write, expect, word: str, verb: str = "") -> Case:  # type: ignore[no-untyped-def]
-    verb = verb or one_of(_VERBS, what, mutation)
-    if verb == "catalog":
+def _case(stock: Stock, what: str, mutation: str, write, expect, word: str, command: str = "") -> Case:  # type: ignore[no-untyped-def]
+    command = command or one_of(_COMMANDS, what, mutation)
+    if command == "catalog":
         step = ("catalog", "{folder}/crate.yaml", "--out", "sheet.png")
 
         def check(folder: Path, outcomes: object) -> str | None:
             problem = image_problem(folder / "sheet.png")
             return f"the sheet {problem}" if problem else None
     else:
-        step, check = reading(verb, "with_crate.yaml")  # type: ignore[assignment]
+        step, check = reading(command, "with_crate.yaml")  # type: ignore[assignment]
     return Case("object", what, mutation, (step,), write, expect, check, ("crate", word))

@@ -38,21 +38,21 @@ _SAMPLED_LINES = 2
 
 def cases(stock: Stock) -> Iterator[Case]:
     """Yield the cases of prediction files."""
-    lines = stock.truth.read_text(encoding="ascii").splitlines()
+    lines = stock.gt.read_text(encoding="ascii").splitlines()
     for number in range(1, 1 + _SAMPLED_LINES):
         for column, cell in enumerate(_CELLS):
             for name, value in _VALUES.items():
                 words = lines[number].split(",")
                 if words[column] != value:
                     words[column] = value
-                    expect: Expectation = "either" if name in _MAY_BE.get(cell, ()) else "refuse"
+                    expect: Expectation = "either" if name in _MAY_BE.get(cell, ()) else "reject"
                     yield _lines_case(stock, f"{number}.{cell}", name, _with(lines, number, ",".join(words)), expect)
         yield from _pose_cases(stock, lines, number)
     yield from _file_cases(stock, lines)
-    for damage in damages(stock.truth.read_bytes(), "truth.csv"):
+    for damage in damages(stock.gt.read_bytes(), "gt.csv"):
 
         def write(folder: Path, damage=damage) -> None:  # type: ignore[no-untyped-def]
-            (folder / "poses.csv").write_bytes(stock.truth.read_bytes())
+            (folder / "poses.csv").write_bytes(stock.gt.read_bytes())
             damage.apply(folder / "poses.csv")
 
         expect = "either" if "bit" in damage.name or damage.name == "last byte gone" else damage.expect
@@ -71,11 +71,11 @@ def _pose_cases(stock: Stock, lines: list[str], number: int) -> Iterator[Case]:
         "ten numbers": np.append(R, 0.0),
     }.items():
         row = [*words[:4], " ".join(map(repr, changed.tolist())), *words[5:]]
-        yield _lines_case(stock, f"{number}.R", name, _with(lines, number, ",".join(row)), "refuse")
+        yield _lines_case(stock, f"{number}.R", name, _with(lines, number, ",".join(row)), "reject")
     for name, changed, expect in (
         ("behind the camera", t * [1, 1, -1], "either"),
         ("1e9 away", t * 1e9, "either"),
-        ("two numbers", t[:2], "refuse"),
+        ("two numbers", t[:2], "reject"),
     ):
         row = [*words[:5], " ".join(map(repr, np.asarray(changed).tolist())), *words[6:]]
         yield _lines_case(stock, f"{number}.t", name, _with(lines, number, ",".join(row)), expect)
@@ -92,18 +92,18 @@ def _file_cases(stock: Stock, lines: list[str]) -> Iterator[Case]:
         "no line end": (text[:-1].encode(), "accept", _scores_are_true(stock)),
         "other order": ("\n".join([lines[0], *lines[:0:-1]]).encode(), "accept", _scores_are_true(stock)),
         "header alone": (f"{lines[0]}\n".encode(), "either", _scores_are_possible(stock)),
-        "no header": ("\n".join(lines[1:]).encode(), "refuse", _scores_are_possible(stock)),
-        "header twice": ("\n".join([lines[0], *lines]).encode(), "refuse", _scores_are_possible(stock)),
+        "no header": ("\n".join(lines[1:]).encode(), "reject", _scores_are_possible(stock)),
+        "header twice": ("\n".join([lines[0], *lines]).encode(), "reject", _scores_are_possible(stock)),
         "columns swapped": (
             text.replace("scene_id,im_id", "im_id,scene_id", 1).encode(),
-            "refuse",
+            "reject",
             _scores_are_possible(stock),
         ),
-        "semicolons": (text.replace(",", ";").encode(), "refuse", _scores_are_possible(stock)),
+        "semicolons": (text.replace(",", ";").encode(), "reject", _scores_are_possible(stock)),
         "every row twice": ("\n".join([*lines, *lines[1:]]).encode(), "either", _says("duplicate", "twice", "same")),
         "metres": ("\n".join(metres).encode(), "either", _says("millimet")),
         "half of the rows": ("\n".join(lines[: 1 + len(lines) // 2]).encode(), "either", _scores_are_possible(stock)),
-        "UTF-16": (text.encode("utf-16"), "refuse", _scores_are_possible(stock)),
+        "UTF-16": (text.encode("utf-16"), "reject", _scores_are_possible(stock)),
     }
     for name, (content, expect, check) in whole.items():
 
@@ -151,14 +151,14 @@ def _scores_are_true(stock: Stock) -> Check:
 
 
 def _scores_are_possible(stock: Stock) -> Check:
-    """Return a check that no share leaves 0-1, and that nothing is better than the truth."""
+    """Return a check that no fraction leaves 0-1, and that nothing is better than the ground truth."""
 
     def check(folder: Path, outcomes: Sequence[Outcome]) -> str | None:
-        truth = stock.true_scores["overall"]["metrics"]
+        gt = stock.true_scores["overall"]["metrics"]
         for name, value in _read(folder)["overall"]["metrics"].items():
             if name.startswith("median_") or value is None:
                 continue
-            if not (np.isfinite(value) and 0.0 <= value <= truth[name] + 1e-9):
+            if not (np.isfinite(value) and 0.0 <= value <= gt[name] + 1e-9):
                 return f"{name} is {value}"
         return None
 

@@ -18,12 +18,12 @@ from benchmarks.acceptance.hostile.watch import Outcome
 _OWN_PARTS: dict[str, tuple[tuple[str, ...], ...]] = {
     "rack": ((),),
     "lanes": (("scene", "layout"), ("scene", "lights"), ("scene", "traffic"), ("scene", "lanes"), ("sensors",)),
-    "drive": (("scene", "layout"), ("scene", "viewpoints"), ("twins",)),
+    "drive": (("scene", "layout"), ("scene", "viewpoints"), ("paired_variants",)),
     "dock": (("scene", "layout"), ("occlusion",), ("sensors", "rgbd"), ("sensors", "lidar")),
 }
 # One generates a whole dataset and is looked at most closely.
-_VERBS = ("generate", "generate", "preview", "check-scene")
-_QUICK_VERBS = ("preview", "check-scene")
+_COMMANDS = ("generate", "generate", "preview", "check-scene")
+_QUICK_COMMANDS = ("preview", "check-scene")
 
 
 def cases(stock: Stock) -> Iterator[Case]:
@@ -41,9 +41,9 @@ def cases(stock: Stock) -> Iterator[Case]:
 
 def _recipe_case(base: str, mutant: Mutant) -> Case:
     # The sensors of a recipe are read by none but those that look.
-    verbs = _QUICK_VERBS[:1] if base == "lanes" and mutant.path[:1] == ("sensors",) else _VERBS
-    verb = one_of(
-        verbs if base != "lanes" or mutant.path[:1] == ("sensors",) else _QUICK_VERBS,
+    commands = _QUICK_COMMANDS[:1] if base == "lanes" and mutant.path[:1] == ("sensors",) else _COMMANDS
+    command = one_of(
+        commands if base != "lanes" or mutant.path[:1] == ("sensors",) else _QUICK_COMMANDS,
         base,
         mutant.where,
         mutant.mutation,
@@ -53,7 +53,7 @@ def _recipe_case(base: str, mutant: Mutant) -> Case:
         (folder / "mutant.yaml").write_bytes(mutant.make())
 
     names = ("mutant.yaml", str(mutant.path[-1]) if mutant.path else "")
-    step, check = reading(verb, "mutant.yaml")
+    step, check = reading(command, "mutant.yaml")
     return Case("recipe", f"{base}:{mutant.where}", mutant.mutation, (step,), write, mutant.expect, check, names)
 
 
@@ -77,13 +77,13 @@ def _rig_cases(rig: dict[str, Any]) -> Iterator[Case]:
         yield Case("rig", mutant.where, mutant.mutation, (step,), write, mutant.expect, check, names)
 
 
-def reading(verb: str, recipe: str) -> tuple[tuple[str, ...], Check]:
+def reading(command: str, recipe: str) -> tuple[tuple[str, ...], Check]:
     """Return the command line that reads a recipe, and what must be true when it succeeds."""
     return {
         "check-scene": (("check-scene", recipe), _numbers_are_finite),
         "preview": (("preview", recipe, "--out", "sheet.png"), _sheet_shows_something),
         "generate": (("generate", recipe, "--out", "made", "--scenes", "1", "--workers", "1"), _dataset_is_sane),
-    }[verb]
+    }[command]
 
 
 def _numbers_are_finite(folder: Path, outcomes: Sequence[Outcome]) -> str | None:

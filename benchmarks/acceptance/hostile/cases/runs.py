@@ -37,9 +37,9 @@ def cases(stock: Stock) -> Iterator[Case]:
         data = json.loads((stock.run / name).read_text(encoding="utf-8"))
         for path, _ in leaves(data):
             for mutant in mutated_leaf(data, path, "json"):
-                # Notes on the training, shown as they are: only what is no JSON must be refused.
+                # Notes on the training, shown as they are: only what is no JSON must be rejected.
                 yield _mutant_case(
-                    stock, name, mutant, "refuse" if mutant.mutation in ("nan", "inf", "minus_inf") else "either"
+                    stock, name, mutant, "reject" if mutant.mutation in ("nan", "inf", "minus_inf") else "either"
                 )
     for name in _READERS:
         content = (stock.run / name).read_bytes()

@@ -9,7 +9,7 @@ from tests.benchmark.docking.closed_loop.trucks import CAMERA, MOUNT, start_at
 from tests.benchmark.docking.stations import station
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
 from warehouse_sim.benchmark.docking.closed_loop.live import Shot
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, stated
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, nominal
 from warehouse_sim.estimators.rgbd_image import Detection
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 from warehouse_sim.schema import PoseEstimate
@@ -90,13 +90,13 @@ def test_of_what_a_front_end_finds_the_nearest_to_the_told_place_counts_then_to_
     assert seen(Live(100), says, [lambda image: []])(glance()) is None
 
 
-def test_only_fitted_doubt_can_be_too_low() -> None:
+def test_only_fitted_uncertainty_can_be_too_low() -> None:
     without = seen(Live(99), Says((0.0, 0.0)))(glance())
     assert without is not None
     assert without.score == 0.2
-    np.testing.assert_allclose(without.covariance, stated(0.02, 1.5))
-    own = stated(0.01, 0.5)
-    with_doubt = seen(Live(99), Says((0.0, 0.0), covariance=own))(glance())
-    assert with_doubt is not None
-    assert with_doubt.score == 0.1
-    assert replace(with_doubt).covariance is own
+    np.testing.assert_allclose(without.covariance, nominal(0.02, 1.5))
+    own = nominal(0.01, 0.5)
+    with_uncertainty = seen(Live(99), Says((0.0, 0.0), covariance=own))(glance())
+    assert with_uncertainty is not None
+    assert with_uncertainty.score == 0.1
+    assert replace(with_uncertainty).covariance is own

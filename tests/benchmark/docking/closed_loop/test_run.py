@@ -13,15 +13,15 @@ from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.kept_rows import Kept
-from warehouse_sim.generation.drawn import draw_scene
 from warehouse_sim.generation.moment import Stage
+from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.twins import base_variant
+from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene.lighting import PRESETS as LIGHTS
 from warehouse_sim.sensors.rgbd.depth.models import MODELS, PRESETS
 
-ROW = {"source": "made", "scene": 0, "start": 0, "condition": "base", "factor": "base", "method": "truth"}
+ROW = {"source": "made", "scene": 0, "start": 0, "condition": "base", "factor": "base", "method": "oracle"}
 DRIVEN = {"time": 20.0, "distance": 4.0, "corrections": 1, "images": 12}
 ERRORS = {"errors": {"depth": -0.01, "lateral": 0.02, "vertical": 0.0, "yaw": np.deg2rad(0.5)}}
 
@@ -39,9 +39,9 @@ def test_every_level_changes_one_factor_of_the_base_and_names_what_there_is() ->
 
 def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "episodes.jsonl"
-    one = Runner("smoke", 3, ("truth",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    one = Runner("smoke", 3, ("oracle",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
     rows = list(one.rows(1))
-    assert [(row["condition"], row["method"]) for row in rows] == [("base", "truth"), ("open loop", "truth")]
+    assert [(row["condition"], row["method"]) for row in rows] == [("base", "oracle"), ("open loop", "oracle")]
     assert rows[0]["outcome"] == "docked"
     assert rows[1]["images"] == 1
     with file.open("a") as open_file:
@@ -50,10 +50,10 @@ def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Monk
     def never(*_: object) -> None:
         raise AssertionError("a scene was drawn again")
 
-    monkeypatch.setattr(run_module, "draw_scene", never)
-    again = Runner("smoke", 3, ("truth",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    monkeypatch.setattr(run_module, "sample_settled_scene", never)
+    again = Runner("smoke", 3, ("oracle",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
     assert list(again.rows(1)) == rows
-    other = Runner("smoke", 3, ("truth",), (CONDITIONS["no drift"],), None, Kept(file), starts=1)
+    other = Runner("smoke", 3, ("oracle",), (CONDITIONS["no drift"],), None, Kept(file), starts=1)
     with pytest.raises(AssertionError, match="drawn again"):
         list(other.rows(1))
     assert all(json.loads(line)["key"] for line in file.read_text().splitlines()[:-1])
@@ -69,7 +69,7 @@ def test_levels_are_counted_with_intervals_over_scenes_and_without_what_was_left
     ]
     (found,) = by_level(rows)
     assert (found["value"], found["episodes"], found["left_out"], found["aborted"]) == (0.75, 8, 1, 1)
-    assert found["swept test docks"] == 0.75
+    assert found["swept-volume check docks"] == 0.75
     low, high = found["interval"]
     assert low < 0.45  # eight scenes say no more
     assert high > 0.9
@@ -83,14 +83,14 @@ def test_levels_are_counted_with_intervals_over_scenes_and_without_what_was_left
 @pytest.mark.gl
 def test_a_live_image_shows_what_an_observation_from_there_shows() -> None:
     recipe = load_recipe("smoke")
-    drawn = draw_scene(recipe, 3, 0)
-    viewpoint = drawn.scene.viewpoints[0]
+    sampled = sample_settled_scene(recipe, 3, 0)
+    viewpoint = sampled.scene.viewpoints[0]
     with open_renderer("raster") as renderer:
-        live = LiveScene(recipe, drawn, renderer, "nominal", "ideal")
+        live = LiveScene(recipe, sampled, renderer, "nominal", "ideal")
         shot = live.shoot(viewpoint, 0.0, "some noise")
         again = live.shoot(viewpoint, 0.0, "some noise")
         stage = Stage(renderer, recipe.sensors.make_camera())
-        moment, _ = stage.set_up(base_variant(drawn.scene, live.choice), 0, viewpoint)
+        moment, _ = stage.set_up(base_variant(sampled.scene, live.choice), 0, viewpoint)
         buffers = moment.images.seen_from(viewpoint.T_world_camera)
     np.testing.assert_array_equal(shot.instance_ids, buffers.instance_ids)
     read = shot.depth > 0.0
@@ -104,15 +104,15 @@ def test_a_live_image_shows_what_an_observation_from_there_shows() -> None:
 @pytest.mark.gl
 def test_a_darker_light_and_another_place_give_another_image() -> None:
     recipe = load_recipe("smoke")
-    drawn = draw_scene(recipe, 3, 0)
-    viewpoint = drawn.scene.viewpoints[0]
+    sampled = sample_settled_scene(recipe, 3, 0)
+    viewpoint = sampled.scene.viewpoints[0]
     aside = replace(viewpoint, T_world_camera=viewpoint.T_world_camera @ np.array(
         [[1.0, 0, 0, 0.2], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
     ))  # fmt: skip
     with open_renderer("raster") as renderer:
-        day = LiveScene(recipe, drawn, renderer, "nominal", "own")
+        day = LiveScene(recipe, sampled, renderer, "nominal", "own")
         first, moved = day.shoot(viewpoint, 0.0, "a"), day.shoot(aside, 0.2, "b")
-        night = LiveScene(recipe, drawn, renderer, "night", "own").shoot(viewpoint, 0.0, "a")
+        night = LiveScene(recipe, sampled, renderer, "night", "own").shoot(viewpoint, 0.0, "a")
     assert (first.instance_ids != moved.instance_ids).mean() > 0.01
     np.testing.assert_array_equal(first.instance_ids, night.instance_ids)
     # The work lights reach the middle, not the edges.

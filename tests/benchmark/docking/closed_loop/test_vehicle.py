@@ -64,7 +64,7 @@ def test_braking_stops_within_the_way_that_is_left() -> None:
         assert left > -0.005
 
 
-def test_odometry_without_drift_is_the_truth_and_counts_what_the_wheels_do() -> None:
+def test_odometry_without_drift_is_the_ground_truth_and_counts_what_the_wheels_do() -> None:
     rng = np.random.default_rng(0)
     start = FloorPose(1.0, 2.0, 0.3)
     true, told = start, Odometry(start, DRIFTS["none"], rng)

@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
 from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Approacher, Glance
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Truth
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import KIND, Start
 from warehouse_sim.benchmark.docking.station import Station
@@ -34,9 +34,9 @@ def start_at(place: Station, face: str, back: float, aside: float, turned: float
     return Start(0, place, place.face(face), pose, MOUNT, place.pallet.T_world_object[:3, 3])
 
 
-def truth(start: Start, T_object_wrong: Transform | None = None) -> Truth:
+def gt(start: Start, T_object_wrong: Transform | None = None) -> Oracle:
     """Return who knows the pallet, or is wrong by always the same."""
-    return Truth(start.pallet, start.station.scene.model_of(start.pallet), CAMERA, T_object_wrong)
+    return Oracle(start.pallet, start.station.scene.model_of(start.pallet), CAMERA, T_object_wrong)
 
 
 @dataclass

@@ -21,12 +21,12 @@ def test_age_goes_from_the_own_look_to_grey() -> None:
     assert [part.material for part in wood(ruined("epal1", 1, NONE))] == [
         part.material for part in catalog_object("epal1").parts
     ]
-    shares = []
+    fractions = []
     for age in (0.2, 0.6, 1.0):
         used = [part.material for seed in range(10) for part in wood(ruined("epal1", seed, WearConfig(age=age)))]
-        shares.append(np.mean([material.endswith(("grey", "dark")) for material in used]))
-    assert shares[0] < 0.15 < shares[1] < shares[2]
-    assert shares[2] > 0.75
+        fractions.append(np.mean([material.endswith(("grey", "dark")) for material in used]))
+    assert fractions[0] < 0.15 < fractions[1] < fractions[2]
+    assert fractions[2] > 0.75
 
 
 def test_plastic_gets_dusty_all_over() -> None:

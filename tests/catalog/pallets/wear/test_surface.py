@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets import WearConfig, worn
+from warehouse_sim.catalog.pallets import WearConfig, damaged
 from warehouse_sim.catalog.pallets.wear.surface import stain_shape
 from warehouse_sim.schema import ObjectModel, Part
 
 
 def made(name: str, **wear: float) -> ObjectModel:
-    return worn(catalog_object(name), WearConfig(**wear), np.random.default_rng(3))
+    return damaged(catalog_object(name), WearConfig(**wear), np.random.default_rng(3))
 
 
 def of_material(model: ObjectModel, material: str) -> list[Part]:

@@ -6,7 +6,7 @@ import pytest
 from tests.catalog.pallets.touching import hits, is_closed, prism_of
 from tests.catalog.pallets.wear.used import KINDS, ruined
 from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.pallets import PALLETS, WearConfig, worn
+from warehouse_sim.catalog.pallets import PALLETS, WearConfig, damaged
 from warehouse_sim.catalog.pallets.wear.damage import FARTHEST
 
 ALL = WearConfig(**dict.fromkeys((item.name for item in fields(WearConfig)), 1.0))
@@ -53,7 +53,7 @@ def test_every_part_is_closed_and_its_material_exists(name: str) -> None:
         assert is_closed(part.mesh)
 
 
-def test_meshes_are_shared_between_worn_pallets() -> None:
+def test_meshes_are_shared_between_damaged_pallets() -> None:
     pallets = [ruined("epal1", seed, WearConfig(age=0.5, stains=1.0)) for seed in range(20)]
     assert len({part.mesh for model in pallets for part in model.parts}) < 25
 
@@ -65,7 +65,7 @@ def test_the_same_stream_wears_alike_and_another_does_not() -> None:
     assert one.mesh().vertices.shape != other.mesh().vertices.shape
 
 
-def test_a_share_out_of_range_is_refused() -> None:
+def test_a_share_out_of_range_is_rejected() -> None:
     with pytest.raises(ValueError, match=r"broken must be 0-1, found 1\.5"):
         WearConfig(broken=1.5)
 
@@ -74,8 +74,8 @@ def test_a_share_out_of_range_is_refused() -> None:
 def test_what_use_does_to_a_pallet_does_not_depend_on_what_it_is_called(name: str) -> None:
     model = catalog_object(name)
     wear = WearConfig(age=0.0, missing=0.6, broken=0.5, displaced=0.5, twisted=0.5, stamps=1.0)
-    one = worn(model, wear, np.random.default_rng(3))
-    other = worn(replace(model, name="plastic_of_my_own"), wear, np.random.default_rng(3))
+    one = damaged(model, wear, np.random.default_rng(3))
+    other = damaged(replace(model, name="plastic_of_my_own"), wear, np.random.default_rng(3))
     assert [part.material for part in one.parts] == [part.material for part in other.parts]
     for mine, theirs in zip(one.parts, other.parts, strict=True):
         np.testing.assert_array_equal(mine.T_object_part, theirs.T_object_part)
@@ -84,6 +84,6 @@ def test_what_use_does_to_a_pallet_does_not_depend_on_what_it_is_called(name: st
 def test_pieces_without_a_role_stay_where_they_are() -> None:
     model = catalog_object("epal1")
     plain = replace(model, make="", parts=tuple(replace(part, role="") for part in model.parts))
-    used = worn(plain, WearConfig(missing=1.0, broken=1.0, displaced=1.0, twisted=1.0), np.random.default_rng(0))
+    used = damaged(plain, WearConfig(missing=1.0, broken=1.0, displaced=1.0, twisted=1.0), np.random.default_rng(0))
     for before, after in zip(plain.parts, used.parts, strict=True):
         np.testing.assert_array_equal(before.T_object_part, after.T_object_part)

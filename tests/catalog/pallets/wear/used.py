@@ -3,7 +3,7 @@
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets import WearConfig, worn
+from warehouse_sim.catalog.pallets import WearConfig, damaged
 from warehouse_sim.schema import ObjectModel, Part
 
 KINDS = ("epal1", "epal2", "epal3", "epal6", "epal7", "gma_48x40", "blue_block_1200x1000")
@@ -11,7 +11,7 @@ KINDS = ("epal1", "epal2", "epal3", "epal6", "epal7", "gma_48x40", "blue_block_1
 
 def ruined(name: str, seed: int, wear: WearConfig) -> ObjectModel:
     """Return the catalog object ``name`` after ``wear``."""
-    return worn(catalog_object(name), wear, np.random.default_rng([7, seed]))
+    return damaged(catalog_object(name), wear, np.random.default_rng([7, seed]))
 
 
 def wood(model: ObjectModel) -> list[Part]:

@@ -81,9 +81,9 @@ def test_a_run_is_calibrated_on_val_and_keeps_its_other_curves(
     configs = [PredictConfig(), PredictConfig(refine="icp")]
     assert calibrate(run, [toy_root], configs).curves == ()  # far too few objects
     monkeypatch.setattr(module, "LEAST_SAMPLES", 4)
-    shares = []
-    calibrate(run, [toy_root, toy_root], configs, progress=lambda share, _: shares.append(share))
-    assert shares == [0.5, 1.0]  # both datasets fit into one group of images
+    fractions = []
+    calibrate(run, [toy_root, toy_root], configs, progress=lambda fraction, _: fractions.append(fraction))
+    assert fractions == [0.5, 1.0]  # both datasets fit into one group of images
     calibrate(run, [toy_root, toy_root], [PredictConfig(selection="weighted")])
     kinds = [(curve.selection, curve.refine) for curve in read_calibration(run).curves]
     assert kinds == [("argmax", "none"), ("argmax", "icp"), ("weighted", "none")]

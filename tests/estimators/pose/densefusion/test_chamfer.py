@@ -16,7 +16,7 @@ from warehouse_sim.estimators.pose.densefusion.chamfer import chamfer_distance
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.losses import loss_distance
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape, shape_tensors
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
@@ -40,8 +40,8 @@ def normalised(T: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
 def distance(T: np.ndarray, T_true: np.ndarray, squared: bool, surface: np.ndarray = SURFACE) -> float:
     """In metres, or square metres."""
     rotation, translation = normalised(T)
-    truth = Truth(*normalised(T_true), ONE_CLASS)
-    found = chamfer_distance(rotation[None], translation[None], truth, shapes_with(surface), squared)
+    gt = GroundTruth(*normalised(T_true), ONE_CLASS)
+    found = chamfer_distance(rotation[None], translation[None], gt, shapes_with(surface), squared)
     return float(found[0, 0]) * (SCALE**2 if squared else SCALE)
 
 
@@ -89,10 +89,10 @@ def test_many_poses_of_several_classes_are_measured_as_each_alone(squared: bool)
     shapes, found = shape_tensors(both), pairs(6)
     chosen = torch.tensor([0, 1])
     R, t = (torch.cat(values) for values in zip(*(normalised(T) for T, _ in found), strict=True))
-    truth = Truth(*(torch.cat(v) for v in zip(*(normalised(T) for _, T in found[:2]), strict=True)), chosen)
-    at_once = chamfer_distance(R.view(2, 3, 3, 3), t.view(2, 3, 3), truth, shapes, squared)
+    gt = GroundTruth(*(torch.cat(v) for v in zip(*(normalised(T) for _, T in found[:2]), strict=True)), chosen)
+    at_once = chamfer_distance(R.view(2, 3, 3, 3), t.view(2, 3, 3), gt, shapes, squared)
     for row in range(2):
-        one = Truth(truth.rotation[row : row + 1], truth.translation[row : row + 1], chosen[row : row + 1])
+        one = GroundTruth(gt.rotation[row : row + 1], gt.translation[row : row + 1], chosen[row : row + 1])
         for column in range(3):
             k = 3 * row + column
             alone = chamfer_distance(R[k : k + 1, None], t[k : k + 1, None], one, shapes, squared)
@@ -102,11 +102,11 @@ def test_many_poses_of_several_classes_are_measured_as_each_alone(squared: bool)
 @pytest.mark.parametrize("distance_name", ["chamfer", "chamfer-squared"])
 def test_its_gradient_is_finite_at_the_true_pose_and_leads_back_to_it(distance_name: str) -> None:
     _, T = pairs()[0]
-    truth, config = Truth(*normalised(T), ONE_CLASS), LossConfig(distance=distance_name)
+    gt, config = GroundTruth(*normalised(T), ONE_CLASS), LossConfig(distance=distance_name)
     for step in (0.0, 1e-3):
         rotation, translation = (value[None].clone().requires_grad_() for value in normalised(T))
         shift = torch.tensor([step, 0.0, 0.0])
-        loss = loss_distance(rotation, translation + shift, truth, shapes_with(SURFACE), config).sum()
+        loss = loss_distance(rotation, translation + shift, gt, shapes_with(SURFACE), config).sum()
         loss.backward()
         for value in (rotation, translation):
             assert bool(value.grad.isfinite().all())
@@ -129,10 +129,10 @@ def test_look_alikes_cost_nothing_with_the_points_that_a_run_keeps(toy_root: Pat
 def test_metres_scale_with_the_object_and_squares_with_its_square() -> None:
     (T, T_true), *_ = pairs()
     rotation, translation = normalised(T)
-    truth, shapes = Truth(*normalised(T_true), ONE_CLASS), shapes_with(SURFACE)
+    gt, shapes = GroundTruth(*normalised(T_true), ONE_CLASS), shapes_with(SURFACE)
     for name, power in (("surface", 1), ("chamfer", 1), ("chamfer-squared", 2)):
         ours, metres = (
-            float(loss_distance(rotation[None], translation[None], truth, shapes, LossConfig(distance=name, unit=unit)))
+            float(loss_distance(rotation[None], translation[None], gt, shapes, LossConfig(distance=name, unit=unit)))
             for unit in ("half-diameters", "metres")
         )
         assert metres == pytest.approx(ours * SCALE**power, rel=1e-5)

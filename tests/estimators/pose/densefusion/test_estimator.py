@@ -155,7 +155,7 @@ def test_a_small_network_takes_one_thread_and_gives_the_others_back(run: Path, m
 
 
 @pytest.mark.parametrize("name", trained_names())
-def test_every_method_corrects_as_often_as_asked(tmp_path: Path, name: str) -> None:
+def test_every_method_corrects_as_often_as_requested(tmp_path: Path, name: str) -> None:
     run = made_run(tmp_path / "run", name)
     config = read_config(run)
     network = load_network(run, config)
@@ -182,7 +182,7 @@ def test_every_method_corrects_as_often_as_asked(tmp_path: Path, name: str) -> N
 def test_errors_are_predicted_for_the_corrections_that_they_were_fitted_with(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run")
     curve = ErrorCurve("argmax", "none", (0.0, 1.0), (0.2, 0.0), 2.5, 100, 0.5, 0.9)
-    for fitted, asked, known in ((None, 2, True), (None, 0, False), (0, 0, True), (0, 2, False), (0, None, True)):
+    for fitted, requested, known in ((None, 2, True), (None, 0, False), (0, 0, True), (0, 2, False), (0, None, True)):
         write_calibration(run, Calibration((curve,), fitted))
-        estimator = load_estimator(run, PredictConfig(refiner_iterations=asked))
+        estimator = load_estimator(run, PredictConfig(refiner_iterations=requested))
         assert all((item.predicted_error is not None) == known for item in estimator.estimate(seen()))

@@ -14,7 +14,7 @@ from warehouse_sim.estimators.pose.densefusion.losses import (
     equivalent_poses,
     pose_distance,
 )
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss
@@ -35,8 +35,8 @@ def normalised(T: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
 def distance(T_predicted: np.ndarray, T_true: np.ndarray, symmetry: SymmetryLoss = "group") -> float:
     """Distance of two poses in metres."""
     rotation, translation = normalised(T_predicted)
-    truth = Truth(*normalised(T_true), ONE_CLASS)
-    return float(pose_distance(rotation[None], translation[None], truth, SHAPES, symmetry)[0, 0]) * SCALE
+    gt = GroundTruth(*normalised(T_true), ONE_CLASS)
+    return float(pose_distance(rotation[None], translation[None], gt, SHAPES, symmetry)[0, 0]) * SCALE
 
 
 @pytest.mark.parametrize("shift", [(0.1, 0.0, 0.0), (0.0, -0.03, 0.04)])
@@ -91,8 +91,8 @@ def test_nearest_points_are_for_symmetric_classes_only() -> None:
     shapes = shape_tensors([replace(plain, symmetries=pallet_shape().symmetries), plain])
     assert shapes.is_symmetric().tolist() == [True, False]
     rotation, shift = torch.eye(3).expand(2, 1, 3, 3), torch.full((2, 1, 3), 0.05)
-    truth = Truth(torch.eye(3).expand(2, 3, 3), torch.zeros(2, 3), torch.tensor([0, 1]))
-    near, rms = (pose_distance(rotation, shift, truth, shapes, kind)[:, 0] for kind in ("nearest", "none"))
+    gt = GroundTruth(torch.eye(3).expand(2, 3, 3), torch.zeros(2, 3), torch.tensor([0, 1]))
+    near, rms = (pose_distance(rotation, shift, gt, shapes, kind)[:, 0] for kind in ("nearest", "none"))
     assert float(near[0]) < 0.9 * float(rms[0])
     assert torch.equal(near[1], rms[1])
 
@@ -102,14 +102,14 @@ def test_the_nearest_equivalent_is_chosen_for_each_prediction() -> None:
     torch.manual_seed(0)
     alone = replace(pallet_shape(), obj_id=2, symmetries=pallet_shape().symmetries[:1])
     shapes = shape_tensors([pallet_shape(), alone])
-    truth = Truth(matrix_from_quat_wxyz(torch.randn(12, 4)), torch.randn(12, 3), torch.arange(12) % 2)
+    gt = GroundTruth(matrix_from_quat_wxyz(torch.randn(12, 4)), torch.randn(12, 3), torch.arange(12) % 2)
     rotation, translation = matrix_from_quat_wxyz(torch.randn(12, 7, 4)), torch.randn(12, 7, 3)
-    R, t = equivalent_poses(truth, shapes)
+    R, t = equivalent_poses(gt, shapes)
     each = [
-        pose_distance(rotation, translation, Truth(R[:, g], t[:, g], truth.class_index), shapes, "none")
+        pose_distance(rotation, translation, GroundTruth(R[:, g], t[:, g], gt.class_index), shapes, "none")
         for g in range(R.shape[1])
     ]
-    found = pose_distance(rotation, translation, truth, shapes)
+    found = pose_distance(rotation, translation, gt, shapes)
     torch.testing.assert_close(found, torch.stack(each).amin(dim=0))
 
 
@@ -125,8 +125,8 @@ def test_mixed_precision_does_not_reach_the_distance() -> None:
 def test_quaternions_may_have_any_length_and_sign() -> None:
     quat = torch.tensor([[[0.5, 0.5, 0.5, 0.5], [-3.0, -3.0, -3.0, -3.0]]])
     turn = torch.tensor([[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
-    truth = Truth(turn, torch.zeros(1, 3), ONE_CLASS)
-    assert pose_distance(matrix_from_quat_wxyz(quat), torch.zeros(1, 2, 3), truth, SHAPES).max() < 5e-4
+    gt = GroundTruth(turn, torch.zeros(1, 3), ONE_CLASS)
+    assert pose_distance(matrix_from_quat_wxyz(quat), torch.zeros(1, 2, 3), gt, SHAPES).max() < 5e-4
 
 
 @pytest.mark.parametrize("element", range(len(PALLET.symmetry.transforms)))
@@ -136,21 +136,21 @@ def test_coordinates_of_any_look_alike_are_as_good(element: int) -> None:
     coordinates = transform_points(np.linalg.inv(T @ PALLET.symmetry.transforms[element]), seen)
     points, predicted = (torch.tensor(array[None] / SCALE).float() for array in (seen, coordinates))
     log_scale = torch.full((1, 50), -3.0)
-    truth = Truth(*normalised(T), ONE_CLASS)
+    gt = GroundTruth(*normalised(T), ONE_CLASS)
     # Errors are zero but for what keeps the square root differentiable: 3 ln b, and 1e-4 / b.
     expected = -9.0 + 1e-4 * math.exp(3.0)
-    assert float(coordinate_loss(predicted, log_scale, points, truth, SHAPES)) == pytest.approx(expected, abs=2e-3)
-    apart = float(coordinate_loss(predicted, log_scale, points, truth, SHAPES, "none"))
+    assert float(coordinate_loss(predicted, log_scale, points, gt, SHAPES)) == pytest.approx(expected, abs=2e-3)
+    apart = float(coordinate_loss(predicted, log_scale, points, gt, SHAPES, "none"))
     is_identity = np.allclose(PALLET.symmetry.transforms[element], np.eye(4))
     assert (apart < -8.9) == is_identity
 
 
 def test_best_scale_of_a_coordinate_is_a_third_of_its_error() -> None:
-    truth = Truth(torch.eye(3)[None], torch.zeros(1, 3), ONE_CLASS)
+    gt = GroundTruth(torch.eye(3)[None], torch.zeros(1, 3), ONE_CLASS)
     points = torch.zeros(1, 1, 3)
     predicted = torch.tensor([[[0.3, 0.0, 0.0]]])
     scales = torch.linspace(0.02, 0.5, 500)
-    found = [float(coordinate_loss(predicted, s.log().view(1, 1), points, truth, SHAPES, "none")) for s in scales]
+    found = [float(coordinate_loss(predicted, s.log().view(1, 1), points, gt, SHAPES, "none")) for s in scales]
     assert float(scales[int(np.argmin(found))]) == pytest.approx(0.1, abs=2e-3)
 
 

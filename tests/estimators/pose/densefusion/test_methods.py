@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTas
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
 from warehouse_sim.learning.clock import learning_rate_factor
 
-STILL = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_share=0, colour=0)
+STILL = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_fraction=0, colour=0)
 
 
 def small_input(config: DenseFusionConfig) -> DenseFusionConfig:

@@ -37,7 +37,7 @@ def test_a_missing_or_broken_file_is_named(tmp_path: Path) -> None:
         ("vertices", lambda vertices: vertices * np.float32(np.nan), "no table of corners and one of faces"),
     ],
 )
-def test_numbers_that_are_no_surface_are_refused(toy_root: Path, tmp_path: Path, name: str, change, words) -> None:
+def test_numbers_that_are_no_surface_are_rejected(toy_root: Path, tmp_path: Path, name: str, change, words) -> None:
     write_meshes(tmp_path, dataset_meshes([toy_root], [pallet_shape()]))
     tensors = safetensors.numpy.load_file(tmp_path / MESHES)
     key = next(key for key in tensors if key.endswith(name))

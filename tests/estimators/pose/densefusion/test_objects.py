@@ -74,6 +74,6 @@ MIRROR = tuple(np.diag([-1.0, 1.0, 1.0, 1.0]).ravel().tolist())
         ({"surface": (0.0,) * 4}, "surface 3 a point"),
     ],
 )
-def test_a_shape_that_is_none_is_refused(change: dict, message: str) -> None:
+def test_a_shape_that_is_none_is_rejected(change: dict, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         replace(pallet_shape(), **change)

@@ -23,7 +23,7 @@ def test_robust_fills_in_what_is_not_given() -> None:
     assert found.surroundings
     assert found.upright
     assert (found.seed, found.augment.yaw, found.augment.masks.most_px) == (3, 0.4, 2.0)
-    assert found.augment.masks.share > 0
+    assert found.augment.masks.fraction > 0
     assert found.augment.gravity_error_deg == 0.3
     network = network_of(METHOD, found)
     assert network.inliers is not None
@@ -33,4 +33,4 @@ def test_robust_fills_in_what_is_not_given() -> None:
 
 def test_the_original_has_neither() -> None:
     with pytest.raises(TrainingError, match="--faithful"):
-        network_of(METHOD, replace(TrainConfig(), faithful=True, upright=True))
+        network_of(METHOD, replace(TrainConfig(), paper=True, upright=True))

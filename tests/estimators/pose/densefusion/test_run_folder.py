@@ -50,7 +50,7 @@ def test_errors_name_the_folder_and_the_remedy(tmp_path) -> None:
         read_config(tmp_path)
 
 
-def test_a_run_of_no_named_estimator_is_refused(tmp_path) -> None:
+def test_a_run_of_no_named_estimator_is_rejected(tmp_path) -> None:
     write_config(tmp_path, made_config("densefusion-pointcloud"))
     text = (tmp_path / "config.yaml").read_text()
     (tmp_path / "config.yaml").write_text(text.replace("estimator: densefusion-pointcloud", "estimator: ''"))
@@ -58,7 +58,7 @@ def test_a_run_of_no_named_estimator_is_refused(tmp_path) -> None:
         read_config(tmp_path)
 
 
-def test_a_run_of_before_kinds_were_written_opens_and_one_of_another_family_is_refused(tmp_path) -> None:
+def test_a_run_of_before_kinds_were_written_opens_and_one_of_another_family_is_rejected(tmp_path) -> None:
     config = made_config("densefusion-pointcloud")
     write_config(tmp_path, config)
     text = (tmp_path / "config.yaml").read_text()

@@ -88,5 +88,5 @@ def test_own_points_are_those_of_the_mask_that_the_network_trusts(tmp_path: Path
     np.testing.assert_allclose(own[:, 2], 2.5, atol=1e-3)
     assert len(own) == ((crop.points[:, 2] < 2.65) & (crop.around.signed_px > 0)).sum()
     # Where nearly nothing is trusted, the mask is.
-    doubting = replace(found, proposal=found.proposal._replace(inliers=Inliers(-logit.abs(), logit)))
-    assert own_of(doubting, 0, crop.masked_points).sum() == (crop.around.signed_px > 0).sum()
+    with_model = replace(found, proposal=found.proposal._replace(inliers=Inliers(-logit.abs(), logit)))
+    assert own_of(with_model, 0, crop.masked_points).sum() == (crop.around.signed_px > 0).sum()

@@ -6,10 +6,10 @@ import pytest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.pose.fitting import search
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView, EvidenceConfig, judge
 from warehouse_sim.estimators.pose.fitting.fit import icp_multistart, rectangle_fit
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
+from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.boxes import box_corners
@@ -56,13 +56,13 @@ def seen(T_world_object: np.ndarray, pitch: float, wall: float = 9.0) -> tuple[R
 @pytest.mark.parametrize("pitch", [0.0, -0.25])
 def test_the_box_is_found_whatever_its_direction_and_the_camera_s_pitch(yaw_deg: int, pitch: float) -> None:
     T_world_object = make_transform(rotation_z(np.deg2rad(yaw_deg)), np.array([3.0, 0.3, 0.15]))
-    image, truth = seen(T_world_object, pitch)
+    image, gt = seen(T_world_object, pitch)
     for made, shift, turn in ((rectangle_fit(), 0.06, 3.0), (icp_multistart(), 0.01, 0.5)):
         made.onboard({3: box()})
         (found,) = made.estimate(image)
-        looks = truth @ HALF_TURN.transforms
+        looks = gt @ HALF_TURN.transforms
         turns = np.degrees(rotation_angle(looks[:, :3, :3], found.T_camera_object[None, :3, :3]))
-        assert np.linalg.norm(found.T_camera_object[:3, 3] - truth[:3, 3]) < shift
+        assert np.linalg.norm(found.T_camera_object[:3, 3] - gt[:3, 3]) < shift
         assert turns.min() < turn
         assert found.score > 0.5
 
@@ -83,24 +83,24 @@ def test_one_of_four_rectangles_is_the_box_when_its_points_are_exact() -> None:
     assert len(distinct(found, HALF_TURN)) == 3
 
 
-def test_the_image_speaks_for_the_truth_and_against_what_it_looks_through() -> None:
+def test_the_image_speaks_for_the_ground_truth_and_against_what_it_looks_through() -> None:
     T_world_object = make_transform(rotation_z(0.3), np.array([3.0, 0.0, 0.15]))
-    image, truth = seen(T_world_object, -0.1)
+    image, gt = seen(T_world_object, -0.1)
     surface = build_surface(box().mesh(), 20_000, np.random.default_rng(0))
     mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
     view = DepthView(CAMERA, image.depth, mask, np.zeros((0, 3)))
-    config = EvidenceConfig(unexplained=0.0)
-    at_truth = judge(truth, surface, view, config)
-    assert at_truth.supported > 0.9
-    nearer, aside, turned = truth.copy(), truth.copy(), truth @ make_transform(rotation_z(np.pi / 2), np.zeros(3))
+    config = VerificationConfig(unexplained=0.0)
+    at_gt = judge(gt, surface, view, config)
+    assert at_gt.supported > 0.9
+    nearer, aside, turned = gt.copy(), gt.copy(), gt @ make_transform(rotation_z(np.pi / 2), np.zeros(3))
     nearer[2, 3] -= 0.3
     aside[0, 3] += 0.5
     assert judge(nearer, surface, view, config).through > 0.8
     for other in (nearer, aside, turned):
-        assert judge(other, surface, view, config).score < at_truth.score - 0.1
+        assert judge(other, surface, view, config).score < at_gt.score - 0.1
     hidden = view.depth.copy()
     hidden[:, :120] = 1.0
-    covered = judge(truth, surface, DepthView(CAMERA, hidden, mask & (np.arange(240) >= 120), view.points), config)
+    covered = judge(gt, surface, DepthView(CAMERA, hidden, mask & (np.arange(240) >= 120), view.points), config)
     assert covered.before < 0.02 < covered.covered
 
 
@@ -116,7 +116,7 @@ def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
     down = np.diag([1.0, -1.0, -1.0])
     place = np.array([0.0, 0.0, 2.0 + SIZE[2] / 2.0])
     right, turned = (
-        judge(make_transform(rotation_z(yaw) @ down, place), surface, view, EvidenceConfig())
+        judge(make_transform(rotation_z(yaw) @ down, place), surface, view, VerificationConfig())
         for yaw in (0.0, np.pi / 2)
     )
     assert right.supported > 0.9
@@ -128,13 +128,13 @@ def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
 
 
 def test_a_fine_fit_that_goes_astray_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    image, truth = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
     estimator = icp_multistart()
     estimator.onboard({3: box()})
     astray = make_transform(rotation_z(0.5), np.array([0.4, 0.3, 0.0]))
     monkeypatch.setattr(search, "fit_finely", lambda sought, starts, config: [poses @ astray for poses in starts])
     (estimate,) = estimator.estimate(image)
-    looks = truth @ HALF_TURN.transforms
+    looks = gt @ HALF_TURN.transforms
     turns = rotation_angle(looks[:, :3, :3], estimate.T_camera_object[None, :3, :3])
-    assert np.linalg.norm(estimate.T_camera_object[:3, 3] - truth[:3, 3]) < 0.05
+    assert np.linalg.norm(estimate.T_camera_object[:3, 3] - gt[:3, 3]) < 0.05
     assert np.degrees(turns).min() < 5.0

@@ -72,28 +72,28 @@ def test_a_bias_that_bends_a_front_does_not_tilt_the_object(seed: int) -> None:
 
 
 @pytest.mark.parametrize("angle_deg", [1.0, 2.0, 3.0, -4.0])
-def test_what_leans_beyond_doubt_is_found_leaning(angle_deg: float) -> None:
+def test_what_leans_beyond_uncertainty_is_found_leaning(angle_deg: float) -> None:
     rng = np.random.default_rng(7)
     points = np.concatenate([side(rng, 400, 1, -1.0), side(rng, 800, 2, 1.0), side(rng, 300, 0, -1.0)])
-    truth = leaning(upright(), angle_deg)
-    found = fitted(truth, points, rng.normal(0.0, 0.003, len(points)))
-    left = invert(truth) @ found
+    gt = leaning(upright(), angle_deg)
+    found = fitted(gt, points, rng.normal(0.0, 0.003, len(points)))
+    left = invert(gt) @ found
     assert abs(lean_deg(found) - abs(angle_deg)) < 0.2
     assert np.degrees(np.arccos((np.trace(left[:3, :3]) - 1.0) / 2.0)) < 0.5
 
 
 def test_a_top_that_time_of_flight_reads_too_far_tilts_half_as_much_where_it_is_known() -> None:
     """The farther the flatter it is looked at, 19 to 121 mm, as such a camera was seen to do at 18 degrees."""
-    T, believed, doubted = upright(1.5, 0.55), [], []
+    T, believed, with_uncertainty = upright(1.5, 0.55), [], []
     for seed in range(4):
         rng = np.random.default_rng(seed)
         points = np.concatenate([side(rng, 500, 1, -1.0), side(rng, 900, 2, 1.0)])
         on_top = np.arange(1400) >= 500
         bias = rng.normal(0.0, 0.004, 1400) + on_top * (0.019 + 0.102 * (points[:, 1] / SIZE[1] + 0.5))
         believed.append(lean_deg(fitted(T, points, bias, start=T)))
-        doubted.append(lean_deg(fitted(T, points, bias, start=T, grazing=2.0)))
+        with_uncertainty.append(lean_deg(fitted(T, points, bias, start=T, grazing=2.0)))
     assert min(believed) > 1.2
-    assert np.mean(doubted) < 0.6 * np.mean(believed)
+    assert np.mean(with_uncertainty) < 0.6 * np.mean(believed)
 
 
 def test_thin_fronts_that_noise_would_tilt_stay_upright() -> None:

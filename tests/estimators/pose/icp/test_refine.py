@@ -77,7 +77,7 @@ def test_never_makes_the_fit_worse() -> None:
         start = perturbed(T, rng, rng.uniform(0, 0.5), rng.uniform(0, 1.0))
         result = refine_pose(start, points, config)
         moved = np.linalg.norm(result[:3, 3] - start[:3, 3])
-        assert moved <= config.most_shift
+        assert moved <= config.max_displacement
         assert rotation_angle(result[:3, :3], start[:3, :3]) <= config.most_turn
         # Judged under any ratio of errors that the fit may have measured.
         cloud = Cloud.of([points], config.points)

@@ -7,7 +7,7 @@ from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.raster.meshes.face_edges import CORNER, CORNER_FORMAT, flat_mesh
 
 
-def drawn_normals(mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
+def rendered_normals(mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
     """Return twice the area vector of each drawn triangle and the normal that its first corner holds."""
     flat = flat_mesh(mesh)
     a, b, c = np.moveaxis(flat.corners["position"][flat.triangles].astype(float), 1, 0)
@@ -27,7 +27,7 @@ def test_a_box_needs_24_corners_and_each_edge_is_zero_on_itself() -> None:
 
 @pytest.mark.parametrize("mesh", [unit_box(), unit_cylinder(24), grid_box(np.array([1.0, 0.5, 0.2]), 0.1)])
 def test_the_surface_stays_the_same(mesh: TriangleMesh) -> None:
-    crosses, normals = drawn_normals(mesh)
+    crosses, normals = rendered_normals(mesh)
     assert np.linalg.norm(crosses, axis=1).sum() / 2 == pytest.approx(mesh.face_areas().sum(), rel=1e-6)
     unit = crosses / np.linalg.norm(crosses, axis=1, keepdims=True)
     np.testing.assert_allclose(unit, normals, atol=2e-6)

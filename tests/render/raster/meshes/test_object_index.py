@@ -10,14 +10,14 @@ ROWS = {name: row for row, name in enumerate(MATERIALS)}
 CAMERA = PinholeCamera.from_focal(320, 200, 200.0)
 
 
-def test_every_object_knows_its_rows_in_the_order_asked_for() -> None:
+def test_every_object_knows_its_rows_in_the_order_requested_for() -> None:
     models = [pallet_model(), box_model("box", (1, 2, 3))]
     scene = make_scene(models, [("box", at(0, 0, 0)), ("pallet", at(1, 2, 3)), ("box", at(5, 5, 0))])
     table = build_part_table(scene, ROWS)
     rows, owner = ObjectIndex.of(table).rows_of([3, 2, 3])
-    asked = np.array([3, 2, 3])
+    requested = np.array([3, 2, 3])
     assert (np.diff(rows) >= 0).all()
-    assert np.array_equal(table.template["identity"][rows, 0], asked[owner])
+    assert np.array_equal(table.template["identity"][rows, 0], requested[owner])
     assert np.bincount(owner).tolist() == [1, len(scene.models["pallet"].parts), 1]
 
 

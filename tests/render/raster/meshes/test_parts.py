@@ -29,9 +29,9 @@ def test_records_place_vertices_where_the_scene_has_them() -> None:
     records = placed_records(table, T_world_camera)
     pallet = scene.instances[0]
     for record, part in zip(records, scene.models["pallet"].parts, strict=True):
-        drawn = (part.mesh.vertices * record["scale"]) @ record["rotation"] + record["translation"]
+        sampled = (part.mesh.vertices * record["scale"]) @ record["rotation"] + record["translation"]
         true = transform_points(invert(T_world_camera) @ pallet.T_world_object, part.placed().vertices)
-        np.testing.assert_allclose(drawn, true, atol=1e-6)
+        np.testing.assert_allclose(sampled, true, atol=1e-6)
     tops = [(part.T_object_part[2, 3] + part.scale[2] / 2) + 3 for part in scene.models["pallet"].parts]
     np.testing.assert_allclose(table.tops(), tops, atol=1e-12)
 

@@ -45,8 +45,8 @@ def test_an_open_floor_has_the_brightness_of_the_sky(renderer: Renderer, albedo:
     fresnel = (1.0 - cosine) ** 5
     scattered = 2.0 * np.mean(cosine * (1.0 - fresnel / 2.0 + (1.0 + cosine) * fresnel))
     values = []
-    for share in (0.0, albedo):
-        paint = {**MATERIALS, "concrete": Material("concrete", (share,) * 3, 1.0)}
+    for fraction in (0.0, albedo):
+        paint = {**MATERIALS, "concrete": Material("concrete", (fraction,) * 3, 1.0)}
         scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], materials=paint, ambient=250.0, exposure=0.01)
         values.append(render_rgb(renderer, scene)[pixel_of(0.5, 0.3)][0])
     assert values[1] - values[0] == pytest.approx(scattered * albedo / np.pi * 250.0 * 0.01, rel=0.02)

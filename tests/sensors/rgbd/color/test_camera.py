@@ -135,6 +135,6 @@ def test_a_stored_image_keeps_the_brightness_and_the_place_of_things() -> None:
      ("bits", 7), ("saturation", 0.0), ("black_level", 0.9), ("red_gain", 0.5), ("glare", 1.5), ("flicker_hz", 0.0),
      ("rolling_shutter_ms", -1.0), ("blur_px", float("inf")), ("denoise", -1.0), ("sharpen", 9.0)],
 )  # fmt: skip
-def test_impossible_settings_are_refused_by_name(setting: str, value: float) -> None:
+def test_impossible_settings_are_rejected_by_name(setting: str, value: float) -> None:
     with pytest.raises(ConfigError, match=setting):
         ColorConfig(**{setting: value})  # type: ignore[arg-type]

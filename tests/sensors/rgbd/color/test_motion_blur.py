@@ -67,11 +67,13 @@ def test_blocks_that_look_at_few_places_are_as_blurred_as_ones_that_look_at_many
     assert length.min() < 1.0
     assert length.max() > 8.0
     places = np.stack(np.meshgrid(np.arange(400.0), np.arange(300.0)), axis=-1).astype(np.float32)
-    shares = (np.arange(65) + 0.5) / 65 - 0.5
+    fractions = (np.arange(65) + 0.5) / 65 - 0.5
     exact = np.mean(
         [
-            cv2.remap(light, places + np.float32(share) * flow, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            for share in shares
+            cv2.remap(
+                light, places + np.float32(fraction) * flow, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            )
+            for fraction in fractions
         ],
         axis=0,
     )
@@ -106,8 +108,8 @@ def test_a_rolling_shutter_and_blur_are_the_mean_over_each_rows_own_exposure() -
     time = ((np.arange(90) + 0.5) / 90 - 0.5) * 0.030
     places = np.stack(np.meshgrid(np.arange(160.0), np.arange(90.0)), axis=-1)
     exact = np.zeros_like(light)
-    for share in (np.arange(65) + 0.5) / 65 - 0.5:
-        moments = (time + share * 0.010)[:, None, None]
+    for fraction in (np.arange(65) + 0.5) / 65 - 0.5:
+        moments = (time + fraction * 0.010)[:, None, None]
         exact += cv2.remap(light, (places - moments * flow).astype(np.float32), None, cv2.INTER_LINEAR) / 65
     rolled = blur_by_motion(light, depth, camera, motion, 0.010, 0.030)
     assert np.abs(rolled - exact)[20:-20, 20:-20].max() < 0.02

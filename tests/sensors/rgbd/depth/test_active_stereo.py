@@ -150,12 +150,12 @@ def test_a_unit_errs_alike_in_all_images_and_unlike_others() -> None:
     assert (replace(quiet, unit=1, noise_scale=0.0).read(wall, CAPTURE, np.random.default_rng(0))[RIGHT] > 0).all()
 
 
-@pytest.mark.parametrize(("lean", "read_share"), [(60.0, (0.99, 1.0)), (84.0, (0.3, 0.8)), (88.5, (0.0, 0.1))])
-def test_grazing_surfaces_drop_out(lean: float, read_share: tuple[float, float]) -> None:
+@pytest.mark.parametrize(("lean", "read_fraction"), [(60.0, (0.99, 1.0)), (84.0, (0.3, 0.8)), (88.5, (0.0, 0.1))])
+def test_grazing_surfaces_drop_out(lean: float, read_fraction: tuple[float, float]) -> None:
     """Matched images: 96 % at 80 degrees, 55 % at 84, 19 % at 87."""
     camera = PinholeCamera.from_focal(240, 90, 424.0)
     depth = read(plane(2.0, lean, camera, code=205), capture=capture_of(camera))[:, 116:144]
-    assert read_share[0] <= (depth > 0).mean() <= read_share[1]
+    assert read_fraction[0] <= (depth > 0).mean() <= read_fraction[1]
 
 
 def test_dark_surfaces_drop_out_where_too_little_light_returns() -> None:

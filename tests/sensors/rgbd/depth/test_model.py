@@ -74,7 +74,7 @@ def test_every_model_is_decided_by_its_stream_and_reads_nothing_out_of_range(mod
     assert read.max() <= model.max_range
 
 
-def test_what_a_model_needs_is_asked_for() -> None:
+def test_what_a_model_needs_is_requested_for() -> None:
     buffers = corner(1.5, concave=True)
     bare = Capture(capture_of().camera)
     with pytest.raises(ValueError, match="active_stereo' needs the materials"):

@@ -34,7 +34,7 @@ def test_steps_of_inverse_depth_grow_with_the_square_of_depth() -> None:
     assert (np.abs(1.0 / stepped - 1.0 / depth) <= 0.005 + 1e-6).all()
 
 
-def test_without_noise_depth_is_the_truth_and_nothing_stays_nothing() -> None:
+def test_without_noise_depth_is_the_ground_truth_and_nothing_stays_nothing() -> None:
     depth = np.random.default_rng(0).uniform(0.5, 9, (400, 500)).astype(np.float32)
     depth[:50] = 0.0
     assert np.array_equal(read(depth), depth)
@@ -44,7 +44,7 @@ def test_without_noise_depth_is_the_truth_and_nothing_stays_nothing() -> None:
     assert disturbed.dtype == np.float32
 
 
-def test_the_ideal_camera_reads_the_truth_within_its_range() -> None:
+def test_the_ideal_camera_reads_the_ground_truth_within_its_range() -> None:
     buffers = plane(4.0, 50.0, CAMERA)
     reading = IdealDepth(min_range=3.0, max_range=4.5).read(buffers, CAPTURE, np.random.default_rng(0))
     inside = (buffers.depth >= 3.0) & (buffers.depth <= 4.5)

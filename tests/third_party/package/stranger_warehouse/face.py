@@ -21,8 +21,8 @@ class Face:
     width: float
     height: float
     """Of its edges (m)."""
-    share: float
-    """Share of the points that lie on it, 0-1."""
+    fraction: float
+    """Fraction of the points that lie on it, 0-1."""
 
 
 def fit_face(points: np.ndarray, rng: np.random.Generator) -> Face | None:
@@ -66,7 +66,7 @@ def fit_face(points: np.ndarray, rng: np.random.Generator) -> Face | None:
         inwards=np.array([depth[0], 0.0, depth[1]]),
         width=float(high - low),
         height=float(bottom - top),
-        share=float(on_plane.mean()),
+        fraction=float(on_plane.mean()),
     )
 
 

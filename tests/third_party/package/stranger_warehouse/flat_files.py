@@ -143,7 +143,7 @@ class FlatReader:
         return self._arrays(image)["masks_visible"][gt_index]
 
     def mask(self, image: ImageRecord, gt_index: int) -> np.ndarray:
-        """Read one silhouette."""
+        """Read one amodal mask."""
         return self._arrays(image)["masks"][gt_index]
 
     def _folder(self, scene: int) -> Path:
@@ -188,13 +188,13 @@ def every_mask_has_its_object(subject: Any) -> Findings:
 
 
 class FlatFormat:
-    """The format; depth is stored as it is, so that nothing is refused."""
+    """The format; depth is stored as it is, so that nothing is rejected."""
 
     name = NAME
     checks = (NamedCheck("flat files", every_mask_has_its_object),)
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse nothing."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject nothing."""
 
     def writer(self, root: Path, manifest: Manifest) -> FlatWriter:
         """Return a writer."""

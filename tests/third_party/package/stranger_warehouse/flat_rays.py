@@ -13,7 +13,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.painted_mesh import require_drawable
-from warehouse_sim.render.renderer import Capabilities, Silhouette, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 _NEAR = 0.05
@@ -99,12 +99,12 @@ class FlatRays:
             normals=normal.astype(np.float32).reshape(*shape, 3) if normals else None,
         )
 
-    def silhouettes(
+    def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
-    ) -> list[Silhouette]:
+    ) -> list[AmodalMask]:
         """Cast rays at each object alone, where the box of its projection lies on the canvas."""
         require_view(camera, T_world_camera)
-        return [self._silhouette(camera, T_world_camera, item) for item in instances]
+        return [self._amodal_mask(camera, T_world_camera, item) for item in instances]
 
     def close(self) -> None:
         """Forget the scene."""
@@ -120,7 +120,7 @@ class FlatRays:
         """Close."""
         self.close()
 
-    def _silhouette(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> Silhouette:
+    def _amodal_mask(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> AmodalMask:
         assert self._scene is not None
         parts = [
             part.placed()
@@ -136,15 +136,15 @@ class FlatRays:
             low = np.maximum(low, np.floor(pixels.min(axis=0)).astype(int))
             high = np.minimum(high, np.ceil(pixels.max(axis=0)).astype(int))
         if (low > high).any():
-            return Silhouette((0, 0), np.zeros((0, 0), bool))
+            return AmodalMask((0, 0), np.zeros((0, 0), bool))
         u, v = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
         rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)], -1).reshape(-1, 3)
         mask = (_first_hits(alone, T_world_camera, rays)[0] >= 0).reshape(u.shape)
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
         if len(rows) == 0:
-            return Silhouette((0, 0), np.zeros((0, 0), bool))
+            return AmodalMask((0, 0), np.zeros((0, 0), bool))
         tight = mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-        return Silhouette((int(low[0] + columns[0]), int(low[1] + rows[0])), tight)
+        return AmodalMask((int(low[0] + columns[0]), int(low[1] + rows[0])), tight)
 
 
 def _first_hits(mesh: trimesh.Trimesh, T_world_camera: Transform, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,8 @@ from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.schema import PoseEstimate
 
-_LEAST_SHARE = 0.15
-"""Share of the points that must lie on one vertical plane."""
+_LEAST_FRACTION = 0.15
+"""Fraction of the points that must lie on one vertical plane."""
 
 
 class RectangleEstimator:
@@ -46,14 +46,14 @@ class RectangleEstimator:
             model = self._models[detection.model]
             seen = points[np.asarray(detection.mask, bool) & (image.depth > 0)]
             face = fit_face(seen, np.random.default_rng([image.scene_id, image.image_id, number]))
-            if face is None or face.share < _LEAST_SHARE:
+            if face is None or face.fraction < _LEAST_FRACTION:
                 continue
             found.append(
                 PoseEstimate(
                     image.scene_id,
                     image.image_id,
                     model.obj_id,
-                    detection.score * face.share,
+                    detection.score * face.fraction,
                     pallet_pose(face, model.size),
                     name=model.name,
                     class_name=model.class_name,

@@ -150,7 +150,7 @@ class Approacher:
         glance = Glance(viewpoint, T_odom_camera, self.believed.T_odom_object, self.images, self.distance)
         found = self.perceive(glance)
         self.images += 1
-        if found is not None and not found.refused and found.score >= self.perceive.least_score:
+        if found is not None and not found.rejected and found.score >= self.perceive.least_score:
             stamp = View(0, self.images, self.camera, T_odom_camera, self.time)
             self.pending.append((self.time + self.condition.delay, stamp, T_vehicle_camera, found))
             self.missed, self.unsure = 0, False
@@ -219,7 +219,8 @@ class Approacher:
     def _driven_in(self) -> Transform:
         """Return the dock frame along which the truck goes in: its own axis, as far as odometry takes it for needed.
 
-        Height and pitch of the forks are those that it believes in; its heading, and where it stops, are the truth.
+        Height and pitch of the forks are those that it believes in; its heading, and where it stops, are the ground
+        truth.
         """
         T_odom_dock, pose = self.entries[-1], self.motion.pose
         heel = FORKLIFT.front

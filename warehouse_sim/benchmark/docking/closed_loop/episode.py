@@ -1,4 +1,4 @@
-"""One episode: an approach, then what the swept test and the simulated truck say of where it goes in."""
+"""One episode: an approach, then what the swept-volume check and the simulated truck say of where it goes in."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
 from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, Approach, Approacher, Perceive
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Truth
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, collisions_of
 from warehouse_sim.benchmark.docking.drive import dock
@@ -76,8 +76,8 @@ def episode(
 
 def way_is_free(setting: Setting, start: Start) -> bool:
     """Return whether a truck that knows the pallet touches nothing on its way: the law steers around nothing."""
-    truth = Truth(start.pallet, start.station.scene.model_of(start.pallet), setting.camera)
-    truck = _truck(setting, start, replace(BASE, delay=0.0, drift="none"), truth)
+    gt = Oracle(start.pallet, start.station.scene.model_of(start.pallet), setting.camera)
+    truck = _truck(setting, start, replace(BASE, delay=0.0, drift="none"), gt)
     return truck.run(start.pose, np.random.default_rng(0)).ended == ARRIVED
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float32, Int32, UInt8
 
-from warehouse_sim.generation.drawn import DrawnScene
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.moment import Stage
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
+from warehouse_sim.generation.paired_variants import base_variant
+from warehouse_sim.generation.paired_variants.config import overlaid
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.twins import base_variant
-from warehouse_sim.generation.twins.config import overlaid
+from warehouse_sim.generation.sampled import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
@@ -28,7 +28,7 @@ _KEPT_CLEAR = 2.6
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What the truck's camera read, and the truth behind it."""
+    """What the truck's camera read, and the ground truth behind it."""
 
     scene_index: int
     camera: PinholeCamera
@@ -46,7 +46,7 @@ class LiveScene:
 
     Args:
         recipe: Its rig is the truck's.
-        drawn: The scene.
+        sampled: The scene.
         renderer: Draws; the scene is loaded into it here.
         light: Preset of the light; the other settings are the recipe's own.
         sensor: Model or preset of the depth camera, "own" for what the recipe draws.
@@ -57,7 +57,7 @@ class LiveScene:
     def __init__(
         self,
         recipe: Recipe,
-        drawn: DrawnScene,
+        sampled: SampledScene,
         renderer: Renderer,
         light: str,
         sensor: str,
@@ -66,13 +66,13 @@ class LiveScene:
     ) -> None:
         self._camera = recipe.sensors.make_camera()
         self._stage = Stage(renderer, self._camera)
-        self.choice = choice_of(recipe, drawn, sensor)
+        self.choice = choice_of(recipe, sampled, sensor)
         rig = replace(recipe.sensors, rgbd=self.choice.rgbd, lidar=None, lidars={}, right=None, imu=None, more={})
         self._sensor = rig.mounted()[CAMERA]
-        self._scenes = [self._prepared(recipe, drawn, drawn.scene, light)]
+        self._scenes = [self._prepared(recipe, sampled, sampled.scene, light)]
         self._hidden_for = hidden_for if hidden is not None else 0.0
         if hidden is not None:
-            self._scenes.append(self._prepared(recipe, drawn, hidden, light))
+            self._scenes.append(self._prepared(recipe, sampled, hidden, light))
 
     def shoot(self, viewpoint: Viewpoint, driven: float, stream: str) -> Shot:
         """Return what the camera reads at a place.
@@ -101,43 +101,45 @@ class LiveScene:
         assert isinstance(reading, RgbdReading)
         return Shot(scene.scene_index, moment.camera, reading.rgb, reading.depth, buffers.instance_ids)
 
-    def _prepared(self, recipe: Recipe, drawn: DrawnScene, scene: SceneSpec, light: str) -> tuple[SceneSpec, Relight]:
+    def _prepared(
+        self, recipe: Recipe, sampled: SampledScene, scene: SceneSpec, light: str
+    ) -> tuple[SceneSpec, Relight]:
         caster = RayCaster(scene)
-        settings = overlaid(drawn.settings.lights, {"preset": light}, f"{recipe.name}: lights")
+        settings = overlaid(sampled.settings.lights, {"preset": light}, f"{recipe.name}: lights")
 
         def relight(dark: SceneSpec) -> SceneSpec:
-            return light_scene(dark, settings, caster, self._camera, drawn.stream("lighting"))
+            return light_scene(dark, settings, caster, self._camera, sampled.stream("lighting"))
 
         return relight(replace(scene, viewpoints=scene.viewpoints[:1])), relight
 
 
-def choice_of(recipe: Recipe, drawn: DrawnScene, sensor: str) -> SensorChoice:
+def choice_of(recipe: Recipe, sampled: SampledScene, sensor: str) -> SensorChoice:
     """Return the RGB-D camera of a scene with one of the depth models in place of its own, its unit drawn as usual."""
-    own = recipe.sensors.draw_sensor(drawn.stream("sensor"))
+    own = recipe.sensors.draw_sensor(sampled.stream("sensor"))
     if sensor == "own":
         return own
     model = PRESETS[sensor] if sensor in PRESETS else MODELS[sensor]()
-    return SensorChoice(sensor, replace(own.rgbd, depth=model.drawn(drawn.stream("sensor"))))
+    return SensorChoice(sensor, replace(own.rgbd, depth=model.sampled(sampled.stream("sensor"))))
 
 
 def hidden_scene(
-    recipe: Recipe, drawn: DrawnScene, view: Viewpoint, target: int, visible: tuple[float, float], stream: str
+    recipe: Recipe, sampled: SampledScene, view: Viewpoint, target: int, visible: tuple[float, float], stream: str
 ) -> tuple[SceneSpec | None, str]:
-    """Return the scene with something before a pallet, so that no more than is asked for is seen, or why there is none.
+    """Return the scene with something before a pallet, so that no more than is requested is seen, or why there is none.
 
     Args:
         recipe: Of the scene.
-        drawn: The scene.
+        sampled: The scene.
         view: The first view; it stays where it is.
         target: Instance id of the pallet.
         visible: Least and greatest visible fraction.
         stream: Name of the random stream.
     """
     first = replace(view, target=target, sequence=0)
-    scene = replace(drawn.scene, viewpoints=(first,))
-    asked = VisibleFractions((FractionRange(*visible),))
-    config = OcclusionConfig(asked, kinds=("traffic", "load"), tries=24, camera_clearance=_KEPT_CLEAR)
+    scene = replace(sampled.scene, viewpoints=(first,))
+    evaluated = VisibleFractions((FractionRange(*visible),))
+    config = OcclusionConfig(evaluated, kinds=("traffic", "load"), tries=24, camera_clearance=_KEPT_CLEAR)
     rng = scene_rng(scene.seed, scene.scene_index, stream)
-    found, report = request_views(scene, drawn.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
+    found, report = request_views(scene, sampled.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
     (outcome,) = report.requests
     return (None, outcome.reason) if outcome.reason else (found, "")

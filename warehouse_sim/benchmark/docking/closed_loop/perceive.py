@@ -1,4 +1,4 @@
-"""Who estimates the pallet on the way: the truth, or an estimator that sees what the truck's camera sees there."""
+"""Who estimates the pallet on the way: ground truth, or an estimator that sees what the truck's camera sees."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,18 +19,18 @@ from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import ObjectInstance, ObjectModel, PoseEstimate
 
 _LEAST_PIXELS = 32
-"""As estimators ask of a dataset's true masks."""
+"""As estimators ask of a dataset's ground-truth masks."""
 _TOLD, _NEAR = 0.5, 0.4
 """What a front end finds is the truck's if it lies within this (m) of where it was told to go, or believes it."""
 
 
-def stated(sigma: float, turn_deg: float) -> Float[np.ndarray, "6 6"]:
+def nominal(sigma: float, turn_deg: float) -> Float[np.ndarray, "6 6"]:
     """Return the covariance of estimates that state none: by place (m) and by turn (deg), standard deviations."""
     return np.diag([sigma**2] * 3 + [float(np.deg2rad(turn_deg)) ** 2] * 3)
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class Oracle:
     """Knows the pallet while it is in sight; ``T_object_wrong`` makes it wrong by always the same."""
 
     pallet: ObjectInstance
@@ -47,7 +47,7 @@ class Truth:
             return None
         T = invert(T_world_camera) @ self.pallet.T_world_object
         T = T if self.T_object_wrong is None else T @ self.T_object_wrong
-        return PoseEstimate(0, glance.index, self.model.obj_id, 1.0, T, covariance=stated(0.002, 0.1))
+        return PoseEstimate(0, glance.index, self.model.obj_id, 1.0, T, covariance=nominal(0.002, 0.1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +59,11 @@ class Seen:
         estimator: Estimates poses.
         pallet: The truck's.
         model: Its geometry.
-        front_end: What finds objects in the image, one after the other; none takes the true mask of the pallet.
+        front_end: What finds objects in the image, one after the other; none takes the ground-truth mask of the pallet.
         told: Where the truck was told that the pallet is (m, world), for what a front end finds.
         number: Of the approach; images of one scene have numbers of their own.
-        least_score: Scores below this do not count, of estimators whose doubt was fitted; a score without doubt is no
-            probability, and counts whatever it is.
+        least_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
+            uncertainty is no probability, and counts whatever it is.
         sigma: What is taken for the covariance where the estimator states none.
     """
 
@@ -100,7 +100,7 @@ class Seen:
         best = max(found, key=lambda item: item.score)
         if best.covariance is not None:
             return best
-        return replace(best, covariance=stated(*self.sigma), score=max(best.score, self.least_score))
+        return replace(best, covariance=nominal(*self.sigma), score=max(best.score, self.least_score))
 
     def _with_detections(self, image: RgbdImage, mask: np.ndarray) -> RgbdImage:
         if not self.front_end:

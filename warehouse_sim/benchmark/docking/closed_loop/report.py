@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row
 from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT
-from warehouse_sim.evaluation.intervals import share_interval
+from warehouse_sim.evaluation.intervals import fraction_interval
 
 DOCKED = "docked"
 _DRAWS = 2000
@@ -18,10 +18,10 @@ _UNITS = (("lateral", "mm", 1e3), ("depth", "mm", 1e3), ("vertical", "mm", 1e3),
 
 
 def by_level(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Return for each level and method: the share that docks, how the others end, and what the approach took.
+    """Return for each level and method: the fraction that docks, how the others end, and what the approach took.
 
     Args:
-        rows: Of one or more recipes. What was left out is counted beside, no part of the share.
+        rows: Of one or more recipes. What was left out is counted beside, no part of the fraction.
     """
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
@@ -44,13 +44,13 @@ def _summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "name": name,
         "factor": rows[0]["factor"],
         "value": float(docked.mean()),
-        "interval": share_interval(docked, scenes, _DRAWS, np.random.default_rng(0)),
+        "interval": fraction_interval(docked, scenes, _DRAWS, np.random.default_rng(0)),
         "episodes": len(rows),
         "scenes": len(numbers),
         "left_out": left_out,
         "aborted": sum(outcomes[reason] for reason in ABORTS),
         "outcomes": dict(outcomes.most_common()),
-        "swept test docks": float(np.mean([bool(row.get("swept", {}).get("docks")) for row in rows])),
+        "swept-volume check docks": float(np.mean([bool(row.get("swept", {}).get("docks")) for row in rows])),
         "median_time_s": float(np.median([row["time"] for row in rows])),
         "median_distance_m": float(np.median([row["distance"] for row in rows])),
         "median_images": float(np.median([row["images"] for row in rows])),

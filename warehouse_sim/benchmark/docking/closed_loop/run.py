@@ -11,7 +11,7 @@ from pathlib import Path
 from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Perceive
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row, Setting, episode, way_is_free
 from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene, hidden_scene
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Truth
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle, Seen
 from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
 from warehouse_sim.benchmark.docking.kept_rows import Kept
@@ -23,14 +23,14 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.estimators.front_ends import FindObjects
-from warehouse_sim.generation.drawn import DrawnScene, draw_scene
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.sampled import SampledScene, sample_settled_scene
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
 
-TRUTH = "truth"
+GT = "oracle"
 """The method that knows, and the masks that are the true ones."""
 _MOST_BARREN = 20
 """After so many scenes without a start a recipe is given up."""
@@ -45,11 +45,11 @@ class Runner:
     Args:
         source: Recipe.
         seed: Of its scenes.
-        methods: "truth", or estimators as tables name them (``warehouse_sim.benchmark.entrants.ways``).
+        methods: "ground truth", or estimators as tables name them (``warehouse_sim.benchmark.entrants.ways``).
         conditions: Levels.
         renderer: Draws.
         kept: Rows so far.
-        masks: "truth", or a front end by name.
+        masks: "ground truth", or a front end by name.
         least_score: Below this an estimate does not count.
         starts: Of each scene, at most.
         drive: The truck's motion.
@@ -64,7 +64,7 @@ class Runner:
     conditions: Sequence[Condition]
     renderer: Renderer
     kept: Kept
-    masks: str = TRUTH
+    masks: str = GT
     least_score: float = 0.2
     starts: int = 2
     drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
@@ -76,12 +76,12 @@ class Runner:
         """Yield the rows of ``episodes`` starts; each is driven under every level by every method.
 
         Raises:
-            PlacementError: Its scenes leave no room for a truck.
+            PlacementError: Its scenes leave no clearance for a truck.
         """
         scene = started = 0
         while started < episodes:
             if scene >= _MOST_BARREN and not started:
-                raise PlacementError(f"{self.source}: a truck has room for an approach in none of {scene} scenes")
+                raise PlacementError(f"{self.source}: a truck has clearance for an approach in none of {scene} scenes")
             key = self._key("scene", scene)
             if key not in self.kept:
                 self.kept.add(key, {"starts": len(self._starts(scene))})
@@ -120,7 +120,7 @@ class Runner:
 
     def _eyes(self, method: str) -> list[object]:
         more = [self.inputs[method]] if method in self.inputs else []
-        return [] if method == TRUTH else [self.masks, self.least_score, *more]
+        return [] if method == GT else [self.masks, self.least_score, *more]
 
     def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
         place = {"source": self.source, "scene": scene, "start": number}
@@ -146,38 +146,36 @@ class Runner:
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
-        return {
-            name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != TRUTH
-        }
+        return {name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != GT}
 
     @cached_property
     def _front_end(self) -> list[FindObjects]:
-        return [] if self.masks == TRUTH else open_stages(self.masks)
+        return [] if self.masks == GT else open_stages(self.masks)
 
-    _drawn_of: tuple[int, DrawnScene, list[Start]] | None = None
+    _sampled_of: tuple[int, SampledScene, list[Start]] | None = None
     _live_of: tuple[tuple[object, ...], LiveScene] | None = None
     _hidden_of: tuple[tuple[object, ...], SceneSpec | None, str] | None = None
 
-    def _drawn(self, scene: int) -> tuple[DrawnScene, list[Start]]:
+    def _sampled(self, scene: int) -> tuple[SampledScene, list[Start]]:
         """Return a scene and its starts; the last one is kept."""
-        if self._drawn_of is None or self._drawn_of[0] != scene:
-            drawn = draw_scene(self._recipe, self.seed, scene)
-            self._drawn_of = (
+        if self._sampled_of is None or self._sampled_of[0] != scene:
+            sampled = sample_settled_scene(self._recipe, self.seed, scene)
+            self._sampled_of = (
                 scene,
-                drawn,
-                starts_in(drawn, self._setting.camera, self.truck, self.starts, partial(way_is_free, self._setting)),
+                sampled,
+                starts_in(sampled, self._setting.camera, self.truck, self.starts, partial(way_is_free, self._setting)),
             )
-        return self._drawn_of[1:]
+        return self._sampled_of[1:]
 
     def _starts(self, scene: int) -> list[Start]:
-        return self._drawn(scene)[1]
+        return self._sampled(scene)[1]
 
     def _perceive(self, start: Start, condition: Condition, method: str) -> Perceive | str:
         """Return who estimates, or why the level cannot be had here."""
         scene, pallet = start.station.scene, start.pallet
         model = scene.model_of(pallet)
-        if method == TRUTH:
-            return Truth(pallet, model, self._setting.camera)
+        if method == GT:
+            return Oracle(pallet, model, self._setting.camera)
         live = self._live(start, condition)
         if isinstance(live, str):
             return live
@@ -186,24 +184,24 @@ class Runner:
 
     def _live(self, start: Start, condition: Condition) -> LiveScene | str:
         """Return the loaded scene of a level; that of the last episode where it serves."""
-        drawn, _ = self._drawn(start.station.scene.scene_index)
+        sampled, _ = self._sampled(start.station.scene.scene_index)
         hides = (start.number, condition.visible) if condition.visible else ()
-        key = (drawn.scene.scene_index, condition.light, condition.sensor, *hides)
+        key = (sampled.scene.scene_index, condition.light, condition.sensor, *hides)
         if self._live_of is None or self._live_of[0] != key:
-            hidden, why = self._hidden(drawn, start, condition)
+            hidden, why = self._hidden(sampled, start, condition)
             if why:
                 return why
             settings = condition.light, condition.sensor, hidden, condition.hidden_for
-            self._live_of = key, LiveScene(self._recipe, drawn, self.renderer, *settings)
+            self._live_of = key, LiveScene(self._recipe, sampled, self.renderer, *settings)
         return self._live_of[1]
 
-    def _hidden(self, drawn: DrawnScene, start: Start, condition: Condition) -> tuple[SceneSpec | None, str]:
+    def _hidden(self, sampled: SampledScene, start: Start, condition: Condition) -> tuple[SceneSpec | None, str]:
         if condition.visible is None:
             return None, ""
-        key = (drawn.scene.scene_index, start.number, condition.visible)
+        key = (sampled.scene.scene_index, start.number, condition.visible)
         if self._hidden_of is None or self._hidden_of[0] != key:
             view, stream = start.mount.view(start.pose), f"closed loop hidden {start.number}"
-            found = hidden_scene(self._recipe, drawn, view, start.pallet.instance_id, condition.visible, stream)
+            found = hidden_scene(self._recipe, sampled, view, start.pallet.instance_id, condition.visible, stream)
             self._hidden_of = key, *found
         return self._hidden_of[1:]
 

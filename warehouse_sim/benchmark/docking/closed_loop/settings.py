@@ -28,12 +28,12 @@ class DriveConfig:
     """Between two images (s): as fast as a slow estimator on a truck's computer."""
     look_ahead: tuple[float, float] = (0.4, 1.5)
     """Least and greatest look-ahead of pure pursuit (m)."""
-    look_share: float = 0.3
-    """Look-ahead as a share of the way that is left: far away the truck turns in gently, near the face it holds the
+    look_fraction: float = 0.3
+    """Look-ahead as a fraction of the way that is left: far away the truck turns in gently, near the face it holds the
     line."""
     tip_gap: float = 0.10
     """From the tips to the believed face where the truck stops steering and drives straight in (m), as
-    ``TruckConfig.start_gap`` and the outlines of reachability have it."""
+    ``TruckConfig.start_gap`` and the outlines of accessibility have it."""
     most_lateral: float = 0.04
     """Farthest that the believed entry may then be beside the truck's axis (m), else it is ``misaligned``."""
     most_yaw: float = 0.0436
@@ -57,7 +57,7 @@ class Drift:
     """Errors of odometry; each approach draws its own."""
 
     scale: float = 0.005
-    """Standard deviation of the error of distance, as a share of it."""
+    """Standard deviation of the error of distance, as a fraction of it."""
     turn_deg: float = 0.1
     """Standard deviation of a steady error of heading (deg a metre)."""
     noise_deg: float = 0.05

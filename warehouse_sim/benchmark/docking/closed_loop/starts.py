@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.annotate.dockable import reachability
+from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.questions import why_not
 from warehouse_sim.benchmark.docking.station import Station, station_of
@@ -14,7 +14,7 @@ from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.evaluation.docking.fork import DockingFace
-from warehouse_sim.generation.drawn import DrawnScene
+from warehouse_sim.generation.sampled import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import scene_rng
@@ -31,16 +31,17 @@ KIND = "forklift_forks"
 _DISTANCE = (4.0, 7.0)
 """From the truck's origin to the face (m)."""
 _ASIDE, _OFFSET = 0.15, np.deg2rad(10.0)
-"""How far the truck is beside the face's axis at most, as a share of the way to where its tips are before the face: a
-truck with this radius cannot come onto the axis from farther. And the greatest angle between its heading and the line
+"""How far the truck is beside the face's axis at most, as a fraction of the way to where its tips are before the face:
+a truck with this radius cannot come onto the axis from farther. And the greatest angle between its heading and the line
 to the face (rad)."""
 _TRIES = 60
 _BEYOND = 4.0
 """How far beyond the ends of the aisle a truck may stand (m), as on drives."""
 _LEAST_SIGHT = 0.6
-"""Share of the pallet's sample points that must be in sight, by boxes, as recipes have it."""
+"""Fraction of the pallet's sample points that must be in sight, by boxes, as recipes have it."""
 _WELL_OFF = 0.15
-"""How far from the truth (m, standard deviation along x and y) the place is that a truck with a front end is told."""
+"""How far from the ground truth (m, standard deviation along x and y) the place is that a truck with a front end is
+told."""
 _TOUCH = 0.001
 
 
@@ -64,24 +65,24 @@ class Start:
 
 
 def starts_in(
-    drawn: DrawnScene, camera: PinholeCamera, truck: TruckConfig, most: int, is_free: Callable[[Start], bool]
+    sampled: SampledScene, camera: PinholeCamera, truck: TruckConfig, most: int, is_free: Callable[[Start], bool]
 ) -> list[Start]:
     """Return up to ``most`` starts of a scene, each before another pallet; the same for the same scene.
 
     Args:
-        drawn: The scene.
+        sampled: The scene.
         camera: The truck's.
         truck: Its tines must fit.
         most: How many.
         is_free: Whether nothing stands in the way of a start.
     """
-    rng = scene_rng(drawn.scene.seed, drawn.scene.scene_index, "closed loop", drawn.scene.attempt)
+    rng = scene_rng(sampled.scene.seed, sampled.scene.scene_index, "closed loop", sampled.scene.attempt)
     try:
-        space = FreeSpace.of_scene(drawn.scene)
+        space = FreeSpace.of_scene(sampled.scene)
     except PlacementError:
         return []
     found: list[Start] = []
-    for station, face in _sides(drawn, truck, rng):
+    for station, face in _sides(sampled, truck, rng):
         if any(item.pallet is station.pallet for item in found):
             continue
         start = _draw(len(found), station, face, space, camera, rng)
@@ -110,10 +111,12 @@ def collisions_of(scene: SceneSpec, start: Start) -> Callable[[FloorPose], bool]
     return touches
 
 
-def _sides(drawn: DrawnScene, truck: TruckConfig, rng: np.random.Generator) -> Iterator[tuple[Station, DockingFace]]:
+def _sides(
+    sampled: SampledScene, truck: TruckConfig, rng: np.random.Generator
+) -> Iterator[tuple[Station, DockingFace]]:
     """Yield the sides that docking asks for, in random order."""
-    scene = drawn.scene
-    reach = reachability(scene, TRUCKS[drawn.settings.layout.truck])
+    scene = sampled.scene
+    reach = accessibility(scene, TRUCKS[sampled.settings.layout.truck])
     sides = [(number, name) for number, item in reach.items() for name in item.faces]
     solids = Solids.of(scene.instances, scene.models)
     for index in rng.permutation(len(sides)):
@@ -156,6 +159,6 @@ def _draw(
             continue
         if not space.admits_bodies(vehicle_boxes(view, lift)) or not in_sight(here, pallet.T_world_object[:3, 3]):
             continue
-        if space.sight_share(view.T_world_camera[:3, 3], pallet) >= _LEAST_SIGHT:
+        if space.sight_fraction(view.T_world_camera[:3, 3], pallet) >= _LEAST_SIGHT:
             return Start(number, station, face, pose, mount, told)
     return None

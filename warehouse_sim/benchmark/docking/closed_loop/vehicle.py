@@ -16,7 +16,7 @@ from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
 
 _STEEPEST = 0.7
-"""Greatest share of the look-ahead that the offset may be: farther away the truck looks farther."""
+"""Greatest fraction of the look-ahead that the offset may be: farther away the truck looks farther."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Motion:
 
 
 class Odometry:
-    """Where the truck thinks that it is; it begins at the truth.
+    """Where the truck thinks that it is; it begins at the ground truth.
 
     Args:
         start: Of the truck.
@@ -95,7 +95,7 @@ def pursue(along: float, aside: float, turned: float, config: DriveConfig) -> fl
         config: Look-ahead.
     """
     least, most = config.look_ahead
-    ahead = max(float(np.clip(config.look_share * along, least, most)), abs(aside) / _STEEPEST)
+    ahead = max(float(np.clip(config.look_fraction * along, least, most)), abs(aside) / _STEEPEST)
     forward = float(np.sqrt(ahead**2 - aside**2))
     left = -np.sin(turned) * forward - np.cos(turned) * aside
     return float(2.0 * left / ahead**2)

@@ -76,17 +76,17 @@ def _body(sku: BigBagSku) -> TriangleMesh:
     angles = np.arange(_AROUND) * 2 * np.pi / _AROUND
     phases = rng.uniform(0.0, 2 * np.pi, 5)
     rings = []
-    for share in np.linspace(0.0, 1.0, _LEVELS):
-        swell = 0.86 + 0.14 * np.sin(np.pi * min(share / 0.84, 1.0)) ** 0.7
+    for fraction in np.linspace(0.0, 1.0, _LEVELS):
+        swell = 0.86 + 0.14 * np.sin(np.pi * min(fraction / 0.84, 1.0)) ** 0.7
         # Over the shoulder the bag closes towards the spout.
-        swell *= 1.0 if share < 0.84 else 1.0 - 0.62 * ((share - 0.84) / 0.16) ** 2.2
-        power = 2.0 / (4.5 - 1.5 * np.sin(np.pi * share))
+        swell *= 1.0 if fraction < 0.84 else 1.0 - 0.62 * ((fraction - 0.84) / 0.16) ** 2.2
+        power = 2.0 / (4.5 - 1.5 * np.sin(np.pi * fraction))
         cosine, sine = np.cos(angles), np.sin(angles)
-        folds = sum(np.cos((k + 3) * angles + phases[k] + 2.5 * share) / (k + 2) for k in range(5))
-        folds = 1.0 + (0.006 + 0.03 * abs(share - 0.45)) * np.asarray(folds)
+        folds = sum(np.cos((k + 3) * angles + phases[k] + 2.5 * fraction) / (k + 2) for k in range(5))
+        folds = 1.0 + (0.006 + 0.03 * abs(fraction - 0.45)) * np.asarray(folds)
         x = np.sign(cosine) * np.abs(cosine) ** power * folds * swell * sku.length / 2
         y = np.sign(sine) * np.abs(sine) ** power * folds * swell * sku.width / 2
-        rings.append(np.column_stack([x, y, np.full(_AROUND, low + share * tall)]))
+        rings.append(np.column_stack([x, y, np.full(_AROUND, low + fraction * tall)]))
     points = np.array(rings)
     low_xy, high_xy = points[..., :2].min(axis=(0, 1)), points[..., :2].max(axis=(0, 1))
     points[..., :2] = (

@@ -1,4 +1,4 @@
-"""Goods that lie in a carrier and are drawn with it: they cannot leave it, so that physics need not know them."""
+"""Goods that lie in a carrier and are sampled with it: they cannot leave it, so that physics need not know them."""
 
 from dataclasses import replace
 

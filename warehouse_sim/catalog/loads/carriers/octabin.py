@@ -98,7 +98,7 @@ def _slab(outline: Outline, low: float, high: float, material: str) -> Part:
 
 def _bands(sku: OctabinSku) -> list[float]:
     """Return the heights (m) of the bands that hold the bulging board."""
-    return [-sku.height / 2 + share * sku.height for share in (0.18, 0.42, 0.66)]
+    return [-sku.height / 2 + fraction * sku.height for fraction in (0.18, 0.42, 0.66)]
 
 
 def _print(sku: OctabinSku) -> list[Part]:

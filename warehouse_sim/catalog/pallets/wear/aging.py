@@ -20,7 +20,7 @@ STAGES = (
 
 _REPLACED = ("deck", "base", "cross", "block")
 """Roles of the pieces that a repair puts new ones in place of."""
-_REPAIRED_SHARE = 0.12
+_REPAIRED_FRACTION = 0.12
 _UNEVENNESS = 0.22
 
 
@@ -45,7 +45,7 @@ class _Draw:
 
     @classmethod
     def of(cls, age: float, rng: np.random.Generator) -> "_Draw":
-        return cls(rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_SHARE * age))
+        return cls(rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_FRACTION * age))
 
 
 def _older(member: Member, age: float, draw: _Draw) -> Member:
@@ -53,8 +53,8 @@ def _older(member: Member, age: float, draw: _Draw) -> Member:
     if not stages:
         return member
     first, last = stages.index(member.body.material), len(stages) - 1
-    share = np.clip(age + draw.unevenness * np.sqrt(age), 0.0, 1.0) ** 1.2
+    fraction = np.clip(age + draw.unevenness * np.sqrt(age), 0.0, 1.0) ** 1.2
     is_new = draw.repaired and member.role in _REPLACED
-    stage = 0 if is_new else first + int(np.round(share * (last - first)))
+    stage = 0 if is_new else first + int(np.round(fraction * (last - first)))
     body = replace(member.body, material=stages[stage])
     return replace(member, body=body, parts=(body,))

@@ -24,45 +24,45 @@ WIDEST_GAP = 0.200
 _LOSS = {"deck": (0.04, 0.25), "base": (0.02, 0.06)}
 _TIPS = (-0.4, -0.15, 0.1, 0.35)
 _LONGEST_SPLINTER = 0.12
-_FREE_SHARE = 0.2
+_FREE_FRACTION = 0.2
 
 
-def without_missing(members: list[Member], share: float, rng: np.random.Generator) -> list[Member]:
-    """Take away each inner deck board with probability ``share`` where the neighbours stay near enough."""
+def without_missing(members: list[Member], fraction: float, rng: np.random.Generator) -> list[Member]:
+    """Take away each inner deck board with probability ``fraction`` where the neighbours stay near enough."""
     order, gone = in_order(members, "deck"), set()
     for left, index, right in zip(order, order[1:], order[2:], strict=False):
         before, after = _gap(members[left], members[index]), _gap(members[index], members[right])
-        opening = (1 + _FREE_SHARE) * (before + after) + members[index].aside("size")
-        if opening <= WIDEST_GAP and left not in gone and rng.random() < share:
+        opening = (1 + _FREE_FRACTION) * (before + after) + members[index].aside("size")
+        if opening <= WIDEST_GAP and left not in gone and rng.random() < fraction:
             gone.add(index)
     return [member for index, member in enumerate(members) if index not in gone]
 
 
-def with_broken(members: list[Member], share: float, rng: np.random.Generator) -> list[Member]:
-    """Break one end off each deck or base board with probability ``share``."""
-    return [_broken(member, rng) if member.role in _LOSS and rng.random() < share else member for member in members]
+def with_broken(members: list[Member], fraction: float, rng: np.random.Generator) -> list[Member]:
+    """Break one end off each deck or base board with probability ``fraction``."""
+    return [_broken(member, rng) if member.role in _LOSS and rng.random() < fraction else member for member in members]
 
 
-def with_displaced(members: list[Member], share: float, rng: np.random.Generator) -> list[Member]:
-    """Shift and turn each deck board and skid with probability ``share``, never onto its neighbour."""
+def with_displaced(members: list[Member], fraction: float, rng: np.random.Generator) -> list[Member]:
+    """Shift and turn each deck board and skid with probability ``fraction``, never onto its neighbour."""
     result = list(members)
     for role in ("deck", "base"):
         order = in_order(members, role)
         if not parallel(members, order):  # boards of a frame hold each other in place
             continue
         for place, index in enumerate(order):
-            if rng.random() < share:
+            if rng.random() < fraction:
                 low = _room(members, order, place, -1) * rng.uniform(0.3, 1.0)
                 high = _room(members, order, place, 1) * rng.uniform(0.3, 1.0)
                 result[index] = _displaced(members[index], -low, high, rng)
     return result
 
 
-def with_twisted(members: list[Member], share: float, rng: np.random.Generator) -> list[Member]:
-    """Turn each wooden block with probability ``share``; no corner moves by more than ``FARTHEST``."""
+def with_twisted(members: list[Member], fraction: float, rng: np.random.Generator) -> list[Member]:
+    """Turn each wooden block with probability ``fraction``; no corner moves by more than ``FARTHEST``."""
     result = []
     for member in members:
-        if member.role == "block" and rng.random() < share:
+        if member.role == "block" and rng.random() < fraction:
             limit = float(np.arcsin(FARTHEST / (max(member.body.scale[:2]) / 2)))
             member = member.moved((0.0, 0.0), rng.choice((-1.0, 1.0)) * rng.uniform(0.3, 1.0) * limit)
         result.append(member)
@@ -105,12 +105,12 @@ def _splinters(
 
 
 def _room(members: Sequence[Member], order: Sequence[int], place: int, side: int) -> float:
-    """Return how far (m) the board may go to one side: its share of the gap there, never more than ``FARTHEST``."""
+    """Return how far (m) the board may go to one side: its fraction of the gap there, never more than ``FARTHEST``."""
     other = place + side
     if not 0 <= other < len(order):
         return FARTHEST
     gap = _gap(members[order[place]], members[order[other]])
-    return float(np.clip(_FREE_SHARE * gap, 0.0, FARTHEST))
+    return float(np.clip(_FREE_FRACTION * gap, 0.0, FARTHEST))
 
 
 def _gap(one: Member, other: Member) -> float:

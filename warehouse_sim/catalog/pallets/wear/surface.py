@@ -27,9 +27,11 @@ def nailed(members: list[Member]) -> list[Member]:
     return [_nailed(member, members) if member.role == "deck" else member for member in members]
 
 
-def stained(members: list[Member], share: float, rng: np.random.Generator) -> list[Member]:
-    """Return the members with oil and water stains, on each deck board with probability ``share``."""
-    return [_stained(member, rng) if member.role == "deck" and rng.random() < share else member for member in members]
+def stained(members: list[Member], fraction: float, rng: np.random.Generator) -> list[Member]:
+    """Return the members with oil and water stains, on each deck board with probability ``fraction``."""
+    return [
+        _stained(member, rng) if member.role == "deck" and rng.random() < fraction else member for member in members
+    ]
 
 
 def _nailed(board: Member, members: list[Member]) -> Member:

@@ -16,7 +16,7 @@ from warehouse_sim.geometry.pose import transform_points
 _VIEWS_DEG = (1.0, 175.0)
 _PIXEL_SHAPES = (0.5, 2.0)
 _NEAR = 1e-3
-_SAME_SHARE = 0.02
+_SAME_FRACTION = 0.02
 _SIZES = (0.4, 2.5)
 """Edge of a projected box over that of the stored one; a slip of units is a factor of ten and more."""
 _SMALL_PX = 8.0
@@ -75,11 +75,11 @@ def _is_plausible(
     behind = target.has_pose and not place[2] > _NEAR
     if not findings.require(not behind, f"{where}: is behind the camera, z = {place[2]:.6g} m"):
         return
-    share = target.pixels_visible / max(target.pixels_all, 1)
+    fraction = target.pixels_visible / max(target.pixels_all, 1)
     findings.require(
-        abs(min(share, 1.0) - target.visible_fraction) < _SAME_SHARE,
+        abs(min(fraction, 1.0) - target.visible_fraction) < _SAME_FRACTION,
         f"{where}: visib_fract is {target.visible_fraction:.4g}, {target.pixels_visible} of {target.pixels_all} px is "
-        f"{share:.4g}",
+        f"{fraction:.4g}",
     )
     if infos and target.has_pose and target.info(infos).diameter > 0.0:
         _has_size(findings, image, target, target.info(infos), where)

@@ -10,7 +10,7 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 _FEW = 20
 _MOST_OUTSIDE = 0.1
-"""Share of a mask that may lie where it must not: others draw masks by hand, or with pixel centres at halves."""
+"""Fraction of a mask that may lie where it must not: others draw masks by hand, or with pixel centres at halves."""
 _LEAST_IOU = 0.7
 _SAME_COUNT = 0.1
 _OFF = 0.75
@@ -18,7 +18,7 @@ _OFF = 0.75
 
 
 def masks(subject: ForeignSubject) -> Findings:
-    """Look whether visible masks lie in silhouettes, do not overlap, and have the boxes and counts of their labels."""
+    """Look whether visible masks lie in amodal masks, do not overlap, and have the boxes and counts of their labels."""
     if "masks" in subject.lacks:
         return Findings(lacking="it holds no masks")
     findings, real = Findings(), False
@@ -62,7 +62,7 @@ def _masks_of(subject: ForeignSubject, image: ImageRecord) -> tuple[Findings, li
         full = (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
         shaped = count < full
         real |= shaped
-        exact = shaped and "exact masks" not in subject.lacks
+        exact = shaped and "ground-truth masks" not in subject.lacks
         _lies_well(findings, visible, whole, taken, exact, where)
         taken |= visible
         ends.append(_box_agrees(findings, target, box, where))
@@ -85,7 +85,7 @@ def _lies_well(
     count = np.count_nonzero(visible)
     outside = np.count_nonzero(visible & ~whole) / count
     findings.require(
-        bool(outside < _MOST_OUTSIDE), f"{where}: {100 * outside:.0f} % of it lie outside its whole silhouette"
+        bool(outside < _MOST_OUTSIDE), f"{where}: {100 * outside:.0f} % of it lie outside its whole amodal mask"
     )
     shared = np.count_nonzero(visible & taken) / count
     # Boxes that stand for masks overlap as they like, and polygons bridge the parts of what is covered.
@@ -100,6 +100,6 @@ def _box_agrees(findings: Findings, target: TargetRecord, box: tuple[int, int, i
     low, high = np.maximum(stored[:2], found[:2]), np.minimum(stored[2:], found[2:])
     both = float(np.prod(np.maximum(high - low + 1.0, 0.0)))
     areas = [float(np.prod(item[2:] - item[:2] + 1.0)) for item in (stored, found)]
-    share = both / max(sum(areas) - both, 1e-9)
-    findings.require(share > _LEAST_IOU, f"{where}: bbox_visib is {stored.tolist()}, the mask has {found.tolist()}")
+    fraction = both / max(sum(areas) - both, 1e-9)
+    findings.require(fraction > _LEAST_IOU, f"{where}: bbox_visib is {stored.tolist()}, the mask has {found.tolist()}")
     return bool((stored[:2] == found[:2]).all() and (stored[2:] == found[2:] + 1.0).all())

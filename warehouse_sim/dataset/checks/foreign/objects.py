@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
-from warehouse_sim.dataset.object_truth import geometry_problems, inside_out
+from warehouse_sim.dataset.object_gt import geometry_problems, inside_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.pose import transform_points

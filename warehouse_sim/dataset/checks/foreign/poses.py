@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.checks.depth_kind import range_share
+from warehouse_sim.dataset.checks.depth_kind import range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.checks.point_depth import point_depth
@@ -57,7 +57,7 @@ def poses(subject: ForeignSubject) -> Findings:
     z, distance, read = np.concatenate([[item.z, item.distance, item.read] for item in compared], axis=1)
     # What is wrong everywhere comes first: it explains the rest.
     findings.require(
-        range_share(read, z, distance) < 0.5,
+        range_fraction(read, z, distance) < 0.5,
         f"{subject.root}: depth images hold the distance to the camera, not the depth along its axis",
     )
     for item in compared:
@@ -74,24 +74,24 @@ def _compare(
     where = f"{subject.where(image)}, target {target.gt_index}"
     left, top, right, bottom = target.box_amodal_xyxy
     needed = int(np.clip(_POINTS_PER_PIXEL * (right - left + 1) * (bottom - top + 1), _FEWEST_POINTS, len(surface)))
-    drawn = point_depth(surface[:needed], target.T_camera_object, image.camera)
-    if drawn is None:
+    sampled = point_depth(surface[:needed], target.T_camera_object, image.camera)
+    if sampled is None:
         return _Compared(findings, empty, empty, empty)
     findings.count = 1
     visible = subject.reader.mask_visible(image, target.gt_index)
-    silhouette = np.isfinite(drawn)
-    _lies_on_model(findings, visible, silhouette, where)
+    amodal_mask = np.isfinite(sampled)
+    _lies_on_model(findings, visible, amodal_mask, where)
     whole = visible if target.visible_fraction >= _WHOLLY_SEEN else subject.reader.mask(image, target.gt_index)
-    if "silhouettes" not in subject.lacks or target.visible_fraction >= _WHOLLY_SEEN:
-        _has_its_shape(findings, whole, silhouette, where)
+    if "amodal masks" not in subject.lacks or target.visible_fraction >= _WHOLLY_SEEN:
+        _has_its_shape(findings, whole, amodal_mask, where)
     if "depth" in subject.lacks:
         return _Compared(findings, empty, empty, empty)
     depth = subject.reader.depth(image).astype(np.float64)
-    inner = cv2.erode((visible & silhouette).astype(np.uint8), _INNER, borderValue=0) > 0
+    inner = cv2.erode((visible & amodal_mask).astype(np.uint8), _INNER, borderValue=0) > 0
     v, u = np.nonzero(inner & (depth > 0))
     if len(v) < _FEWEST_PIXELS // 4:
         return _Compared(findings, empty, empty, empty)
-    z, read = drawn[v, u], depth[v, u]
+    z, read = sampled[v, u], depth[v, u]
     _depth_agrees(findings, z, read, subject.reader.objects[target.obj_id].diameter, where)
     chosen = slice(None, None, max(len(z) // _PROBES, 1))
     rays = image.camera.rays()[v, u]
@@ -100,11 +100,11 @@ def _compare(
 
 
 def _lies_on_model(
-    findings: Findings, visible: Bool[np.ndarray, "h w"], silhouette: Bool[np.ndarray, "h w"], where: str
+    findings: Findings, visible: Bool[np.ndarray, "h w"], amodal_mask: Bool[np.ndarray, "h w"], where: str
 ) -> None:
     """Require most of a visible mask on the projected model; a box that stands for one may be the larger of both."""
-    both, count, drawn = (int(np.count_nonzero(item)) for item in (visible & silhouette, visible, silhouette))
-    inside = both / max(min(count, drawn) if _is_rectangle(visible) else count, 1)
+    both, count, sampled = (int(np.count_nonzero(item)) for item in (visible & amodal_mask, visible, amodal_mask))
+    inside = both / max(min(count, sampled) if _is_rectangle(visible) else count, 1)
     findings.require(
         inside >= _LEAST_INSIDE,
         f"{where}: only {100 * inside:.0f} % of its visible mask lie on the projected model; pose, model, K or mask is "
@@ -113,10 +113,10 @@ def _lies_on_model(
 
 
 def _has_its_shape(
-    findings: Findings, mask: Bool[np.ndarray, "h w"], silhouette: Bool[np.ndarray, "h w"], where: str
+    findings: Findings, mask: Bool[np.ndarray, "h w"], amodal_mask: Bool[np.ndarray, "h w"], where: str
 ) -> None:
     """Require that projected model and whole mask are alike, where pixels are fine enough and the mask is no box."""
-    both, either = (int(np.count_nonzero(item)) for item in (mask & silhouette, mask | silhouette))
+    both, either = (int(np.count_nonzero(item)) for item in (mask & amodal_mask, mask | amodal_mask))
     if either < _FINE_PIXELS or _is_rectangle(mask):
         return
     findings.require(

@@ -27,8 +27,8 @@ class ForeignSubject:
 
     def __init__(self, root: Path, format_name: str, reader: FormatReader) -> None:
         self.root, self.format_name, self.reader = root, format_name, reader
-        self.progress: Callable[[float], None] = lambda share: None
-        """Called with the share (0-1) of a check's work that is done."""
+        self.progress: Callable[[float], None] = lambda fraction: None
+        """Called with the fraction (0-1) of a check's work that is done."""
 
     @classmethod
     def of(cls, root: Path) -> Self:
@@ -45,7 +45,7 @@ class ForeignSubject:
 
     @cached_property
     def lacks(self) -> frozenset[str]:
-        """What the folder has none of: "depth", "masks", "exact masks", "silhouettes", "meshes", "colour"."""
+        """What the folder has none of: "depth", "masks", "ground-truth masks", "amodal masks", "meshes", "colour"."""
         has_meshes = any(info.has_cad and info.read_mesh is not None for info in self.reader.objects.values())
         found = {"meshes": has_meshes, "depth": has_depth(self.reader)}
         return frozenset(getattr(self.reader, "lacks", ())) | {name for name, there in found.items() if not there}

@@ -33,8 +33,8 @@ class BopFormat:
 
         return FOREIGN_CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse depth beyond 16 bits."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject depth beyond 16 bits."""
         from warehouse_sim.dataset.frame_files import MILLIMETRES
 
         require_depth_fits(manifest.contents, MILLIMETRES, NAME)

@@ -15,7 +15,7 @@ from warehouse_sim.dataset.formats.bop.external_image import Box
 from warehouse_sim.dataset.formats.bop.external_keyed import KeyedSplit, keyed_folder
 from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
 from warehouse_sim.dataset.formats.bop.external_scene import ScenewiseSplit, is_scene
-from warehouse_sim.dataset.formats.bop.external_targets import only_asked
+from warehouse_sim.dataset.formats.bop.external_targets import only_requested
 from warehouse_sim.dataset.formats.bop.image_source import ImageSource
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.bop.reader import require_size
@@ -71,7 +71,7 @@ class ExternalReader:
             images = self._sources[split].images(split, set(self.objects))
             if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):
                 images = held_out(images, split)
-            self._images[split] = only_asked(self.root, images) if split == "test" else images
+            self._images[split] = only_requested(self.root, images) if split == "test" else images
         return self._images[split]
 
     def files(self, split: str) -> list[Path]:
@@ -92,11 +92,11 @@ class ExternalReader:
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Refuse: nobody else stores it."""
+        """Reject: nobody else stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Refuse: nobody else stores it."""
+        """Reject: nobody else stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
@@ -104,7 +104,7 @@ class ExternalReader:
         return self._mask("mask_visib", image, gt_index, lambda target: target.box_visible_xyxy)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette; its box in the image where there is no mask."""
+        """Read the mask of a target's whole amodal mask; its box in the image where there is no mask."""
         return self._mask("mask", image, gt_index, lambda target: target.box_amodal_xyxy)
 
     def _mask(

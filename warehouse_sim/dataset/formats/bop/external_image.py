@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from warehouse_sim.dataset.files.plain import PLACES, SHARES, WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import FRACTIONS, PLACES, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
@@ -98,14 +98,14 @@ def _target(index: int, pose: Any, info: Any, rows: ExternalRows) -> TargetRecor
     all_pixels = take_if_given(info, "px_count_all", int, where, WHOLE)
     seen_pixels = _pixels("mask_visib", index, seen, rows.read_mask) if seen_pixels is None else seen_pixels
     all_pixels = max(_pixels("mask", index, whole, rows.read_mask), 1) if all_pixels is None else all_pixels
-    share = take_if_given(info, "visib_fract", float, where, SHARES)
+    fraction = take_if_given(info, "visib_fract", float, where, FRACTIONS)
     valid = take_if_given(info, "px_count_valid", int, where, WHOLE)
     return TargetRecord(
         gt_index=index,
         obj_id=take(pose, "obj_id", int, where, WHOLE),
         instance_id=take_if_given(info, "instance_id", int, where, WHOLE) or 0,
         T_camera_object=read_rounded_pose(pose, "cam_R_m2c", "cam_t_m2c", where),
-        visible_fraction=min(seen_pixels / max(all_pixels, 1), 1.0) if share is None else share,
+        visible_fraction=min(seen_pixels / max(all_pixels, 1), 1.0) if fraction is None else fraction,
         pixels_visible=seen_pixels,
         box_visible_xyxy=seen,
         box_amodal_xyxy=whole,

@@ -14,7 +14,7 @@ log = logging.getLogger(__name__)
 _YEARS = (2024, 2019)
 
 
-def only_asked(root: Path, images: Sequence[ImageRecord]) -> list[ImageRecord]:
+def only_requested(root: Path, images: Sequence[ImageRecord]) -> list[ImageRecord]:
     """Return those images that test_targets_bop24.json, or else bop19, names; all where there is neither.
 
     Raises:
@@ -24,15 +24,15 @@ def only_asked(root: Path, images: Sequence[ImageRecord]) -> list[ImageRecord]:
     if path is None:
         return list(images)
     rows = take({"targets": read_json(path)}, "targets", list, str(path))
-    asked = {
+    requested = {
         (take(row, "scene_id", int, f"{path}: [{i}]", WHOLE), take(row, "im_id", int, f"{path}: [{i}]", WHOLE))
         for i, row in enumerate(rows)
     }
-    kept = [image for image in images if (image.scene_id, image.image_id) in asked]
+    kept = [image for image in images if (image.scene_id, image.image_id) in requested]
     if images and not kept:
         raise DatasetError(
             f"{path}: names none of the {len(images)} test images; remove it or get the list of this set"
         )
     if len(kept) < len(images):
-        log.info("%s: %d of %d test images are asked for", path, len(kept), len(images))
+        log.info("%s: %d of %d test images are requested", path, len(kept), len(images))
     return kept

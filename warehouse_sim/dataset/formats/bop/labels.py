@@ -42,7 +42,7 @@ def visibility_row(target: LabelledTarget, depth: Float32[np.ndarray, "h w"]) ->
     """Return an entry of scene_gt_info.json.
 
     Counts are those of bop_toolkit's calc_gt_info: px_count_all over a canvas of three images each way, px_count_valid
-    over the silhouette in the image, occluded or not, where the depth image has a reading. ``instance_id`` is our own
+    over the amodal mask in the image, occluded or not, where the depth image has a reading. ``instance_id`` is our own
     addition; it leads to the scene record.
     """
     annotation = target.annotation

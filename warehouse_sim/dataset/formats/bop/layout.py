@@ -64,7 +64,7 @@ class BopSceneLayout:
         return self.root / "depth_clean" / f"{image_id:06d}.png"
 
     def mask(self, image_id: int, gt_index: int, visible: bool) -> Path:
-        """Return the mask of a target: its visible part or the part of its whole silhouette that lies in the image."""
+        """Return the mask of a target: its visible part or the part of its whole amodal mask that lies in the image."""
         return self.root / ("mask_visib" if visible else "mask") / f"{image_id:06d}_{gt_index:06d}.png"
 
 

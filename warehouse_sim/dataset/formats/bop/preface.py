@@ -26,7 +26,7 @@ Synthetic warehouse scenes made by warehouse-sim; how to make them again is in .
   every object half a pixel away from these images. To repeat them, add 0.5 to cx and cy of cam_K.
 - Every target with at least one visible pixel is in scene_gt.json. Masks and counts come from the exact instance ids of
   the renderer, not from a depth test with a tolerance.
-- px_count_all and visib_fract count the silhouette also beyond the image border.
+- px_count_all and visib_fract count the amodal mask also beyond the image border.
 - scene_gt_info.json has one key more than BOP asks for, instance_id: the object's number in ../scenes/.
 - models/ is the CAD surface; models_eval/ is the same surface with evenly spread vertices.
 - models_info.json lists turns that leave the look unchanged: symmetries_continuous for shapes that look the same after

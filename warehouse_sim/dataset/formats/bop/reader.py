@@ -98,7 +98,7 @@ class BopReader:
         return require_size(decode_mask(path), image, "mask_visib")
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette, as far as it lies in the image."""
+        """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
         path = self._scene(image).mask(image.image_id, gt_index, visible=False)
         return require_size(decode_mask(path), image, "mask")
 

@@ -4,7 +4,16 @@ from typing import Any, NamedTuple
 
 from warehouse_sim.dataset.files.json_file import read_table
 from warehouse_sim.dataset.files.lens_row import read_lens
-from warehouse_sim.dataset.files.plain import PLACES, SHARES, WHOLE, Span, is_rigid, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import (
+    FRACTIONS,
+    PLACES,
+    WHOLE,
+    Span,
+    is_rigid,
+    take,
+    take_if_given,
+    take_numbers,
+)
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
@@ -91,7 +100,7 @@ def _read_target(index: int, pose: Any, info: Any, where: str) -> TargetRecord:
         obj_id=take(pose, "obj_id", int, where, WHOLE),
         instance_id=take_if_given(info, "instance_id", int, where, WHOLE) or 0,
         T_camera_object=read_pose(pose, "cam_R_m2c", "cam_t_m2c", where),
-        visible_fraction=take(info, "visib_fract", float, where, SHARES),
+        visible_fraction=take(info, "visib_fract", float, where, FRACTIONS),
         pixels_visible=take(info, "px_count_visib", int, where, WHOLE),
         box_visible_xyxy=read_box(info, "bbox_visib", where),
         box_amodal_xyxy=read_box(info, "bbox_obj", where),

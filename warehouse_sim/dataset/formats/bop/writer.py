@@ -39,7 +39,7 @@ class BopWriter:
         write_preface(self._layout.root, self._manifest, models, camera)
 
     def scene(self, scene: SceneSpec) -> "BopSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         layout = self._layout.scene(self._manifest.split_of(scene.scene_index), scene.scene_index)
         if layout.root.exists():
             with writing(layout.root):
@@ -117,7 +117,7 @@ class BopSceneWriter:
 
 
 def require_known(obj_id: int, objects: Mapping[int, ObjectInfo], where: str) -> None:
-    """Refuse a label of a geometry that the dataset does not have.
+    """Reject a label of a geometry that the dataset does not have.
 
     Raises:
         DatasetError: It has not.

@@ -32,8 +32,8 @@ class CloudFormat:
 
         return checks_of(self._name)
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse nothing: each sensor of a rig has a cloud or none."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject nothing: each sensor of a rig has a cloud or none."""
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
         """Return a writer into the folder of the format's name."""

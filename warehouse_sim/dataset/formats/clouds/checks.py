@@ -27,7 +27,7 @@ _SAME_POSE = 1e-6
 _OFF_GRID = 0.02
 """Pixels that a camera's point may lie beside a pixel's centre: rounding of its coordinates, with a margin."""
 _OFF_BOX = 0.5
-_OFF_SHARE = 0.1
+_OFF_FRACTION = 0.1
 """Median distance of an object's points from its box (m) that errors of sensors do not reach; wrong units do."""
 _ENOUGH = 20
 Place = tuple[Split, int, int]
@@ -145,6 +145,6 @@ def _boxes(
         outside = np.maximum(np.abs(local) - subject.info(item.obj_id).size / 2.0, 0.0)
         far = float(np.linalg.norm((invert(T_world_sensor) @ item.T_world_object)[:3, 3]))
         # Stereo errs by tenths of its distance where that is large.
-        offs.append(float(np.median(np.linalg.norm(outside, axis=1))) - _OFF_SHARE * far)
+        offs.append(float(np.median(np.linalg.norm(outside, axis=1))) - _OFF_FRACTION * far)
     off = float(np.median(offs)) if offs else 0.0
     findings.require(off < _OFF_BOX, f"{path}: points of objects lie {off:.3f} m off their boxes; metres are expected")

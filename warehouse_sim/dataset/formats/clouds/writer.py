@@ -51,7 +51,7 @@ class CloudWriter:
         write_bytes(self._layout.root / "README.md", text.encode("ascii"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "CloudSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         folder = self._layout.scene(split, scene.scene_index)
         if folder.exists():

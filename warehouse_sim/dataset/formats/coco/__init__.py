@@ -26,8 +26,8 @@ class CocoFormat:
 
         return CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse nothing: boxes and masks are there in every observation."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject nothing: boxes and masks are there in every observation."""
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
         """Return a writer into ``root/coco``."""

@@ -130,9 +130,9 @@ def _image_agrees(
     taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
     for target, row, amodal in zip(image.targets, rows, whole, strict=True):
         here, item = f"{where}: target {target.gt_index}", subject.record(image.scene_id).object(target.instance_id)
-        visible, silhouette = (_measured(findings, entry, image, here) for entry in (row, amodal))
+        visible, amodal_mask = (_measured(findings, entry, image, here) for entry in (row, amodal))
         findings.require(not (visible & taken).any(), f"{here}: overlaps another one")
-        findings.require(not (visible & ~silhouette).any(), f"{here}: is seen outside its silhouette")
+        findings.require(not (visible & ~amodal_mask).any(), f"{here}: is seen outside its amodal mask")
         findings.require(row.get("id") == amodal.get("id"), f"{here}: has two numbers")
         ignored = target.visible_fraction < _VISIBLE_ENOUGH
         findings.require(row.get("iscrowd") == int(ignored), f"{here}: iscrowd must be {int(ignored)}")

@@ -57,9 +57,9 @@ def instance_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
 
 
 def amodal_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
-    """Return an annotation of the whole silhouette of a target as far as it lies in the image.
+    """Return an annotation of the whole amodal mask of a target as far as it lies in the image.
 
-    ``bbox_uncut`` is the box of the silhouette wherever it lies.
+    ``bbox_uncut`` is the box of the amodal mask wherever it lies.
     """
     annotation = target.annotation
     box = mask_box_xyxy(target.mask)

@@ -15,7 +15,7 @@ from warehouse_sim.output import make_folder, write_pieces
 
 _INFO = {
     "instances": "visible masks, boxes and areas of the targets of synthetic warehouse scenes",
-    "instances_amodal": "whole silhouettes of the targets as far as they lie in the image, and their boxes",
+    "instances_amodal": "whole amodal masks of the targets as far as they lie in the image, and their boxes",
     "panoptic": "every visible object of synthetic warehouse scenes; what lies behind them all is void",
 }
 

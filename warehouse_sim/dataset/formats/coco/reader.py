@@ -71,7 +71,7 @@ class CocoReader(ImagesOnly):
         return self._mask(row.get("segmentation"), image, gt_index)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette in the image; the visible mask where none is stored."""
+        """Read the mask of a target's whole amodal mask in the image; the visible mask where none is stored."""
         row = self._table(image.split).annotations[image.scene_id, image.image_id][gt_index]
         whole = self._amodal(image.split).get(row.get("id", 0))
         return self.mask_visible(image, gt_index) if whole is None else self._mask(whole, image, gt_index)
@@ -94,7 +94,7 @@ class CocoReader(ImagesOnly):
         return self._tables[split]
 
     def _amodal(self, split: str) -> dict[int, Any]:
-        """Return the segmentation of whole silhouettes by number of the annotation."""
+        """Return the segmentation of whole amodal masks by number of the annotation."""
         path = self._paths[split]
         path = path.with_name(path.name.replace("instances_", "instances_amodal_", 1))
         if split not in self._whole:

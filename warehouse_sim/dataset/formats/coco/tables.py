@@ -10,8 +10,8 @@ import numpy as np
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.lens_row import read_lens
 from warehouse_sim.dataset.files.plain import (
+    FRACTIONS,
     PIXELS,
-    SHARES,
     WHOLE,
     Span,
     read_transform,
@@ -154,13 +154,13 @@ def _target(index: int, row: Any, where: str, categories: dict[int, str], own_ob
     seen = round(width * height if area is None else area)
     pose = take_if_given(row, "T_camera_object", list, where)
     valid = take_if_given(row, "pixels_valid", int, where, WHOLE)
-    share = take_if_given(row, "visible_fraction", float, where, SHARES)
+    fraction = take_if_given(row, "visible_fraction", float, where, FRACTIONS)
     return TargetRecord(
         gt_index=index,
         obj_id=take(row, "obj_id", int, where, WHOLE) if own_object else number,
         instance_id=take_if_given(row, "instance_id", int, where, WHOLE) or 0,
         T_camera_object=NO_POSE if pose is None else read_transform(pose, where),
-        visible_fraction=1.0 if share is None else share,
+        visible_fraction=1.0 if fraction is None else fraction,
         pixels_visible=seen,
         box_visible_xyxy=box,
         box_amodal_xyxy=_box(row, "bbox_amodal", where) if "bbox_amodal" in row else box,

@@ -39,7 +39,7 @@ class CocoWriter:
             make_folder(self._layout.segments(split))
 
     def scene(self, scene: SceneSpec) -> "CocoSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         split, index = self._manifest.split_of(scene.scene_index), scene.scene_index
         part = self._layout.part(index, IMAGES).parent
         with writing(part):

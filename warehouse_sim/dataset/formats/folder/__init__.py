@@ -19,13 +19,13 @@ class FolderFormat:
     name = NAME
     checks: Sequence[NamedCheck] = ()
 
-    def refuse(self, manifest: Manifest) -> NoReturn:
-        """Refuse to be written: it has no place for labels."""
+    def reject(self, manifest: Manifest) -> NoReturn:
+        """Reject to be written: it has no place for labels."""
         raise DatasetError(f"{NAME}: bare folders are read only, they have no place for labels; choose another format")
 
     def writer(self, root: Path, manifest: Manifest) -> NoReturn:
-        """Refuse, as ``refuse`` does."""
-        self.refuse(manifest)
+        """Reject, as ``reject`` does."""
+        self.reject(manifest)
 
     def reader(self, root: Path) -> FormatReader | None:
         """Return a reader of a folder that others made."""

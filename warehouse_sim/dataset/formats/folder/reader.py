@@ -70,11 +70,11 @@ class FolderReader:
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Refuse: nobody else stores it."""
+        """Reject: nobody else stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Refuse: nobody else stores it."""
+        """Reject: nobody else stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:

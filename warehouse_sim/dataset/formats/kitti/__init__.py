@@ -29,8 +29,8 @@ class KittiFormat:
 
         return CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
         from warehouse_sim.dataset.formats.kitti import limits
 
         limits.require_numbers(manifest)

@@ -10,9 +10,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 
 _VISIBLE = {0: 1.0, 1: 0.7, 2: 0.25}
-"""Share of what lies in the image that is taken for visible, by the level ``occluded``: KITTI gives none, these are the
-middles of the bins in which this package writes the levels, and all of what is "fully visible". Unknown (3) counts as
-visible."""
+"""Fraction of what lies in the image that is taken for visible, by the level ``occluded``: KITTI gives none, these are
+the middles of the bins in which this package writes the levels, and all of what is "fully visible". Unknown (3) counts
+as visible."""
 _LARGEST_BOX = 65_535.0
 
 
@@ -31,14 +31,14 @@ def target_record(
     left, top, right, bottom = (float(value) for value in np.clip(label.box_xyxy, -_LARGEST_BOX, _LARGEST_BOX))
     in_image = max(round(right) - round(left) + 1, 0) * max(round(bottom) - round(top) + 1, 0)
     inside = 1.0 - min(max(label.truncated, 0.0), 1.0)
-    share = _VISIBLE.get(label.occluded, 1.0)
+    fraction = _VISIBLE.get(label.occluded, 1.0)
     return TargetRecord(
         gt_index=index,
         obj_id=info.obj_id,
         instance_id=instance_id,
         T_camera_object=T_camera_object,
-        visible_fraction=inside * share,
-        pixels_visible=round(in_image * share),
+        visible_fraction=inside * fraction,
+        pixels_visible=round(in_image * fraction),
         box_visible_xyxy=(left, top, right, bottom),
         box_amodal_xyxy=(left, top, right, bottom),
         pixels_valid=in_image,

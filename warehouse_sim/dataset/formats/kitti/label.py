@@ -18,13 +18,13 @@ class KittiLabel:
 
     type: str
     truncated: float
-    """Share of the silhouette's pixels outside the image, 0-1."""
+    """Fraction of the amodal mask's pixels outside the image, 0-1."""
     occluded: int
     """0 from 90 % visible of what lies in the image, 1 from 50 %, 2 below."""
     alpha: float
     """Rotation seen along the viewing ray, -pi to pi."""
     box_xyxy: tuple[float, float, float, float]
-    """Box of the whole silhouette, cut at the image border, inclusive corners."""
+    """Box of the whole amodal mask, cut at the image border, inclusive corners."""
     size_hwl: tuple[float, float, float]
     """Height, width (object y) and length (object x)."""
     location: tuple[float, float, float]

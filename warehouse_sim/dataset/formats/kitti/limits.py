@@ -1,4 +1,4 @@
-"""What KITTI cannot hold: of a dataset, refused before anything is made, and of an observation."""
+"""What KITTI cannot hold: of a dataset, rejected before anything is made, and of an observation."""
 
 import math
 
@@ -17,7 +17,7 @@ _LARGEST_CAMERA_TILT = math.radians(0.1)
 
 
 def require_numbers(manifest: Manifest) -> None:
-    """Refuse more frames than KITTI's file names have numbers.
+    """Reject more frames than KITTI's file names have numbers.
 
     Raises:
         DatasetError: They need more than six digits.
@@ -30,7 +30,7 @@ def require_numbers(manifest: Manifest) -> None:
 
 
 def require_words(targets: tuple[str, ...]) -> None:
-    """Refuse class names that cannot stand in a row of blanks and ASCII.
+    """Reject class names that cannot stand in a row of blanks and ASCII.
 
     Raises:
         DatasetError: A target's class is no single word, or KITTI's own DontCare.
@@ -44,7 +44,7 @@ def require_words(targets: tuple[str, ...]) -> None:
 
 
 def require_views_near_horizon(contents: Contents) -> None:
-    """Refuse a recipe whose images can reach farther from the horizon than the level virtual camera sees.
+    """Reject a recipe whose images can reach farther from the horizon than the level virtual camera sees.
 
     Raises:
         DatasetError: A camera can be tilted so far that the border of its image is beyond.
@@ -59,7 +59,7 @@ def require_views_near_horizon(contents: Contents) -> None:
 
 
 def require_lidar(contents: Contents) -> None:
-    """Refuse a rig without a main LiDAR.
+    """Reject a rig without a main LiDAR.
 
     Raises:
         DatasetError: There is none.
@@ -72,7 +72,7 @@ def require_lidar(contents: Contents) -> None:
 
 
 def require_level(observation: Observation, where: str) -> None:
-    """Refuse what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
+    """Reject what a KITTI label cannot say: its only angle is about the camera's y axis, which must be vertical.
 
     Raises:
         DatasetError: The camera is tilted.

@@ -26,8 +26,8 @@ _README = """# Dataset in the KITTI object detection format
 - Frame = scene * {per_scene} + observation. Train and validation frames are in training/, test frames in testing/, both
   with labels.
 - Labels name every target with at least one visible pixel. Length is the object's x axis, width its y axis.
-- truncated: share of the silhouette's pixels outside the image. occluded: 0 if at least 90 % of the silhouette inside
-  the image is visible, 1 if at least 50 %, else 2. bbox: whole silhouette, occluded parts included, cut at the image.
+- truncated: fraction of the amodal mask's pixels outside the image. occluded: 0 if at least 90 % of what lies inside
+  the image is visible, 1 if at least 50 %, else 2. bbox: whole amodal mask, occluded parts included, cut at the image.
 - A target that leans by more than {tilt:g} deg is no upright box: it comes after the others, as DontCare with its 2D
   box. label_2_ids (our own) holds the instance id of each row of label_2, also of those; ../scenes/ has their poses.
 - A frame without labels holds one DontCare row (id 0), because some readers stop at an empty file.
@@ -106,7 +106,7 @@ class KittiWriter:
             write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "KittiSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         frames = frames_of(self._manifest, scene.scene_index)
         for path in (self._layout.file(split, kind, frame) for frame in frames for kind in self._kinds):
@@ -115,7 +115,7 @@ class KittiWriter:
         return KittiSceneWriter(self._layout, split, frames, self._manifest.contents.clean)
 
     def finish(self) -> None:
-        """Write the lists of frames anew: scenes may be missing in the end."""
+        """Write the lists of frames again: scenes may be missing in the end."""
         self._list_frames()
 
     def _readme(self) -> str:
@@ -202,7 +202,7 @@ def _stereo_files(observation: Observation) -> dict[str, bytes]:
 
 
 def _clean_files(observation: Observation) -> dict[str, bytes]:
-    """Return what no format shares of the clean truth by kind."""
+    """Return what no format fractions of the clean ground truth by kind."""
     contents = {"depth_clean_2": encode_clean_depth(observation.buffers.depth, STEPS_PER_METRE)}
     stereo = observation.stereo
     return contents if stereo is None else contents | {"image_clean_3": encode_rgb(stereo.buffers.rgb)}

@@ -24,8 +24,8 @@ class LinemodFormat:
 
         return CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse depth beyond 16 bits and cameras with a lens."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject depth beyond 16 bits and cameras with a lens."""
         require_depth_fits(manifest.contents, MILLIMETRES, NAME)
         if manifest.contents.distortion is not None:
             raise DatasetError(

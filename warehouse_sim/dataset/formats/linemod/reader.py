@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
-from warehouse_sim.dataset.files.plain import SHARES, WHOLE, shown, take, take_if_given
+from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, shown, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
@@ -45,7 +45,7 @@ class LinemodReader:
     """
 
     has_clean = False
-    lacks = ("silhouettes",)
+    lacks = ("amodal masks",)
     """Masks are those of what is seen."""
 
     def __init__(self, root: Path, dataset: Path | None) -> None:
@@ -105,11 +105,11 @@ class LinemodReader:
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Refuse: the layout has no place for it."""
+        """Reject: the layout has no place for it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Refuse: the layout has no place for it."""
+        """Reject: the layout has no place for it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
@@ -201,13 +201,13 @@ def _target(row: Any, where: str) -> TargetRecord:
     area = int((amodal[2] - amodal[0] + 1) * (amodal[3] - amodal[1] + 1))
     counts = {key: take_if_given(row, f"px_count_{key}", int, where, WHOLE) for key in ("visib", "all", "valid")}
     pixels = {key: max(area, 0) if value is None else value for key, value in counts.items()}
-    share = take_if_given(row, "visib_fract", float, where, SHARES)
+    fraction = take_if_given(row, "visib_fract", float, where, FRACTIONS)
     return TargetRecord(
         gt_index=0,
         obj_id=take(row, "obj_id", int, where, WHOLE),
         instance_id=take_if_given(row, "instance_id", int, where, WHOLE) or 0,
         T_camera_object=read_rounded_pose(row, "cam_R_m2c", "cam_t_m2c", where),
-        visible_fraction=1.0 if share is None else share,
+        visible_fraction=1.0 if fraction is None else fraction,
         pixels_visible=pixels["visib"],
         box_visible_xyxy=seen,
         box_amodal_xyxy=read_box(row, "bbox_obj", where) if "bbox_obj" in row else amodal,

@@ -50,7 +50,7 @@ class LinemodWriter:
         write_linemod_models(self._layout, models)
 
     def scene(self, scene: SceneSpec) -> "LinemodSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         part = self._layout.part(scene.scene_index)
         if part.exists():
             with writing(part):
@@ -73,7 +73,7 @@ class LinemodWriter:
                 lists[obj_id][self._manifest.split_of(scene)].append(frame)
                 frames[obj_id] += 1
             for path, text in texts.items():
-                _append(path, text, anew=text.startswith("0:"))
+                _append(path, text, overwrite=text.startswith("0:"))
         for obj_id, by_split in lists.items():
             for split, numbers in by_split.items():
                 text = "".join(f"{number:04d}\n" for number in numbers)
@@ -158,8 +158,8 @@ def _part_name(row: Mapping[str, Any], kind: str) -> str:
     return f"{row['observation']:06d}_{row['gt_index']:06d}_{kind}.png"
 
 
-def _append(path: Path, text: str, anew: bool) -> None:
-    with writing(path), open(path, "wb" if anew else "ab") as file:
+def _append(path: Path, text: str, overwrite: bool) -> None:
+    with writing(path), open(path, "wb" if overwrite else "ab") as file:
         file.write(text.encode("ascii"))
 
 

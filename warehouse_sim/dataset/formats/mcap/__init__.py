@@ -22,8 +22,8 @@ class McapFormat:
 
         return CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse an installation without the packages that write it.
+    def reject(self, manifest: Manifest) -> None:
+        """Reject an installation without the packages that write it.
 
         Raises:
             MissingPackageError: The extra is not installed.

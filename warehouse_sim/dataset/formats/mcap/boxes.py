@@ -47,7 +47,7 @@ def _entity(stamp: int, frame: str, label: ObjectAnnotation) -> SceneEntity:
 
 
 def image_boxes_message(stamp: int, labels: Sequence[ObjectAnnotation]) -> ImageAnnotations:
-    """Return the boxes on the image: around the visible pixels, and around the whole silhouette.
+    """Return the boxes on the image: around the visible pixels, and around the whole amodal mask.
 
     Foxglove's origin is the outer corner of the first pixel, ours its centre: lines run along the outer borders of
     the pixels, so that inclusive corners (left, right) become left and right + 1.

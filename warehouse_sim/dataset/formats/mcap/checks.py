@@ -52,7 +52,7 @@ def _scene(subject: Subject, split: Split, scene: int) -> Findings:
     for moment in read_moments(path):
         where = f"{path}: {moment.stamp} ns"
         frames = moment.messages.get(names.TRANSFORMS, frames)
-        # Twins have one stamp: the topics of each begin with its variant.
+        # Paired variants have one stamp: the topics of each begin with its variant.
         for prefix in _prefixes(moment.messages):
             if not findings.require(bool(waiting), f"{where}: there are more observations than in the scene record"):
                 return findings

@@ -37,7 +37,7 @@ _README = """# One MCAP file a scene: {train,val,test}/SSSSSS.mcap
   /camera/calibration, /camera/boxes, /LIDAR/points, /objects (boxes of labelled objects in the camera's frame),
   /conditions, /tf (world, rig, camera, then each sensor). /SENSOR/reading is JSON with its schema.
 - Stamps are no real times: scene K begins at 2000-01-01 00:00 UTC + K hours. Within a drive they go with the vehicle;
-  single views are 1 s apart. Twins have the stamp of their first one and topics under /VARIANT.
+  single views are 1 s apart. Paired variants have the stamp of their first one and topics under /VARIANT.
 - Pixel centres are integers in calibrations; boxes on images count from the outer corner of the first pixel, as
   Foxglove does.
 """
@@ -56,7 +56,7 @@ class McapWriter:
         write_bytes(self._layout.root / "README.md", _README.encode("ascii"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "McapSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         path = self._layout.scene(split, scene.scene_index)
         make_folder(path.parent)
@@ -122,7 +122,7 @@ class McapSceneWriter:
 
 
 def _prefix(observation: Observation) -> str:
-    """Return what stands before the topics of a twin."""
+    """Return what stands before the topics of a paired variant."""
     variant = observation.conditions.variant
     return "" if variant == _FIRST else f"/{variant}"
 

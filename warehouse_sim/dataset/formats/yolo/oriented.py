@@ -14,7 +14,7 @@ def oriented_box(mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "4 2"]:
     """Return the corners (x, y), in pixels from the image's outer corner, around the set pixels of a mask, whole.
 
     One side of the smallest rectangle lies along the convex hull (Freeman and Shapira 1975). Rectangles that leave the
-    image are passed over, since tools refuse their corners; the upright one never does.
+    image are passed over, since tools reject their corners; the upright one never does.
 
     Args:
         mask: Not empty.

@@ -34,7 +34,7 @@ class YoloReader(ImagesOnly):
         root: The folder.
     """
 
-    lacks = ("exact masks",)
+    lacks = ("ground-truth masks",)
     """Polygons stand for them."""
 
     def __init__(self, root: Path) -> None:
@@ -126,7 +126,7 @@ def _target(index: int, label: Label, width: int, height: int) -> TargetRecord:
 
 
 def _filled(polygon: Float[np.ndarray, "n 2"], width: int, height: int) -> Bool[np.ndarray, "h w"]:
-    """Return the pixels of a polygon given in shares of the image, filled as Ultralytics does."""
+    """Return the pixels of a polygon given in fractions of the image, filled as Ultralytics does."""
     image = np.zeros((height, width), dtype=np.uint8)
     cv2.fillPoly(image, [np.trunc(polygon * [width, height]).astype(np.int32)], 1)
     return image.view(bool)

@@ -1,4 +1,4 @@
-"""Rows of YOLO's label files: class number, then shares of the image's width and height, each 0 to 1."""
+"""Rows of YOLO's label files: class number, then fractions of the image's width and height, each 0 to 1."""
 
 from collections.abc import Iterable, Sequence
 
@@ -29,8 +29,8 @@ def point_row(
     """Return class, box and key points with their flags; ``points`` have pixel centres at integers."""
     parts = [box_row(number, box_xyxy, size_wh)]
     for u, v, flag in points:
-        shares = np.clip((np.array([u, v]) + 0.5) / size_wh, 0.0, 1.0) if flag else np.zeros(2)
-        parts.append(f"{_numbers(shares)} {int(flag)}")
+        fractions = np.clip((np.array([u, v]) + 0.5) / size_wh, 0.0, 1.0) if flag else np.zeros(2)
+        parts.append(f"{_numbers(fractions)} {int(flag)}")
     return " ".join(parts)
 
 
@@ -39,9 +39,9 @@ def label_file(rows: Iterable[str]) -> bytes:
     return "".join(f"{row}\n" for row in dict.fromkeys(rows)).encode("ascii")
 
 
-def _row(number: int, shares: Sequence[float] | np.ndarray) -> str:
-    return f"{number} {_numbers(np.clip(shares, 0.0, 1.0))}"
+def _row(number: int, fractions: Sequence[float] | np.ndarray) -> str:
+    return f"{number} {_numbers(np.clip(fractions, 0.0, 1.0))}"
 
 
-def _numbers(shares: Sequence[float] | np.ndarray) -> str:
-    return " ".join(f"{share:.{_DIGITS}f}".rstrip("0").rstrip(".") for share in shares)
+def _numbers(fractions: Sequence[float] | np.ndarray) -> str:
+    return " ".join(f"{fraction:.{_DIGITS}f}".rstrip("0").rstrip(".") for fraction in fractions)

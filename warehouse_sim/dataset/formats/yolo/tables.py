@@ -31,7 +31,7 @@ class YoloData:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A row of a label file, in shares of the image's width and height."""
+    """A row of a label file, in fractions of the image's width and height."""
 
     number: int
     box_xyxy: Float[np.ndarray, " 4"]
@@ -93,14 +93,14 @@ def _label(row: list[str], where: str, data: YoloData) -> Label:
         raise DatasetError(f"{where}: has {values.size} numbers; a box has 5, a polygon 7, 9, ...")
     if values[0] not in data.names:
         raise DatasetError(f"{where}: class {row[0][:20]} is not in data.yaml, which has {len(data.names)} classes")
-    shares = values[1:]
-    if not ((shares >= -_BEYOND) & (shares <= 1 + _BEYOND)).all():
-        raise DatasetError(f"{where}: positions must be shares of the image, 0 to 1, found {shown(row[1:5])}")
+    fractions = values[1:]
+    if not ((fractions >= -_BEYOND) & (fractions <= 1 + _BEYOND)).all():
+        raise DatasetError(f"{where}: positions must be fractions of the image, 0 to 1, found {shown(row[1:5])}")
     number = int(values[0])
     if values.size == 5:
-        centre, half = shares[:2], shares[2:] / 2
+        centre, half = fractions[:2], fractions[2:] / 2
         return Label(number, np.clip(np.concatenate([centre - half, centre + half]), 0, 1), None)
-    polygon = np.clip(shares.reshape(-1, 2), 0, 1)
+    polygon = np.clip(fractions.reshape(-1, 2), 0, 1)
     return Label(number, np.concatenate([polygon.min(axis=0), polygon.max(axis=0)]), polygon)
 
 

@@ -37,7 +37,7 @@ class YoloWriter:
             write_bytes(layout.data, self._description(task).encode("utf-8"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "YoloSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         for layout in self._layouts.values():
             with writing(layout.root):

@@ -111,9 +111,9 @@ class CellNetwork(BoxNetwork):
             torch.arange(height, device=logits.device), torch.arange(width, device=logits.device), indexing="ij"
         )
         cell = torch.stack([columns, rows], dim=-1).to(logits.dtype)
-        share = torch.sigmoid(logits)
-        centre = (2.0 * share[..., :2] - 0.5 + cell) * stride
-        return centre, (2.0 * share[..., 2:]) ** 2 * self.anchors[level][None, :, None, None]
+        fraction = torch.sigmoid(logits)
+        centre = (2.0 * fraction[..., :2] - 0.5 + cell) * stride
+        return centre, (2.0 * fraction[..., 2:]) ** 2 * self.anchors[level][None, :, None, None]
 
     def _split(self, x: Float[Tensor, "b c h w"]) -> Float[Tensor, "b a h w o"]:
         batch, _, height, width = x.shape

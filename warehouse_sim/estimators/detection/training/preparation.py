@@ -119,7 +119,7 @@ def known_classes(
     """Return the names of the classes that training sees, sorted, and the class of each object number.
 
     Raises:
-        TrainingError: One number stands for two classes, or a class that is asked for is not there.
+        TrainingError: One number stands for two classes, or a class that is requested is not there.
     """
     names: dict[int, str] = {}
     for reader in readers:
@@ -150,4 +150,4 @@ def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: Box
 
 
 def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda share: progress(0.0, f"reading {what} {share:.0%}")) if progress else None
+    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

@@ -43,7 +43,7 @@ class _Place(NamedTuple):
 
 
 class BoxTask(Task):
-    """Train a network that gives boxes on samples composed anew at each step.
+    """Train a network that gives boxes on samples composed again at each step.
 
     Args:
         network: What is trained.
@@ -74,13 +74,13 @@ class BoxTask(Task):
         """Remember where batches go; images stay on the disk."""
         self._device = device
 
-    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the images ``index``, composed afresh."""
-        mosaics = fraction < 1.0 - self.config.calm_share
+        mosaics = fraction < 1.0 - self.config.calm_fraction
         following = self._order.indices(step + 1)
         # Whether the next step has mosaics is known when it comes; it is probably as this one.
         samples = self._samples.take(
-            self._keys(index, share, step, mosaics), self._keys(following, share, step + 1, mosaics)
+            self._keys(index, part, step, mosaics), self._keys(following, part, step + 1, mosaics)
         )
         return self.loss(self._tensors(samples), self._targets(samples))
 
@@ -96,9 +96,9 @@ class BoxTask(Task):
     def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
         """Return what is minimised, of colours and depths and what is to be found in them."""
 
-    def _keys(self, index: Int[Tensor, " b"], share: slice, step: int, mosaics: bool) -> list[_Place]:
+    def _keys(self, index: Int[Tensor, " b"], part: slice, step: int, mosaics: bool) -> list[_Place]:
         group, rows = self._order.group_of(index)
-        return [_Place(step, place, group, row, mosaics) for place, row in enumerate(rows.tolist())][share]
+        return [_Place(step, place, group, row, mosaics) for place, row in enumerate(rows.tolist())][part]
 
     def _composed(self, at: _Place) -> Sample:
         rng = np.random.default_rng([self.config.seed, at.step, at.place])
@@ -109,16 +109,16 @@ class BoxTask(Task):
         assert isinstance(network, BoxNetwork)
         images = [(arrays, row) for arrays in self._images["val"] for row in range(len(arrays["labels"]))]
         images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
-        found, truth = list[Kept](), list[np.ndarray]()
+        found, gt = list[Kept](), list[np.ndarray]()
         for start in range(0, len(images), _VALIDATION_BATCH):
             group = [self.plain(arrays, row) for arrays, row in images[start : start + _VALIDATION_BATCH]]
             found += self._detect(network, group)
-            truth += [sample.labels for sample in group]
-        rows = [self._known(labels) for labels in truth]
+            gt += [sample.labels for sample in group]
+        rows = [self._known(labels) for labels in gt]
         boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
-        asked = [self.config.is_wanted(labels) for labels, _ in rows]
+        requested = [self.config.is_wanted(labels) for labels, _ in rows]
         return {
-            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, asked, network.classes, overlap)
+            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, requested, network.classes, overlap)
             for overlap in (0.5, 0.75)
         }
 

@@ -38,7 +38,7 @@ LEAST_SAMPLES = 40
 _FOLDS = 5
 _COVERED = 0.9
 _LEAST_ERROR = 1e-5
-"""Errors below this share of the diameter count as it, so that their logarithm stays finite."""
+"""Errors below this fraction of the diameter count as it, so that their logarithm stays finite."""
 
 
 class Samples(NamedTuple):
@@ -67,7 +67,7 @@ def calibrate(
         datasets: Dataset folders; their val splits are read.
         configs: Ways of prediction.
         most_images: Most images of each dataset, evenly spread over the split.
-        progress: Called with the share that is done.
+        progress: Called with the fraction that is done.
 
     Returns:
         The curves. There is none for ICP where the run lacks a CAD surface, nor for a way whose val images hold fewer
@@ -131,8 +131,8 @@ def _interval_over_scenes(
     """Return the 95 % interval of the mean by a bootstrap over scenes."""
     number = np.unique(scene, return_inverse=True)[1]
     sums, counts = np.bincount(number, values), np.bincount(number)
-    drawn = np.random.default_rng(0).integers(len(counts), size=(draws, len(counts)))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    sampled = np.random.default_rng(0).integers(len(counts), size=(draws, len(counts)))
+    means = sums[sampled].sum(axis=1) / counts[sampled].sum(axis=1)
     low, high = np.quantile(means, (0.025, 0.975))
     return float(low), float(high)
 
@@ -140,18 +140,18 @@ def _interval_over_scenes(
 def measure(
     estimators: Sequence[Estimator], reader: DatasetReader, most_images: int, report: Callable[[float], None] | None
 ) -> list[Samples]:
-    """Estimate the targets of a dataset's val split with each estimator and compare them with the truth.
+    """Estimate the targets of a dataset's val split with each estimator and compare them with the ground truth.
 
     Args:
         estimators: One network with several ways of prediction.
         reader: The dataset.
         most_images: Most images, evenly spread over the split.
-        report: Called with the share that is done.
+        report: Called with the fraction that is done.
     """
     images = reader.images("val")
     images = images[:: max(1, -(-len(images) // most_images))]
     require_known(estimators[0], reader, images)
-    truth = {
+    gt = {
         (image.scene_id, image.image_id, target.gt_index): target.T_camera_object
         for image in images
         for target in image.targets
@@ -163,7 +163,7 @@ def measure(
         group = list(read_images(estimators[0], reader, images[start : start + at_once]))
         for estimator, rows in zip(estimators, found, strict=True):
             for item in estimator.estimate_all(group):
-                shape, T_true = shapes[item.obj_id], truth[item.scene_id, item.image_id, item.detection]
+                shape, T_true = shapes[item.obj_id], gt[item.scene_id, item.image_id, item.detection]
                 error = surface_distance(item.T_camera_object, T_true, shape) / shape.diameter
                 rows.append((item.score, error, item.scene_id))
         if report:
@@ -182,7 +182,7 @@ def _joined(parts: Sequence[Samples]) -> Samples:
 
 
 def _part(progress: Progress, number: int, count: int) -> Callable[[float], None]:
-    return lambda share: progress((number + share) / count, f"dataset {number + 1} of {count}")
+    return lambda fraction: progress((number + fraction) / count, f"dataset {number + 1} of {count}")
 
 
 def surface_distance(T_estimate: Transform, T_true: Transform, shape: ObjectShape) -> float:

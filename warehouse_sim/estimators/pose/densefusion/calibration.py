@@ -13,7 +13,7 @@ from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.settings import Refinement
 from warehouse_sim.output import write_bytes
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 CALIBRATION = "calibration.yaml"
 
@@ -41,8 +41,8 @@ class ErrorCurve:
     """Objects that it was fitted on, 1-1,000,000,000."""
     spearman: Annotated[float, Range(-1, 1)]
     """Rank correlation of predicted and true error on scenes left out of the fit, -1 to 1."""
-    coverage: Share
-    """Share of true errors below the bound on scenes left out of the fit, 0-1; wanted is 0.9."""
+    coverage: Fraction
+    """Fraction of true errors below the bound on scenes left out of the fit, 0-1; wanted is 0.9."""
 
     def error_at(self, confidence: float) -> float:
         """Return the error (diameters) that is as likely exceeded as not."""

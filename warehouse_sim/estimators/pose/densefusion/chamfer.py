@@ -4,7 +4,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 
 # Keeps the square root differentiable where two points coincide; 1e-4 of half a diameter.
@@ -14,7 +14,7 @@ _EPSILON = 1e-8
 def chamfer_distance(
     rotation: Float[Tensor, "b n 3 3"],
     translation: Float[Tensor, "b n 3"],
-    truth: Truth,
+    gt: GroundTruth,
     shapes: ShapeTensors,
     squared: bool,
 ) -> Float[Tensor, "b n"]:
@@ -28,14 +28,14 @@ def chamfer_distance(
     Args:
         rotation: Predicted rotations.
         translation: Predicted object origins, normalised.
-        truth: True poses.
+        gt: True poses.
         shapes: Shapes of the classes, with points of their surfaces.
         squared: Whether distances are squared before the mean.
     """
     with torch.autocast(rotation.device.type, enabled=False):
-        surface = shapes.surface[truth.class_index]
+        surface = shapes.surface[gt.class_index]
         predicted = torch.einsum("bnij,bmj->bnmi", rotation.float(), surface) + translation.float()[:, :, None]
-        wanted = surface @ truth.rotation.mT + truth.translation[:, None]
+        wanted = surface @ gt.rotation.mT + gt.translation[:, None]
         with torch.no_grad():
             # Not by matrix products: their differences of squares lose the small distances.
             far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")

@@ -15,12 +15,12 @@ from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, Cr
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes, without_mesh
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
-from warehouse_sim.estimators.pose.doubt.agreement import agreement
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView
-from warehouse_sim.estimators.pose.fitting.evidence_refiner import EvidenceRefiner
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.verification import DepthView
+from warehouse_sim.estimators.pose.fitting.verification_refiner import VerificationRefiner
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
+from warehouse_sim.estimators.pose.uncertainty.agreement import agreement
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.visibility import LeastVisible
@@ -41,13 +41,13 @@ class Estimator(Chain):
         config: Settings.
 
     Raises:
-        TrainingError: The folder holds no complete run, or no CAD surfaces although ICP is asked for.
+        TrainingError: The folder holds no complete run, or no CAD surfaces although ICP is requested.
     """
 
     def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
         self._run = run
-        fitted, asked = read_calibration(run), config.refiner_iterations
-        iterations = fitted.refiner_iterations if asked is None else asked
+        fitted, requested = read_calibration(run), config.refiner_iterations
+        iterations = fitted.refiner_iterations if requested is None else requested
         self._runner, self.config = Runner(run, config.device, config.threads, iterations), config
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
@@ -57,7 +57,7 @@ class Estimator(Chain):
         """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = () if config.refine == "none" else (self._refiner(run),)
         refine = (self._runner.refine, *icp)
-        prefer = next((stage.prefer for stage in icp if isinstance(stage, EvidenceRefiner)), None)
+        prefer = next((stage.prefer for stage in icp if isinstance(stage, VerificationRefiner)), None)
         stages = Stages(self.cut, self._runner.propose, self._choose, (), refine, self._verify, self._agree, prefer)
         super().__init__(stages)
 
@@ -107,7 +107,7 @@ class Estimator(Chain):
                 found += [replace(crop, obj_id=number) for number in numbers]
         return found
 
-    def _refiner(self, run: Path) -> IcpRefiner | EvidenceRefiner:
+    def _refiner(self, run: Path) -> IcpRefiner | VerificationRefiner:
         if lacking := without_mesh(run, self.objects):
             raise TrainingError(
                 f"{run} has no CAD surface of {', '.join(lacking)}, which ICP needs; predict with another --refine"
@@ -116,7 +116,7 @@ class Estimator(Chain):
         if self.config.refine == "icp":
             return IcpRefiner(read_meshes(run), replace(self.config.icp, grazing=grazing), self.config.seed)
         groups = {item.obj_id: SymmetryGroup(np.reshape(item.symmetries, (-1, 4, 4))) for item in self.objects}
-        return EvidenceRefiner(read_meshes(run), groups, FitConfig().believing(grazing), self.config.seed)
+        return VerificationRefiner(read_meshes(run), groups, FitConfig().believing(grazing), self.config.seed)
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]
@@ -140,7 +140,7 @@ class Estimator(Chain):
         label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4), image.gravity)
         mask = detection.pixels(*image.depth.shape)
         crop = cut_mask(image.camera, label, mask, image.depth, image.rgb, self.crop, rng)
-        if crop is None or self.config.refine != "evidence":
+        if crop is None or self.config.refine != "verify":
             return crop
         points = masked_points(image, mask, np.random.default_rng([self.config.seed, number]))
         return replace(crop, view=DepthView(image.camera, image.depth, mask, points, image.gravity))
@@ -152,8 +152,8 @@ class Estimator(Chain):
             InputError: It is of an object that the estimator does not know.
         """
         if detection.model is not None or detection.may_be:
-            asked = detection.may_be if detection.model is None else (detection.model,)
-            return [self._number_of(model) for model in asked]
+            requested = detection.may_be if detection.model is None else (detection.model,)
+            return [self._number_of(model) for model in requested]
         alike = [shape.obj_id for shape in self.objects if detection.class_name in ("", shape.class_name)]
         return alike or [shape.obj_id for shape in self.objects]
 

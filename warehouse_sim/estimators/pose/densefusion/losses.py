@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.nn.functional import logsigmoid
 
 from warehouse_sim.estimators.pose.densefusion.chamfer import chamfer_distance
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss
 
@@ -19,17 +19,17 @@ from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, Symme
 _EPSILON = 1e-8
 
 
-def equivalent_poses(truth: Truth, shapes: ShapeTensors) -> tuple[Float[Tensor, "b g 3 3"], Float[Tensor, "b g 3"]]:
+def equivalent_poses(gt: GroundTruth, shapes: ShapeTensors) -> tuple[Float[Tensor, "b g 3 3"], Float[Tensor, "b g 3"]]:
     """Return every pose that looks the same as the true one, in normalised units."""
-    R_s, t_s = shapes.symmetry_rotation[truth.class_index], shapes.symmetry_translation[truth.class_index]
-    rotations = truth.rotation[:, None] @ R_s
-    return rotations, (truth.rotation[:, None] @ t_s[..., None])[..., 0] + truth.translation[:, None]
+    R_s, t_s = shapes.symmetry_rotation[gt.class_index], shapes.symmetry_translation[gt.class_index]
+    rotations = gt.rotation[:, None] @ R_s
+    return rotations, (gt.rotation[:, None] @ t_s[..., None])[..., 0] + gt.translation[:, None]
 
 
 def pose_distance(
     rotation: Float[Tensor, "b n 3 3"],
     translation: Float[Tensor, "b n 3"],
-    truth: Truth,
+    gt: GroundTruth,
     shapes: ShapeTensors,
     symmetry: SymmetryLoss = "group",
 ) -> Float[Tensor, "b n"]:
@@ -38,28 +38,28 @@ def pose_distance(
     Args:
         rotation: Predicted rotations.
         translation: Predicted object origins, normalised.
-        truth: True poses.
+        gt: True poses.
         shapes: Shapes of the classes.
         symmetry: "group" and "shape" give the RMS distance to the nearest equivalent of the true pose; "none" to the
             true pose itself; "nearest" the mean distance of each surface point to the nearest one of the true pose for
             classes that are symmetric (ADD-S, as the original), and the RMS distance for the others.
     """
     with _in_32_bits(rotation):
-        placed = _place(rotation, translation, truth.class_index, shapes)
+        placed = _place(rotation, translation, gt.class_index, shapes)
         if symmetry in ("group", "shape"):
-            return _rms(placed - _nearest_equivalent(placed, truth, shapes))
-        true_pose = truth.rotation[:, None], truth.translation[:, None]
-        plain = _rms(placed - _place(*true_pose, truth.class_index, shapes))
+            return _rms(placed - _nearest_equivalent(placed, gt, shapes))
+        true_pose = gt.rotation[:, None], gt.translation[:, None]
+        plain = _rms(placed - _place(*true_pose, gt.class_index, shapes))
         if symmetry == "none":
             return plain
-        symmetric = shapes.is_symmetric()[truth.class_index]
-        return torch.where(symmetric[:, None], _nearest_point_distance(rotation, translation, truth, shapes), plain)
+        symmetric = shapes.is_symmetric()[gt.class_index]
+        return torch.where(symmetric[:, None], _nearest_point_distance(rotation, translation, gt, shapes), plain)
 
 
 def loss_distance(
     rotation: Float[Tensor, "b n 3 3"],
     translation: Float[Tensor, "b n 3"],
-    truth: Truth,
+    gt: GroundTruth,
     shapes: ShapeTensors,
     config: LossConfig,
 ) -> Float[Tensor, "b n"]:
@@ -68,18 +68,18 @@ def loss_distance(
     Args:
         rotation: Predicted rotations.
         translation: Predicted object origins, normalised.
-        truth: True poses.
+        gt: True poses.
         shapes: Shapes of the classes.
         config: Which distance, and its unit.
     """
     squared = config.distance == "chamfer-squared"
     if config.distance == "surface":
-        found = pose_distance(rotation, translation, truth, shapes, config.symmetry)
+        found = pose_distance(rotation, translation, gt, shapes, config.symmetry)
     else:
-        found = chamfer_distance(rotation, translation, truth, shapes, squared)
+        found = chamfer_distance(rotation, translation, gt, shapes, squared)
     if config.unit == "half-diameters":
         return found
-    scale = shapes.half_diameter[truth.class_index][:, None]
+    scale = shapes.half_diameter[gt.class_index][:, None]
     return found * (scale.square() if squared else scale)
 
 
@@ -104,7 +104,8 @@ def confidence_loss(
 def inlier_loss(logit: Float[Tensor, "b n"], belongs: Bool[Tensor, "b n"]) -> Float[Tensor, ""]:
     """Return the mean binary cross-entropy of which points are the object's, both answers counting alike.
 
-    Of a true mask nearly all points are the object's, of a box few: without balance the rare ones would hardly count.
+    Of a ground-truth mask nearly all points are the object's, of a box few: without balance the rare ones would hardly
+    count.
 
     Args:
         logit: Trust in each point before the sigmoid.
@@ -122,7 +123,7 @@ def coordinate_loss(
     predicted: Float[Tensor, "b n 3"],
     log_scale: Float[Tensor, "b n"],
     points: Float[Tensor, "b n 3"],
-    truth: Truth,
+    gt: GroundTruth,
     shapes: ShapeTensors,
     symmetry: SymmetryLoss = "group",
     belongs: Bool[Tensor, "b n"] | None = None,
@@ -136,16 +137,16 @@ def coordinate_loss(
         predicted: Coordinates in the object's frame, normalised.
         log_scale: ln b of each point.
         points: The measured points that they belong to, normalised.
-        truth: True poses.
+        gt: True poses.
         shapes: Shapes of the classes.
         symmetry: "none" compares with the true pose only.
         belongs: Which points are the object's, and count; None for all.
     """
     with _in_32_bits(points):
         if symmetry == "none":
-            rotations, translations = truth.rotation[:, None], truth.translation[:, None]
+            rotations, translations = gt.rotation[:, None], gt.translation[:, None]
         else:
-            rotations, translations = equivalent_poses(truth, shapes)
+            rotations, translations = equivalent_poses(gt, shapes)
         # R^T (p - t), for each equivalent pose.
         wanted = (points.float()[:, None] - translations[:, :, None]) @ rotations
         error = ((predicted[:, None] - wanted).square().sum(dim=-1) + _EPSILON).sqrt()
@@ -162,9 +163,11 @@ def _in_32_bits(tensor: Tensor) -> torch.autocast:
     return torch.autocast(tensor.device.type, enabled=False)
 
 
-def _nearest_equivalent(placed: Float[Tensor, "b n 12"], truth: Truth, shapes: ShapeTensors) -> Float[Tensor, "b n 12"]:
+def _nearest_equivalent(
+    placed: Float[Tensor, "b n 12"], gt: GroundTruth, shapes: ShapeTensors
+) -> Float[Tensor, "b n 12"]:
     """Return, for each pose, the anchors under that equivalent of the true pose which is nearest to it."""
-    wanted = _place(*equivalent_poses(truth, shapes), truth.class_index, shapes)
+    wanted = _place(*equivalent_poses(gt, shapes), gt.class_index, shapes)
     with torch.no_grad():
         # |a - b|^2 = |a|^2 - 2 a.b + |b|^2: one product finds the nearest, whose distance is then computed exactly.
         cross = torch.bmm(placed, wanted.mT)
@@ -189,11 +192,11 @@ def _place(
 
 
 def _nearest_point_distance(
-    rotation: Float[Tensor, "b n 3 3"], translation: Float[Tensor, "b n 3"], truth: Truth, shapes: ShapeTensors
+    rotation: Float[Tensor, "b n 3 3"], translation: Float[Tensor, "b n 3"], gt: GroundTruth, shapes: ShapeTensors
 ) -> Float[Tensor, "b n"]:
-    surface = shapes.surface[truth.class_index]
+    surface = shapes.surface[gt.class_index]
     predicted = torch.einsum("bnij,bmj->bnmi", rotation, surface) + translation[:, :, None]
-    wanted = surface @ truth.rotation.mT + truth.translation[:, None]
+    wanted = surface @ gt.rotation.mT + gt.translation[:, None]
     with torch.no_grad():
         # Not by matrix products: their differences of squares lose the small distances.
         far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")

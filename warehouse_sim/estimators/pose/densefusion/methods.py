@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 class NetworkAtSize(Protocol):
     """Gives a method's network at a size."""
 
-    def __call__(self, size: Size, faithful: bool = False) -> "DenseFusionConfig":
-        """Return the network's configuration; ``faithful`` keeps the original's quirks."""
+    def __call__(self, size: Size, paper: bool = False) -> "DenseFusionConfig":
+        """Return the network's configuration; ``paper`` keeps the original's quirks."""
 
 
 @dataclass(frozen=True)

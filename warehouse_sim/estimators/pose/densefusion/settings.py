@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.learning.stream_settings import StreamConfig
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 Size = Literal["nano", "small", "full"]
 Settings = TypeVar("Settings", bound=Any)
@@ -16,26 +16,26 @@ Settings = TypeVar("Settings", bound=Any)
 class MaskNoiseConfig:
     """How masks are disturbed in training, where crops hold what is around them; several of these may meet."""
 
-    share: Share = 0.0
-    """Share of samples with a disturbed mask, 0-1; the others keep the true one."""
+    fraction: Fraction = 0.0
+    """Fraction of samples with a disturbed mask, 0-1; the others keep the true one."""
     most_px: Annotated[float, Range(0, 100, "px")] = 4.0
     """How far an outline is off at most, 0-100."""
-    grow: Share = 0.5
-    """Share of the disturbed masks that are eroded or dilated by up to ``most_px``, 0-1."""
-    wander: Share = 0.35
+    grow: Fraction = 0.5
+    """Fraction of the disturbed masks that are eroded or dilated by up to ``most_px``, 0-1."""
+    wander: Fraction = 0.35
     """Share whose outline goes to and fro by up to ``most_px``, in waves, 0-1."""
-    shift: Share = 0.25
-    """Share that is shifted by up to ``most_px`` along each axis, 0-1."""
-    hole: Share = 0.15
+    shift: Fraction = 0.25
+    """Fraction that is shifted by up to ``most_px`` along each axis, 0-1."""
+    hole: Fraction = 0.15
     """Share with a rectangular hole, 0-1."""
-    cut: Share = 0.15
-    """Share of which a side is missing, up to half, 0-1."""
-    merge: Share = 0.3
-    """Share that holds what lies in the crop of other targets, each with even odds, 0-1."""
-    box: Share = 0.2
-    """Share that is the box of the mask, each side moved by up to ``box_error``, 0-1."""
-    box_error: Share = 0.08
-    """How far sides of a box are off at most, as a share of its longer side, 0-1."""
+    cut: Fraction = 0.15
+    """Fraction of which a side is missing, up to half, 0-1."""
+    merge: Fraction = 0.3
+    """Fraction that holds what lies in the crop of other targets, each with even odds, 0-1."""
+    box: Fraction = 0.2
+    """Fraction that is the box of the mask, each side moved by up to ``box_error``, 0-1."""
+    box_error: Fraction = 0.08
+    """How far sides of a box are off at most, as a fraction of its longer side, 0-1."""
 
 
 @dataclass(frozen=True)
@@ -49,27 +49,28 @@ class AugmentConfig:
     """Standard deviation of turns about the camera's other two axes (rad), 0-10."""
     shift: Annotated[float, Range(0, 10, "m")] = 0.03
     """Largest shift of the centring point along each axis (m), 0-10."""
-    hide_probability: Share = 0.3
-    """Share of samples of which one side is hidden, 0-1."""
-    hide_share: Share = 0.4
-    """Largest hidden share of the extent in the image, 0-1."""
+    hide_probability: Fraction = 0.3
+    """Fraction of samples of which one side is hidden, 0-1."""
+    hide_fraction: Fraction = 0.4
+    """Largest hidden fraction of the extent in the image, 0-1."""
     erode_px: Annotated[int, Range(0, 100, "px")] = 2
     """Most pixels taken off the border of the mask, 0-100."""
-    drop_share: Share = 0.7
-    """Largest share of the points that is dropped at random, 0-1."""
+    drop_fraction: Fraction = 0.7
+    """Largest fraction of the points that is dropped at random, 0-1."""
     min_points: Annotated[int, Range(1, 65_536)] = 24
     """A sample is never left with fewer of its points, 1-65,536."""
-    colour: Share = 0.25
+    colour: Fraction = 0.25
     """Largest relative change of brightness, contrast and each channel, 0-1."""
     masks: MaskNoiseConfig = field(default_factory=MaskNoiseConfig)
     """How masks are disturbed, where crops hold what is around them."""
-    gravity_drop: Share = 0.0
-    """Share of samples whose gravity is kept from a network that is told of it, 0-1."""
+    gravity_drop: Fraction = 0.0
+    """Fraction of samples whose gravity is kept from a network that is told of it, 0-1."""
     gravity_error_deg: Annotated[float, Range(0, 45, "deg")] = 0.0
     """Standard deviation of the error of gravity about each horizontal axis, 0-45; such samples are not tilted by
     ``tilt``."""
-    lean_share: Share = 0.0
-    """Share of the samples whose gravity is told that lean against it all the same, as a pallet on debris does, 0-1."""
+    lean_fraction: Fraction = 0.0
+    """Fraction of the samples whose gravity is told that lean against it all the same, as a pallet on debris does,
+    0-1."""
     lean_deg: Annotated[float, Range(0, 45, "deg")] = 2.5
     """Standard deviation of how far they lean about each horizontal axis, 0-45."""
 
@@ -121,7 +122,7 @@ class TrainConfig(LoopConfig):
 
     size: Size = "nano"
     """Widths of the network: nano trains in minutes on a CPU, full has the original widths."""
-    faithful: bool = False
+    paper: bool = False
     """Keep the original's quirks: image values of 0-255, log-softmax over the embedding, no batch normalisation,
     corners aligned, average pooling, a refiner that pools both layers, separate heads."""
     surroundings: bool = False
@@ -138,8 +139,8 @@ class TrainConfig(LoopConfig):
     phase: Phase = "joint"
     """joint: after ``refiner_start`` the refiner is trained with the rest; apart: from there on it is trained alone, as
     the original's; refiner: nothing else is trained, on top of the weights that training begins with."""
-    refiner_start: Share = 0.7
-    """Share of the run after which the refiner is trained too, or alone, 0-1."""
+    refiner_start: Fraction = 0.7
+    """Fraction of the run after which the refiner is trained too, or alone, 0-1."""
     refiner_rate: Annotated[float, Range(0.000001, 1000)] = 0.3
     """Learning rate of a refiner that is trained alone, as a multiple of ``learning_rate``, 0.000001-1,000; 0.3 in the
     original. It falls along a cosine of its own."""
@@ -171,11 +172,12 @@ PRESETS: dict[Preset, TrainConfig] = {
         surroundings=True,
         upright=True,
         augment=AugmentConfig(
-            masks=MaskNoiseConfig(share=0.75), gravity_drop=0.3, gravity_error_deg=0.3, lean_share=0.15
+            masks=MaskNoiseConfig(fraction=0.75), gravity_drop=0.3, gravity_error_deg=0.3, lean_fraction=0.15
         ),
     ),
 }
-"""Settings by name: plain trains on true masks; robust makes networks for masks with errors and tilted cameras."""
+"""Settings by name: plain trains on ground-truth masks; robust makes networks for masks with errors and tilted
+cameras."""
 
 
 def with_preset(config: TrainConfig, name: Preset) -> TrainConfig:

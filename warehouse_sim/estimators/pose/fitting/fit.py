@@ -7,11 +7,11 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.hypotheses import look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitModel, Found, Sought
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.pose.own_points import LEAST_POINTS
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
@@ -62,7 +62,7 @@ class PoseFit:
         best: dict[int, tuple[ObjectInfo, Found]] = {}
         for (info, item), found in zip(pairs, search_jointly([item for _, item in pairs], self.config), strict=True):
             other = best.get(item.detection)
-            if other is None or found.evidence[0].score > other[1].evidence[0].score:
+            if other is None or found.verification[0].score > other[1].verification[0].score:
                 best[item.detection] = info, found
         return [self._estimate(image, position, *found) for position, found in best.items()]
 
@@ -80,7 +80,7 @@ class PoseFit:
             image.scene_id,
             image.image_id,
             info.obj_id,
-            detection.score * float(np.clip(found.evidence[0].score, 0.0, 1.0)),
+            detection.score * float(np.clip(found.verification[0].score, 0.0, 1.0)),
             found.T_camera_object[0],
             name=info.name,
             class_name=info.class_name,
@@ -99,11 +99,11 @@ class PoseFit:
         if detection.model is None and not detection.may_be:
             shown = [item for key, item in self._infos.items() if isinstance(key, int)]
             return [item for item in shown if detection.class_name in ("", item.class_name)] or shown
-        asked = detection.may_be if detection.model is None else (detection.model,)
-        for model in asked:
+        requested = detection.may_be if detection.model is None else (detection.model,)
+        for model in requested:
             if model not in self._infos:
                 raise InputError(f"the estimator was not shown the object {model!r}")
-        return [self._infos[model] for model in asked]
+        return [self._infos[model] for model in requested]
 
 
 def _number(position: int, detection: Detection) -> int:
@@ -114,13 +114,13 @@ def _agreement(found: Found, symmetry: SymmetryGroup) -> Agreement:
     """Return what the other hypotheses say of the first one."""
     T = found.T_camera_object
     others = np.flatnonzero(~look_alike(T, T[:1], symmetry, 0.03, 0.02)[:, 0])
-    margin = found.evidence[0].score - found.evidence[others[0]].score if len(others) else 1.0
+    margin = found.verification[0].score - found.verification[others[0]].score if len(others) else 1.0
     spread = float(np.sqrt(((T[:, :3, 3] - T[:, :3, 3].mean(axis=0)) ** 2).sum(axis=1).mean()))
     return Agreement(spread=spread, margin=margin)
 
 
 def rectangle_fit() -> PoseFit:
-    """Return the trivial method: the rectangle of what is seen, upright, no ICP."""
+    """Return the baseline: the rectangle of what is seen, upright, no ICP."""
     return PoseFit(FitConfig(refine=False))
 
 

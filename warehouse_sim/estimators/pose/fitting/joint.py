@@ -2,7 +2,7 @@
 
 A detection may be of several objects that touch, or two detections of one mask. Each pose claims the points that lie on
 its surface; poses that share claims are looked for once more among the points that the others leave, and the set of
-poses is taken whose evidence, less a price for what is claimed twice, is best.
+poses is taken whose verification, less a price for what is claimed twice, is best.
 """
 
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView, EvidenceConfig
 from warehouse_sim.estimators.pose.fitting.search import Found, Sought, search
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell
 from warehouse_sim.estimators.pose.own_points import LEAST_POINTS
 from warehouse_sim.geometry.pose import Transforms, invert, transform_points
@@ -22,17 +22,18 @@ _NOBODY_PROPOSES = np.empty((0, 4, 4))
 _POINTS = 200
 """Points of each detection that are claimed."""
 _CLAIMED = 0.3
-"""Share of its claims that a pose may have in common with another: neighbours touch."""
+"""Fraction of its claims that a pose may have in common with another: neighbours touch."""
 _PRICE = 2.0
-"""Of a share of claims beyond that, in units of the evidence."""
+"""Of a fraction of claims beyond that, in units of the verification."""
 _EXPLAINED = 0.5
-"""What a set is worth that explains all points of one detection, in units of the evidence."""
+"""What a set is worth that explains all points of one detection, in units of the verification."""
 
 
 def search_jointly(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     """Return what is found of each object, where those of one image do not explain the same points.
 
-    Of the objects that one detection may be, that with the most evidence takes part; the others stay as they are found.
+    Of the objects that one detection may be, that with the most verification takes part; the others stay as they are
+    found.
     """
     found = search(sought, config)
     images: dict[int, list[int]] = {}
@@ -49,7 +50,7 @@ def _leading(sought: Sequence[Sought], found: Sequence[Found]) -> list[int]:
     best: dict[int, int] = {}
     for i, item in enumerate(sought):
         other = best.setdefault(item.detection, i)
-        if found[i].evidence[0].score > found[other].evidence[0].score:
+        if found[i].verification[0].score > found[other].verification[0].score:
             best[item.detection] = i
     return list(best.values())
 
@@ -60,7 +61,7 @@ def _shared_out(sought: Sequence[Sought], found: Sequence[Found], config: FitCon
         return list(found)
     points = np.concatenate([item.points[:_POINTS] for item in sought])
     claims = [
-        _claims(item, one.T_camera_object, points, config.evidence) for item, one in zip(sought, found, strict=True)
+        _claims(item, one.T_camera_object, points, config.verification) for item, one in zip(sought, found, strict=True)
     ]
     first = _common([one[0] for one in claims])
     contested = np.flatnonzero((first > _CLAIMED).any(axis=1))
@@ -69,8 +70,8 @@ def _shared_out(sought: Sequence[Sought], found: Sequence[Found], config: FitCon
     found, claims = list(found), list(claims)
     for i, more in _among_the_rest(sought, found, contested, first, config).items():
         found[i] = found[i].with_others(more)
-        claims[i] = _claims(sought[i], found[i].T_camera_object, points, config.evidence)
-    chosen = _best_set([np.array([item.score for item in one.evidence]) for one in found], claims)
+        claims[i] = _claims(sought[i], found[i].T_camera_object, points, config.verification)
+    chosen = _best_set([np.array([item.score for item in one.verification]) for one in found], claims)
     return [one.led_by(number) for one, number in zip(found, chosen, strict=True)]
 
 
@@ -87,13 +88,13 @@ def _among_the_rest(
         # What a network trusts is of one object; of what the others leave it may have trusted nothing.
         view = sought[i].whole
         for j in map(int, np.flatnonzero(common[i] > _CLAIMED)):
-            view = _without(view, sought[j], found[j].T_camera_object[:1], config.evidence)
+            view = _without(view, sought[j], found[j].T_camera_object[:1], config.verification)
         if len(view.points) >= LEAST_POINTS:
             left[i] = Sought.of(sought[i].model, view, _NOBODY_PROPOSES, i)
     return dict(zip(left, search(list(left.values()), config), strict=True)) if left else {}
 
 
-def _without(view: DepthView, other: Sought, T_camera_object: Transforms, config: EvidenceConfig) -> DepthView:
+def _without(view: DepthView, other: Sought, T_camera_object: Transforms, config: VerificationConfig) -> DepthView:
     """Return a view whose mask claims nothing that lies on the surface of another object."""
     v, u = np.nonzero(view.mask & (view.depth > 0))
     points = view.camera.rays_at(u, v) * view.depth[v, u][:, None].astype(float)
@@ -106,19 +107,19 @@ def _without(view: DepthView, other: Sought, T_camera_object: Transforms, config
 
 
 def _claims(
-    item: Sought, T_camera_object: Transforms, points: Float[np.ndarray, "p 3"], config: EvidenceConfig
+    item: Sought, T_camera_object: Transforms, points: Float[np.ndarray, "p 3"], config: VerificationConfig
 ) -> Bool[np.ndarray, "h p"]:
     """Return which points lie on the surface of an object in each of some poses."""
     T_object_camera = invert(T_camera_object)
     seen = NearestByCell([item.model.cells] * len(T_camera_object), T_object_camera[:, :3, 3])
     placed = transform_points(T_object_camera, np.broadcast_to(points, (len(T_camera_object), *points.shape)))
     distance, _ = seen.nearest(placed)
-    on: Bool[np.ndarray, "h p"] = np.abs(distance) <= config.tolerance + config.tolerance_share * points[:, 2]
+    on: Bool[np.ndarray, "h p"] = np.abs(distance) <= config.tolerance + config.tolerance_fraction * points[:, 2]
     return on
 
 
 def _common(claims: Sequence[Bool[np.ndarray, " p"]]) -> Float[np.ndarray, "n n"]:
-    """Return which share of the claims of the smaller of two poses both have; 0 of a pose with itself."""
+    """Return which fraction of the claims of the smaller of two poses both have; 0 of a pose with itself."""
     each = np.stack(claims).astype(float)
     count = each.sum(axis=1)
     common: Float[np.ndarray, "n n"] = each @ each.T / np.maximum(np.minimum(count[:, None], count), 1.0)
@@ -129,7 +130,7 @@ def _common(claims: Sequence[Bool[np.ndarray, " p"]]) -> Float[np.ndarray, "n n"
 def _best_set(scores: Sequence[Float[np.ndarray, " h"]], claims: Sequence[Bool[np.ndarray, "h p"]]) -> list[int]:
     """Return which pose of each object is taken, so that the set is worth most.
 
-    A set is worth its evidence and the points that it explains, each once, less the price of shared claims. It is
+    A set is worth its verification and the points that it explains, each once, less the price of shared claims. It is
     improved object by object, from the best pose of each, and from each other pose in its place.
     """
     owner = np.repeat(np.arange(len(scores)), [len(one) for one in scores])

@@ -5,18 +5,18 @@ from jaxtyping import Float
 
 
 def quantiles(
-    values: Float[np.ndarray, "*batch n"], share: float
+    values: Float[np.ndarray, "*batch n"], fraction: float
 ) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
-    """Return the quantiles ``share`` and ``1 - share`` of the last axis, linear between values as numpy's default.
+    """Return the quantiles ``fraction`` and ``1 - fraction`` of the last axis, linear as numpy's default.
 
     Args:
         values: At least one a row.
-        share: 0-0.5.
+        fraction: 0-0.5.
     """
     ordered = np.sort(values, axis=-1)
     last = ordered.shape[-1] - 1
-    low = int(share * last)
-    part = share * last - low
+    low = int(fraction * last)
+    part = fraction * last - low
     high, inner = last - low, min(low + 1, last)
     return (
         ordered[..., low] + part * (ordered[..., inner] - ordered[..., low]),

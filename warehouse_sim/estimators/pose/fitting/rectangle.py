@@ -18,7 +18,7 @@ _DIRECTIONS = 45
 _OUTER = 0.02
 """This quantile and its opposite stand for the border of a set of points: some readings lie between two surfaces."""
 _WHOLE = 0.8
-"""Share of the height from which all of it counts as seen."""
+"""Fraction of the height from which all of it counts as seen."""
 _TOO_LONG = 1.2
 """Points that reach so many times the length of a side are of more than one object."""
 _LEAST_DISTANCE = 0.01

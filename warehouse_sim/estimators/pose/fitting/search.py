@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView, Evidence, EvidenceConfig, judge_all
 from warehouse_sim.estimators.pose.fitting.hypotheses import (
     distinct,
     hypotheses,
@@ -15,6 +14,7 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import (
 )
 from warehouse_sim.estimators.pose.fitting.settings import FitConfig
 from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
+from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
 from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
@@ -93,22 +93,22 @@ class Sought:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Poses of one object in order of the evidence for them."""
+    """Poses of one object in order of the verification for them."""
 
     T_camera_object: Transforms
     """(h 4 4), the best first."""
-    evidence: tuple[Evidence, ...]
+    verification: tuple[Verification, ...]
     """Of each."""
 
     def with_others(self, others: "Found") -> "Found":
         """Return the same with other poses behind."""
         T_camera_object = np.concatenate([self.T_camera_object, others.T_camera_object])
-        return Found(T_camera_object, self.evidence + others.evidence)
+        return Found(T_camera_object, self.verification + others.verification)
 
     def led_by(self, number: int) -> "Found":
         """Return the same with pose ``number`` first."""
-        order = [number, *(i for i in range(len(self.evidence)) if i != number)]
-        return Found(self.T_camera_object[order], tuple(self.evidence[i] for i in order))
+        order = [number, *(i for i in range(len(self.verification)) if i != number)]
+        return Found(self.T_camera_object[order], tuple(self.verification[i] for i in order))
 
 
 def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
@@ -119,13 +119,15 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     """
     starts = [item.starts(config) for item in sought]
     if not config.refine:
-        return [ranked(item, poses, config.coarse_evidence, 0.0) for item, poses in zip(sought, starts, strict=True)]
+        return [
+            ranked(item, poses, config.coarse_verification, 0.0) for item, poses in zip(sought, starts, strict=True)
+        ]
     coarse = [
         # A start may be better than what its neighbours' points make of it.
         ranked(
             item,
             distinct(np.concatenate([fitted, begun]), item.model.symmetry, _SAME_TURN, _SAME_SHIFT),
-            config.coarse_evidence,
+            config.coarse_verification,
             0.0,
         )
         for item, begun, fitted in zip(sought, starts, fit_coarsely(sought, starts, config.coarse), strict=True)
@@ -135,8 +137,8 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
     found = dict(enumerate(coarse))
     for i, fitted, begun in zip(chosen, fine, tried, strict=True):
-        lead = config.doubt if len(sought[i].proposed) else 0.0
-        found[i] = _of_fitted(sought[i], fitted, begun, config.evidence, lead)
+        lead = config.uncertainty if len(sought[i].proposed) else 0.0
+        found[i] = _of_fitted(sought[i], fitted, begun, config.verification, lead)
     return list(found.values())
 
 
@@ -151,7 +153,7 @@ def fit_coarsely(sought: Sequence[Sought], starts: Sequence[Transforms], config:
         seen = NearestByCell(cells, invert(T)[:, :3, 3])
         T, delta = fit_to_surfaces(T, delta, cloud, seen, number, config, up)
     shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
-    T = np.where((shift <= config.most_shift)[:, None, None], T, T_start)
+    T = np.where((shift <= config.max_displacement)[:, None, None], T, T_start)
     return _split(T, starts)
 
 
@@ -170,13 +172,13 @@ def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) 
     return {
         i
         for rivals in by_detection.values()
-        for i in sorted(rivals, key=lambda i: -found[i].evidence[0].score)[:models]
+        for i in sorted(rivals, key=lambda i: -found[i].verification[0].score)[:models]
     }
 
 
 def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
     """Return the poses to fit finely, a network's own first."""
-    scores = np.array([evidence.score for evidence in coarse.evidence])
+    scores = np.array([verification.score for verification in coarse.verification])
     close = coarse.T_camera_object[scores >= scores[0] - config.close]
     kept, own = distinct(close, item.model.symmetry, _OTHER_TURN, _OTHER_SHIFT)[: config.kept], item.proposed[:1]
     if len(own):
@@ -184,25 +186,25 @@ def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
     return np.concatenate([own, kept])
 
 
-def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms, config: EvidenceConfig, lead: float) -> Found:
+def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms, config: VerificationConfig, lead: float) -> Found:
     """Return the fitted poses in order, and in place of those that lost the object those that they began with."""
-    evidence = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, config)
-    after, before = np.array([one.score for one in evidence]).reshape(2, -1)
+    verification = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, config)
+    after, before = np.array([one.score for one in verification]).reshape(2, -1)
     held = np.arange(len(fitted)) + np.where(after < before - _LOST, len(fitted), 0)
-    return _in_order(np.concatenate([fitted, begun])[held], [evidence[i] for i in held], lead)
+    return _in_order(np.concatenate([fitted, begun])[held], [verification[i] for i in held], lead)
 
 
-def ranked(item: Sought, poses: Transforms, config: EvidenceConfig, lead: float) -> Found:
-    """Return poses in order of the evidence, where the first one leads by some; ties go to the first."""
-    evidence = judge_all(poses, item.model.surface, item.view, config)
-    return _in_order(poses, evidence, lead)
+def ranked(item: Sought, poses: Transforms, config: VerificationConfig, lead: float) -> Found:
+    """Return poses in order of the verification, where the first one leads by some; ties go to the first."""
+    verification = judge_all(poses, item.model.surface, item.view, config)
+    return _in_order(poses, verification, lead)
 
 
-def _in_order(poses: Transforms, evidence: Sequence[Evidence], lead: float) -> Found:
-    scores = np.array([one.score for one in evidence])
+def _in_order(poses: Transforms, verification: Sequence[Verification], lead: float) -> Found:
+    scores = np.array([one.score for one in verification])
     scores[0] += lead
     order = np.argsort(-scores, kind="stable")
-    return Found(poses[order], tuple(evidence[i] for i in order))
+    return Found(poses[order], tuple(verification[i] for i in order))
 
 
 def _clouds(sought: Sequence[Sought], rows: Sequence[int], count: int) -> Cloud:

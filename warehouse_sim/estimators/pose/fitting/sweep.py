@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView
 from warehouse_sim.estimators.pose.fitting.quantiles import quantiles
+from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.pose.icp.triangles import dot
 from warehouse_sim.geometry.pose import (
@@ -53,10 +53,10 @@ class SweepConfig:
     samples: Annotated[int, Range(20, 10_000)] = 200
     """Samples of the outer sides, 20-10,000."""
     quantile: Annotated[float, Range(0, 0.4)] = 0.04
-    """Share of the points beyond either end of what is seen, 0-0.4."""
+    """Fraction of the points beyond either end of what is seen, 0-0.4."""
     tolerance: Annotated[float, Range(0.001, 1, "m")] = 0.06
-    """Within so much (m) of the surface a reading is on it, 0.001-1, plus ``tolerance_share`` of the distance."""
-    tolerance_share: Annotated[float, Range(0, 1)] = 0.01
+    """Within so much (m) of the surface a reading is on it, 0.001-1, plus ``tolerance_fraction`` of the distance."""
+    tolerance_fraction: Annotated[float, Range(0, 1)] = 0.01
     """What the tolerance grows by with the distance, 0-1."""
     near: Annotated[int, Range(0, 1000)] = 10
     """The best so many are tried again at ``moved`` places around, 0-1,000."""
@@ -153,14 +153,14 @@ def _period(symmetry: SymmetryGroup) -> float:
 
 
 def _scores(T_camera_object: Transforms, sides: Sides, view: DepthView, config: SweepConfig) -> Float[np.ndarray, " h"]:
-    """Return gains less prices of each pose, as ``evidence.judge`` weighs them, but for what covers itself."""
+    """Return gains less prices of each pose, as ``verification.judge`` weighs them, but for what covers itself."""
     pose, points, cosine = _facing(T_camera_object, sides)
     u, v = np.rint(view.camera.project(points)).astype(np.int64).T
     height, width = view.depth.shape
     inside = np.flatnonzero((u >= 0) & (u < width) & (v >= 0) & (v < height))
     pose, z, cosine, place = pose[inside], points[inside, 2], cosine[inside], v[inside] * width + u[inside]
     read, claimed = view.depth.ravel()[place], view.mask.ravel()[place]
-    off = (read - z) * np.maximum(cosine, 0.35) / (config.tolerance + config.tolerance_share * z)
+    off = (read - z) * np.maximum(cosine, 0.35) / (config.tolerance + config.tolerance_fraction * z)
     near = np.maximum(1.0 - off**2, 0.0) * np.where(claimed, 1.0, -0.5)
     gain = np.where(read > 0, near - ((off > 1.0) | ((off < -1.0) & claimed)), 0.0)
     weight, count = cosine / z**2, len(T_camera_object)
@@ -186,10 +186,10 @@ def _facing(
 def _explained(
     T_camera_object: Transforms, size: Float[np.ndarray, " 3"], view: DepthView, config: SweepConfig
 ) -> Float[np.ndarray, " h"]:
-    """Return the share of the mask's points that each pose's box holds, widened by the tolerance."""
+    """Return the fraction of the mask's points that each pose's box holds, widened by the tolerance."""
     points = view.points[:_EXPLAINED]
     T_object_camera = invert(T_camera_object)
-    tolerance = config.tolerance + config.tolerance_share * points[:, 2]
+    tolerance = config.tolerance + config.tolerance_fraction * points[:, 2]
     inside = np.ones((len(T_camera_object), len(points)), dtype=bool)
     for axis in range(3):
         along = T_object_camera[:, axis, :3] @ points.T + T_object_camera[:, axis, 3:]
@@ -199,9 +199,9 @@ def _explained(
 
 def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4"], count: int) -> Transforms:
     """Return poses moved and turned about gravity, ``count`` each, always by the same amounts, (h count 4 4)."""
-    drawn = np.random.default_rng(0).standard_normal((count, 4))
-    shift = drawn[:, :3] * [_MOVED_BY, _MOVED_BY, _MOVED_BY / 3.0]
-    turned = np.stack([make_transform(rotation_z(angle), np.zeros(3)) for angle in _TURNED_BY * drawn[:, 3]])
+    sampled = np.random.default_rng(0).standard_normal((count, 4))
+    shift = sampled[:, :3] * [_MOVED_BY, _MOVED_BY, _MOVED_BY / 3.0]
+    turned = np.stack([make_transform(rotation_z(angle), np.zeros(3)) for angle in _TURNED_BY * sampled[:, 3]])
     T = T_camera_object[:, None] @ turned
     T[..., :3, 3] += shift @ T_camera_upright[:3, :3].T
     return T
@@ -220,11 +220,11 @@ def _apart(T_camera_object: Transforms, symmetry: SymmetryGroup, count: int) -> 
 def _alike(
     T_camera_object: Transforms,
     looks: Transforms,
-    asked: Bool[np.ndarray, " h"],
+    requested: Bool[np.ndarray, " h"],
     turn: float = 0.15,
     shift: float = 0.07,
 ) -> Bool[np.ndarray, " h"]:
-    found = ~asked
+    found = ~requested
     for look in looks:
         away = np.linalg.norm(T_camera_object[:, :3, 3] - look[:3, 3], axis=1)
         found |= (away <= shift) & (rotation_angle(T_camera_object[:, :3, :3], look[None, :3, :3]) <= turn)

@@ -23,10 +23,10 @@ from warehouse_sim.ranges import Range, ranged
 _MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 _COARSE = 1.0 / 3.0
-"""Share of points and surface samples that all rounds but the last use."""
+"""Fraction of points and surface samples that all rounds but the last use."""
 _LEAST_POINTS = 6
 _TRIMMED = 0.7
-"""Share of the points, the nearest ones, that must fit no worse than before."""
+"""Fraction of the points, the nearest ones, that must fit no worse than before."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class IcpConfig:
     """How a pose is fitted to its points."""
 
     rounds: Annotated[int, Range(1, 100)] = 3
-    """How often the visible surface and the noise are estimated anew, 1-100."""
+    """How often the visible surface and the noise are estimated again, 1-100."""
     iterations: Annotated[int, Range(1, 1000)] = 4
     """Most steps of each round, 1-1,000."""
     points: Annotated[int, Range(12, 100_000)] = 600
@@ -56,7 +56,7 @@ class IcpConfig:
     """Standard deviation of the network's position (m), 0.000001-10."""
     prior_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.05
     """Standard deviation of the network's rotation (rad), 0.000001-10."""
-    most_shift: Annotated[float, Range(0.000001, 100, "m")] = 0.25
+    max_displacement: Annotated[float, Range(0.000001, 100, "m")] = 0.25
     """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
     most_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
@@ -262,8 +262,8 @@ def _measure_anisotropy(
 
 
 def _gate(config: IcpConfig, step: int) -> float:
-    share = step / max(1, config.rounds * config.iterations - 1)
-    return config.gate_start * (config.gate_end / config.gate_start) ** share
+    fraction = step / max(1, config.rounds * config.iterations - 1)
+    return config.gate_start * (config.gate_end / config.gate_start) ** fraction
 
 
 def _gauss_newton(
@@ -303,7 +303,7 @@ def _gauss_newton(
         known = np.isfinite(lean[:, 0])
         lean, weight_of_up = np.where(known[:, None], lean, 0.0), known * (noise[:, 0] / config.upright) ** 2
         # Gravity weighs as much against all readings as against so many as have errors of their own, and little
-        # where an object leans beyond doubt (Geman and McClure, 1987).
+        # where an object leans beyond uncertainty (Geman and McClure, 1987).
         weight_of_up *= alike / (1.0 + (lean**2).sum(axis=1) / config.leaning**2) ** 2
         matrix[:, 0, 0] += weight_of_up
         matrix[:, 1, 1] += weight_of_up
@@ -353,4 +353,4 @@ def _level_trust(
 def _is_near(T: Transforms, T_start: Transforms, config: IcpConfig) -> Bool[np.ndarray, " b"]:
     shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
     turn = rotation_angle(T[:, :3, :3], T_start[:, :3, :3])
-    return (shift <= config.most_shift) & (turn <= config.most_turn)
+    return (shift <= config.max_displacement) & (turn <= config.most_turn)

@@ -52,8 +52,8 @@ def _closest_on_edges(
 ) -> Float[np.ndarray, "n 3"]:
     edges = np.roll(corners, -1, axis=1) - corners
     offset = points[:, None] - corners
-    share = np.clip(dot(offset, edges) / np.maximum(dot(edges, edges), 1e-24), 0.0, 1.0)
-    rest = offset - share[..., None] * edges
+    fraction = np.clip(dot(offset, edges) / np.maximum(dot(edges, edges), 1e-24), 0.0, 1.0)
+    rest = offset - fraction[..., None] * edges
     nearest = dot(rest, rest).argmin(axis=1)
     return points - rest[np.arange(len(points)), nearest]
 
@@ -92,6 +92,6 @@ def _crossings(corners: Float[np.ndarray, "p 3 3"], points: Float[np.ndarray, "p
     offset = corners - points[:, None]
     x, y, z = np.moveaxis(offset, 2, 0)
     # Twice the signed areas of the three triangles with the point, in the plane across the ray.
-    share = np.stack([x[:, i] * y[:, j] - x[:, j] * y[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
-    sign = (share > 0).all(axis=1).astype(int) - (share < 0).all(axis=1)
-    return np.where((share * z).sum(axis=1) * sign > 0, sign, 0)
+    fraction = np.stack([x[:, i] * y[:, j] - x[:, j] * y[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+    sign = (fraction > 0).all(axis=1).astype(int) - (fraction < 0).all(axis=1)
+    return np.where((fraction * z).sum(axis=1) * sign > 0, sign, 0)

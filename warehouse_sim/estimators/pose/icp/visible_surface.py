@@ -25,7 +25,7 @@ class VisibleSurfaces:
         surfaces: One an object.
         eyes: Camera centres in the object frames (m).
         anisotropy: Noise across the viewing direction over noise along it, 0-1, of each object.
-        share: Share of the samples that are used, 0-1; what lies between them is found less surely.
+        fraction: Fraction of the samples that are used, 0-1; what lies between them is found less surely.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class VisibleSurfaces:
         surfaces: Sequence[CadSurface],
         eyes: Float[np.ndarray, "b 3"],
         anisotropy: Float[np.ndarray, " b"],
-        share: float = 1.0,
+        fraction: float = 1.0,
     ) -> None:
         views = eyes / np.linalg.norm(eyes, axis=1, keepdims=True)
         outer = views[:, :, None] * views[:, None]
@@ -47,7 +47,7 @@ class VisibleSurfaces:
         for i, surface in enumerate(surfaces):
             towards = dot(eyes[i] - surface.corners[:, 0], surface.normals) > 0
             # Thinned so that samples stay uniform by area: else scaled faces, more densely covered, would attract.
-            kept = surface.rank < np.where(towards, share * anisotropy[i] * stretch[i], 0.0)[surface.faces]
+            kept = surface.rank < np.where(towards, fraction * anisotropy[i] * stretch[i], 0.0)[surface.faces]
             if not kept.any():  # the camera is inside the object, or a pose far off says so
                 kept = np.ones(len(surface.rank), dtype=bool)
             points.append(surface.points[kept] @ self._metric[i] + [i * _APART, 0.0, 0.0])

@@ -13,10 +13,10 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.images.settings import Reads
-from warehouse_sim.estimators.segmentation.front_points import POINTS, pocket_faces, side_points
+from warehouse_sim.estimators.segmentation.face_points import POINTS, pocket_faces, side_points
 from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNetworkConfig
 from warehouse_sim.estimators.segmentation.rows import target_rows
-from warehouse_sim.estimators.segmentation.run_config import KnownFronts, RunConfig
+from warehouse_sim.estimators.segmentation.run_config import KnownFaces, RunConfig
 from warehouse_sim.estimators.segmentation.settings import BoxCropConfig, SegmenterConfig
 from warehouse_sim.estimators.segmentation.training.task import BoxRows
 from warehouse_sim.learning.array_store import Arrays, joined, kept_arrays
@@ -71,9 +71,9 @@ def prepare(
             raise TrainingError(f"{folders}: the split {split!r} shows no target well enough; generate more scenes")
     sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
     objects = {number: info for reader in readers for number, info in reader.objects.items()}
-    fronts = tuple(_fronts(info) for _, info in sorted(objects.items()) if info.pockets) if keypoints else ()
+    faces = tuple(_faces(info) for _, info in sorted(objects.items()) if info.pockets) if keypoints else ()
     network = SegmenterNetworkConfig(reads, config.width, POINTS if keypoints else 0)
-    return Prepared(rows, RunConfig(name, package_version(), sources, fronts, crop, network, config))
+    return Prepared(rows, RunConfig(name, package_version(), sources, faces, crop, network, config))
 
 
 def load_boxes(
@@ -115,16 +115,16 @@ def _read(
 
 def _wanted(facts: np.ndarray, reader: DatasetReader, config: SegmenterConfig) -> np.ndarray:
     """Return the rows that are trained on."""
-    asked = (facts[:, 1] >= config.visible) & (facts[:, 2] >= config.height_px)
+    requested = (facts[:, 1] >= config.visible) & (facts[:, 2] >= config.height_px)
     if config.classes:
         known = [i for i, info in reader.objects.items() if {info.class_name, info.name} & set(config.classes)]
-        asked &= np.isin(facts[:, 0].astype(int), known)
-    return np.flatnonzero(asked)
+        requested &= np.isin(facts[:, 0].astype(int), known)
+    return np.flatnonzero(requested)
 
 
-def _fronts(info: ObjectInfo) -> KnownFronts:
+def _faces(info: ObjectInfo) -> KnownFaces:
     sides = [side_points(info.size, info.pockets, face) for face in pocket_faces(info.pockets)]
-    return KnownFronts(
+    return KnownFaces(
         info.obj_id,
         info.name,
         info.class_name,
@@ -134,4 +134,4 @@ def _fronts(info: ObjectInfo) -> KnownFronts:
 
 
 def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda share: progress(0.0, f"reading {what} {share:.0%}")) if progress else None
+    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

@@ -74,10 +74,10 @@ class SegmentationTask(Task):
         """Remember where batches go; crops stay on the disk."""
         self._device = device
 
-    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the boxes ``index``, disturbed afresh."""
         following = self._order.indices(step + 1)
-        samples = self._samples.take(_keys(index, share, step), _keys(following, share, step + 1))
+        samples = self._samples.take(_keys(index, part, step), _keys(following, part, step + 1))
         mask, places = self.network(*self._tensors(samples))
         with torch.autocast(self._device.type, enabled=False):
             loss = mask_loss(mask.float(), self._stacked([sample.mask for sample in samples]))
@@ -92,7 +92,7 @@ class SegmentationTask(Task):
         return box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
-        """Return the mean overlap of masks with the truth, the shares (%) above 0.5 and 0.75, and errors of points."""
+        """Return the masks' mean overlap with ground truth, the fractions (%) above 0.5 and 0.75, errors of points."""
         assert isinstance(network, SegmenterNetwork)
         rows = self._rows["val"]
         chosen = range(0, len(rows), max(1, -(-len(rows) // _MOST_VALIDATED)))
@@ -103,9 +103,9 @@ class SegmentationTask(Task):
                 for row in chosen[start : start + _VALIDATION_BATCH]
             ]
             mask, places = network(*self._tensors(samples))
-            found, truth = (mask > 0).cpu().numpy(), np.stack([sample.mask for sample in samples]) > 0.5
-            union = (found | truth).sum(axis=(1, 2))
-            overlaps.append((found & truth).sum(axis=(1, 2)) / np.maximum(union, 1))
+            found, gt = (mask > 0).cpu().numpy(), np.stack([sample.mask for sample in samples]) > 0.5
+            union = (found | gt).sum(axis=(1, 2))
+            overlaps.append((found & gt).sum(axis=(1, 2)) / np.maximum(union, 1))
             if places.shape[1]:
                 points = np.stack([sample.points for sample in samples])
                 distance = np.linalg.norm(find_peaks(places.float()).uv - points[..., :2], axis=2)
@@ -130,6 +130,6 @@ class SegmentationTask(Task):
         return on_device(torch.from_numpy(array), self._device)
 
 
-def _keys(index: Int[Tensor, " b"], share: slice, step: int) -> list[tuple[int, int, int]]:
+def _keys(index: Int[Tensor, " b"], part: slice, step: int) -> list[tuple[int, int, int]]:
     """Return what decides each sample: the step, its place in it, its row."""
-    return [(step, place, row) for place, row in enumerate(index.tolist())][share]
+    return [(step, place, row) for place, row in enumerate(index.tolist())][part]

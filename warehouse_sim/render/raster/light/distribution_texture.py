@@ -13,7 +13,7 @@ class DistributionTexture:
 
     def __init__(self, context: moderngl.Context, distributions: Sequence[IntensityDistribution]) -> None:
         self._distributions = list(distributions)
-        layers = np.stack([item.share for item in self._distributions])
+        layers = np.stack([item.fraction for item in self._distributions])
         count, planes, angles = layers.shape
         self.texture = context.texture_array((angles, planes, count), 1, layers.tobytes(), dtype="f4")
         self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)

@@ -12,7 +12,7 @@ _THIN = 0.15
 _MANY_FACES = 64
 """Sheets of more faces have relief."""
 _CORE = 0.3
-"""Share of a sheet's thickness that casts its shadow."""
+"""Fraction of a sheet's thickness that casts its shadow."""
 
 
 def thinned_sheets(table: PartTable, records: np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ from warehouse_sim.geometry.mesh import TriangleMesh, merge
 _MANY_FACES = 48
 """Pieces of fewer faces stay as they are."""
 _DENT = 0.13
-"""How far a piece may lie inside its hull, as a share of its shortest edge."""
+"""How far a piece may lie inside its hull, as a fraction of its shortest edge."""
 _FULL = 0.85
-"""Least share of its hull that a piece fills: sacks and drums do, profiles and open boxes do not."""
+"""Least fraction of its hull that a piece fills: sacks and drums do, profiles and open boxes do not."""
 _ROUNDED = 0.05
-"""How far a hull of fewer points may lie inside the full one, as a share of the piece's shortest edge."""
+"""How far a hull of fewer points may lie inside the full one, as a fraction of the piece's shortest edge."""
 _DIRECTIONS = 24
 _INTO = 0.0005
 """Bounding boxes overlap that reach into each other by twice this (m)."""

@@ -143,12 +143,12 @@ class ShadowAtlas:
         cx, cy = _MARGIN_PX - left * fx, _MARGIN_PX - top * fy
         self._program["intrinsics"] = (fx, fy, cx, cy)
         self._program["window"] = size
-        # The map as a camera: what it cannot show apart need not be drawn apart.
+        # The map as a camera: what it cannot show apart need not be rendered apart.
         as_camera = PinholeCamera(width, height, fx, fy, cx, cy)
         levels = choose_levels(table, [batch.errors for batch in batches], records, as_camera)
-        drawn = thinned_sheets(table, records)
+        sampled = thinned_sheets(table, records)
         for rows, batch in zip(table.rows_of_mesh, batches, strict=True):
-            batch.draw_levels(self._program, drawn[rows][casters[rows]], levels[rows][casters[rows]])
+            batch.draw_levels(self._program, sampled[rows][casters[rows]], levels[rows][casters[rows]])
         return ShadowTile(
             T_world_light=T_world_light,
             scale=(fx / ATLAS_PX, fy / ATLAS_PX),

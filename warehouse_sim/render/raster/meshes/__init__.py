@@ -1,1 +1,1 @@
-"""What is drawn: parts of a scene as rows, and their meshes on the graphics device."""
+"""What is rendered: parts of a scene as rows, and their meshes on the graphics device."""

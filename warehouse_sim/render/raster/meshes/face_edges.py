@@ -28,7 +28,7 @@ def flat_mesh(mesh: TriangleMesh, known: Facets | None = None) -> FlatMesh:
     """Prepare ``mesh``; halves of a parallelogram become one face with four edges, which needs no more corners.
 
     Args:
-        mesh: What is drawn.
+        mesh: What is rendered.
         known: Its facets, where they are known.
     """
     found = facets(mesh) if known is None else known

@@ -24,7 +24,7 @@ class MeshBatch:
         """Largest distance of each level from the true surface, in the mesh's own units (m); the finest first."""
         self.triangles = np.array([len(flat.triangles) for flat in levels.flat])
         """Of each level."""
-        self._instances = context.buffer(reserve=INSTANCE.itemsize, dynamic=True)  # grows with what is drawn
+        self._instances = context.buffer(reserve=INSTANCE.itemsize, dynamic=True)  # grows with what is rendered
         self._levels = [_Level(context, flat, self._instances) for flat in levels.flat]
 
     def draw(self, program: moderngl.Program, records: np.ndarray, level: int = 0) -> None:

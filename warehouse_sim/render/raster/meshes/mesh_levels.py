@@ -33,7 +33,7 @@ _known: WeakKeyDictionary[TriangleMesh, MeshLevels] = WeakKeyDictionary()
 
 
 def mesh_levels(mesh: TriangleMesh) -> MeshLevels:
-    """Return the levels of ``mesh``, made when first asked for and kept as long as the mesh is."""
+    """Return the levels of ``mesh``, made when first requested and kept as long as the mesh is."""
     if mesh not in _known:
         found = facets(mesh)
         finest, *coarser = detail_levels(mesh, found)
@@ -43,7 +43,7 @@ def mesh_levels(mesh: TriangleMesh) -> MeshLevels:
 
 
 def only_level(mesh: TriangleMesh) -> MeshLevels:
-    """Return ``mesh`` as it is drawn at any distance."""
+    """Return ``mesh`` as it is rendered at any distance."""
     return MeshLevels((flat_mesh(mesh),), np.zeros(1))
 
 

@@ -1,4 +1,4 @@
-"""A scene as flat arrays of drawn parts, one row a part, grouped by mesh so that each mesh is drawn in one call."""
+"""A scene as flat arrays of drawn parts, one row a part, grouped by mesh so that each mesh is rendered in one call."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,7 +38,8 @@ class PartTable:
     rows_of_mesh: tuple[slice, ...]
     """Rows that draw each of ``meshes``."""
     film: Bool[np.ndarray, " n"]
-    """Rows whose material lets light through: they tint the image, and leave depth, ids and shadows alone."""
+    """Rows whose material lets light through: they tint the image, and leave depth, instance masks and shadows
+    alone."""
     painted: Bool[np.ndarray, " n"]
     """Rows that leave paint in the geometry buffer: those whose material has a picture or is a ribbed sheet's."""
     casts: Bool[np.ndarray, " n"]

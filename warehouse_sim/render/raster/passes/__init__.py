@@ -1,1 +1,1 @@
-"""What is drawn one after the other: surfaces, light on them, film over them, and antialiasing."""
+"""What is rendered one after the other: surfaces, light on them, film over them, and antialiasing."""

@@ -1,7 +1,7 @@
-"""Antialiasing of the colours by the area that faces cover; depth, ids and normals stay those of the pixel centres.
+"""Antialiasing of colours by the area that faces cover; other images stay those of the pixel centres.
 
 The geometry pass stores how far the face in each pixel reaches (``gbuffer.frag``), so the border between two pixels is
-known to about 1/100 px, and a pixel takes from its neighbour the share that lies beyond it (Persson 2011, "Geometry
+known to about 1/100 px, and a pixel takes from its neighbour the fraction that lies beyond it (Persson 2011, "Geometry
 buffer antialiasing"). It costs no second traversal of the scene. On a CPU a list of the few border pixels is cheaper
 than a pass over the image.
 """
@@ -27,7 +27,7 @@ def _encode() -> UInt8[np.ndarray, " s"]:
     return np.round(255.0 * srgb_from_linear(np.arange(_STEPS + 1) / _STEPS)).astype(np.uint8)
 
 
-def _share(distance: Float[np.ndarray, " n"], slope: Float[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
+def _fraction(distance: Float[np.ndarray, " n"], slope: Float[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
     """Return the area (px) of a pixel beyond a straight border.
 
     Args:
@@ -38,11 +38,11 @@ def _share(distance: Float[np.ndarray, " n"], slope: Float[np.ndarray, " n"]) ->
     return np.where(distance < (1 - slope) / 2, 0.5 - distance, corner).astype(np.float32)
 
 
-def _shares() -> tuple[Float32[np.ndarray, "256"], Float32[np.ndarray, "256"]]:
+def _fractions() -> tuple[Float32[np.ndarray, "256"], Float32[np.ndarray, "256"]]:
     """Return for each stored reach what the pixel loses to its neighbour, and what it gains of it."""
     code = np.arange(256)
     distance, slope = 1.0 - (code // 4 - 0.5) / 63.0, (code % 4 + 0.5) / 4.0
-    lost, gained = _share(distance, slope), _share(1.0 - distance, slope)
+    lost, gained = _fraction(distance, slope), _fraction(1.0 - distance, slope)
     lost[:4] = gained[:4] = 0.0
     return lost, gained
 
@@ -59,11 +59,11 @@ def _fading(taken: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 
 
 _LINEAR, _SHOWN = _decode(), _encode()
-_LOST, _GAINED = _shares()
+_LOST, _GAINED = _fractions()
 
 
 class EdgeSmoother:
-    """Smooths images of one size; holds memory that would else be asked for, and cleared, with every image.
+    """Smooths images of one size; holds memory that would else be requested, and cleared, with every image.
 
     Args:
         size: Width and height in pixels.
@@ -94,7 +94,7 @@ class EdgeSmoother:
         near_edge = np.flatnonzero(np.not_equal(words, 0, out=self._flag))
         bytes_of = _bytes(words[near_edge])
         row, column = np.divmod(near_edge, width)
-        taking, giving, shares = [], [], []
+        taking, giving, fractions = [], [], []
         for step, forth, back, room_forth, room_back in (
             (1, _RIGHT, _LEFT, column < width - 1, column > 0),
             (width, _BOTTOM, _TOP, row < height - 1, row > 0),
@@ -108,29 +108,34 @@ class EdgeSmoother:
             by_mine = (mine > 0) & ((nearness[first] >= nearness[first + step]) | (theirs == 0))
             taking += [first, first + step]
             giving += [first + step, first]
-            shares += [np.where(by_mine, _LOST[mine], _GAINED[theirs]), np.where(by_mine, _GAINED[mine], _LOST[theirs])]
+            fractions += [
+                np.where(by_mine, _LOST[mine], _GAINED[theirs]),
+                np.where(by_mine, _GAINED[mine], _LOST[theirs]),
+            ]
         beside = len(taking[0]) + len(taking[1])
-        self._blend(rgba, np.concatenate(taking), np.concatenate(giving), np.concatenate(shares), beside)
+        self._blend(rgba, np.concatenate(taking), np.concatenate(giving), np.concatenate(fractions), beside)
 
-    def _blend(self, rgba: np.ndarray, taking: np.ndarray, giving: np.ndarray, share: np.ndarray, beside: int) -> None:
-        """Replace in each pixel of ``taking`` a ``share`` by the colour of ``giving``; pixels may take twice.
+    def _blend(
+        self, rgba: np.ndarray, taking: np.ndarray, giving: np.ndarray, fraction: np.ndarray, beside: int
+    ) -> None:
+        """Replace in each pixel of ``taking`` a ``fraction`` by the colour of ``giving``; pixels may take twice.
 
         The first ``beside`` pairs lie beside each other, the others below each other.
         """
         colors = rgba.view(np.uint32).reshape(-1)
-        seen = np.flatnonzero((share > _LEAST) & (colors[taking] != colors[giving]))
+        seen = np.flatnonzero((fraction > _LEAST) & (colors[taking] != colors[giving]))
         beside = int(np.searchsorted(seen, beside))
-        taking, share, given = taking[seen], share[seen], _bytes(colors[giving[seen]])
+        taking, fraction, given = taking[seen], fraction[seen], _bytes(colors[giving[seen]])
         self._flag[:] = False
         self._flag[taking] = True
         pixels = np.flatnonzero(self._flag)
         self._row[pixels] = np.arange(len(pixels))
         row = self._row[taking]
         for pairs in (slice(None, beside), slice(beside, None)):
-            share[pairs] *= _fading(np.bincount(row[pairs], share[pairs], len(pixels)))[row[pairs]]
-        total = np.bincount(row, share, len(pixels))
+            fraction[pairs] *= _fading(np.bincount(row[pairs], fraction[pairs], len(pixels)))[row[pairs]]
+        total = np.bincount(row, fraction, len(pixels))
         scale = 1.0 / np.maximum(total, 1.0)  # a sliver between two borders may be covered from both sides
-        weight, kept = share * scale[row], 1.0 - total * scale
+        weight, kept = fraction * scale[row], 1.0 - total * scale
         result = _bytes(colors[pixels])
         for channel in range(3):
             mixed = _LINEAR[result[:, channel]] * kept

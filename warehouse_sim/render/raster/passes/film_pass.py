@@ -1,6 +1,6 @@
 """Stretch film and other surfaces of opacity below 1, blended over the shaded image.
 
-Film is transparent to all but the colour: it writes neither depth nor instance ids, has no silhouette and casts no
+Film is transparent to all but the colour: it writes neither depth nor instance ids, has no amodal mask and casts no
 shadow, so that labels speak of the goods behind it. It is hidden by what stands before it.
 """
 
@@ -53,8 +53,8 @@ class FilmPass:
         centre = table.centres(records)
         rows = np.flatnonzero(table.film & ViewPyramid.of(camera).touches(centre, table.radius, NEAR))
         if len(rows) > 0:
-            drawn = DepthPyramid.read(depth, (camera.width, camera.height))
-            rows = rows[~drawn.hides(camera, table, records, rows)]
+            sampled = DepthPyramid.read(depth, (camera.width, camera.height))
+            rows = rows[~sampled.hides(camera, table, records, rows)]
         if len(rows) == 0:
             return
         program = self._program_for(lighting)
@@ -82,7 +82,7 @@ class FilmPass:
             program.release()
 
     def _program_for(self, lighting: Lighting) -> moderngl.Program:
-        """Return the program for this many lights and shadows, compiled when first asked for."""
+        """Return the program for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._programs:
             program = self._context.program(
                 vertex_shader=source("place.glsl", "box_projection.glsl", "field.glsl", "film.vert"),

@@ -55,11 +55,11 @@ class GeometryBuffer:
 
 
 _FINE = 64
-"""Parts of more triangles are drawn last, and only where what is before them leaves room to see them."""
+"""Parts of more triangles are rendered last, and only where what is before them leaves room to see them."""
 _LARGE = 4.0
 """Parts of this radius (m) and more, floors and walls, hide others and are not hidden: they keep their turn.
 
-Where two surfaces are equally far the one that was drawn first stays, as on the edge of what stands on the floor."""
+Where two surfaces are equally far the one that was rendered first stays, as on the edge of what stands on the floor."""
 _WORTH_A_LOOK = 30_000
 """Least number of triangles of such parts for which the depth is read back."""
 _LOOKS = 2
@@ -71,7 +71,7 @@ _PICTURES_UNIT = 1
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """What is drawn into which buffer."""
+    """What is rendered into which buffer."""
 
     target: GeometryBuffer
     table: PartTable
@@ -136,9 +136,9 @@ class GeometryPass:
         seen[late] = False
         self._draw_rows(view, seen)
         for group in np.array_split(late[np.argsort(far_end[late], kind="stable")], _LOOKS):
-            drawn = DepthPyramid.read(target.depth, target.size)
+            sampled = DepthPyramid.read(target.depth, target.size)
             chosen = np.zeros(len(table), bool)
-            chosen[group[~drawn.hides(camera, table, records, group)]] = True
+            chosen[group[~sampled.hides(camera, table, records, group)]] = True
             self._draw_rows(view, chosen)
 
     def release(self) -> None:

@@ -43,7 +43,7 @@ class DepthPyramid:
 
     @classmethod
     def read(cls, depth: moderngl.Texture, size: tuple[int, int]) -> "DepthPyramid":
-        """Read what is drawn so far from a depth texture of ``size`` (width, height)."""
+        """Read what is rendered so far from a depth texture of ``size`` (width, height)."""
         stored = np.empty((size[1], size[0]), np.float32)
         depth.read_into(stored)
         return cls.of(stored)

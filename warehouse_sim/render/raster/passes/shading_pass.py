@@ -52,7 +52,7 @@ class ShadingPass:
         shader.draw(target)
 
     def _shader_for(self, lighting: Lighting) -> FullScreen:
-        """Return the shader for this many lights and shadows, compiled when first asked for."""
+        """Return the shader for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._shaders:
             files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl", "shade.frag")
             shader = FullScreen(self._context, *files, **lighting.constants())

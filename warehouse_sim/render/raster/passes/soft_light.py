@@ -90,7 +90,7 @@ class SoftLightPass:
             self._targets.release()
 
     def _shader_for(self, lighting: Lighting) -> FullScreen:
-        """Return the shader for this many shadow maps, compiled when first asked for."""
+        """Return the shader for this many shadow maps, compiled when first requested."""
         count = lighting.variant[1]
         if count not in self._shaders:
             files = (
@@ -126,7 +126,7 @@ def spiral(count: int, power: float) -> str:
 
     Args:
         count: Number of points.
-        power: Of the share of points within a radius; 0.5 spreads them evenly, 1 denser towards the middle.
+        power: Of the fraction of points within a radius; 0.5 spreads them evenly, 1 denser towards the middle.
     """
     k = np.arange(count)
     radius, angle = ((k + 0.5) / count) ** power, k * _GOLDEN_ANGLE

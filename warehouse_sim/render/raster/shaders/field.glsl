@@ -32,7 +32,7 @@ Around level_around(int level, vec3 p, vec3 n, vec3 w, vec3 m) {
     int nz = last.z + 1;
     ivec3 block = ivec3(mix(vec3(0.0, 1.0, 2.0), vec3(3.0, 4.0, 5.0), lessThan(w, vec3(0.0))));
     ivec3 turned = ivec3(mix(vec3(0.0, 1.0, 2.0), vec3(3.0, 4.0, 5.0), lessThan(m, vec3(0.0))));
-    vec3 share = w * w, mirror = m * m;
+    vec3 fraction = w * w, mirror = m * m;
     Around sum = Around(vec3(0.0), vec3(0.0));
     float weights = 0.0;
     for (int k = 0; k < 8; k++) {
@@ -46,8 +46,8 @@ Around level_around(int level, vec3 p, vec3 n, vec3 w, vec3 m) {
         vec3 near = mix(1.0 - f, f, vec3(corner));
         float facing = 0.5 - 0.5 * dot(w, normalize(away * spacing + 1e-4));
         float weight = near.x * near.y * near.z * (LEAST + up.w * sees.x * sees.y * sees.z * (facing * facing + 0.1));
-        sum.irradiance += weight * (share.x * field_value(texel, block.x, nz) + share.y * field_value(texel, block.y, nz) +
-                                    share.z * field_value(texel, block.z, nz));
+        sum.irradiance += weight * (fraction.x * field_value(texel, block.x, nz) + fraction.y * field_value(texel, block.y, nz) +
+                                    fraction.z * field_value(texel, block.z, nz));
         sum.mirrored += weight * (mirror.x * field_value(texel, turned.x, nz) +
                                   mirror.y * field_value(texel, turned.y, nz) + mirror.z * field_value(texel, turned.z, nz));
         weights += weight;

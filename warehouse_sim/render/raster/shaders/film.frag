@@ -8,7 +8,7 @@ in vec3 point;
 in vec2 texture_coordinate;
 in vec3 around;                   // irradiance from the surroundings
 
-layout(location = 0) out vec4 out_color;  // multiplied by alpha, the share of what lies behind that is covered
+layout(location = 0) out vec4 out_color;  // multiplied by alpha, the fraction of what lies behind that is covered
 
 const float MIDDLE = 0.18;        // the linear value of what lies behind, as far as the blending of displayed values knows
 
@@ -31,7 +31,7 @@ void main() {
     ADD_LIGHTS                     // as in shade.frag
     reflect_direct(direct, s, matt, gloss);
     matt = displayed((matt + s.base * s.emission) * exposure);
-    // What the gloss adds to a surface of middle brightness, as a share of what is left to white.
+    // What the gloss adds to a surface of middle brightness, as a fraction of what is left to white.
     vec3 behind = displayed(vec3(MIDDLE));
     gloss = (displayed(MIDDLE + gloss * exposure) - behind) / (1.0 - behind);
     float shine = max(gloss.r, max(gloss.g, gloss.b));

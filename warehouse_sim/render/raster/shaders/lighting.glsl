@@ -24,7 +24,7 @@ struct Surface {
 };
 
 // What material ``row`` makes of a point. tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m;
-// paint: albedo on top of it, multiplied by its alpha, the share that it covers.
+// paint: albedo on top of it, multiplied by its alpha, the fraction that it covers.
 Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel, vec4 paint) {
     vec4 look = texelFetch(materials, ivec2(0, row), 0);
     vec4 more = texelFetch(materials, ivec2(1, row), 0);
@@ -63,7 +63,7 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
 // What a rough surface scatters over what an ideally matt one does: Burley 2015, "Extending the Disney BRDF", 4.1.
 // from, to: (1 - cosine)^5 of the directions that light comes from and goes to; back: 2 roughness cos^2 of half the
 // angle between them.
-float matt_share(float from, float to, float back) {
+float matt_fraction(float from, float to, float back) {
     return (1.0 - 0.5 * from) * (1.0 - 0.5 * to) + back * (from + to + from * to * (back - 1.0));
 }
 
@@ -93,12 +93,12 @@ float spread(const int i, vec3 l, float cone) {
 // observation angle and of the incidence.
 float thrown_back(float lv, float nl) {
     float angle = degrees(acos(clamp(lv, -1.0, 1.0)));
-    float share = angle < 1.0 ? 250.0 * pow(max(angle, 0.2) * 3.0, -2.096) : 25.0 / (angle * angle);
-    return angle > 10.0 ? 0.0 : PI * min(share, 330.0) * pow(nl, 6.0);
+    float fraction = angle < 1.0 ? 250.0 * pow(max(angle, 0.2) * 3.0, -2.096) : 25.0 / (angle * angle);
+    return angle > 10.0 ? 0.0 : PI * min(fraction, 330.0) * pow(nl, 6.0);
 }
 #endif
 
-// Add light i, of which the point sees a share.
+// Add light i, of which the point sees a fraction.
 void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     vec3 to_light = lights[i].position - s.p;
     float inverse_distance = inversesqrt(dot(to_light, to_light));
@@ -108,24 +108,24 @@ void add_light(const int i, float seen, Surface s, inout DirectLight sum) {
     float cone = clamp(along * lights[i].cone_scale + lights[i].cone_offset, 0.0, 1.0);
     seen *= clamp(along * lights[i].map_ramp.x + lights[i].map_ramp.y, 0.0, 1.0);
 #if DISTRIBUTIONS
-    float share = seen * spread(i, l, cone) * inverse_distance * inverse_distance;
+    float fraction = seen * spread(i, l, cone) * inverse_distance * inverse_distance;
 #else
-    float share = seen * cone * cone * inverse_distance * inverse_distance;
+    float fraction = seen * cone * cone * inverse_distance * inverse_distance;
 #endif
 #if RETROREFLECTORS
-    float facing = dot(s.g, l) > 0.0 ? share : 0.0;
+    float facing = dot(s.g, l) > 0.0 ? fraction : 0.0;
 #endif
-    share = dot(s.g, l) > 0.0 ? share * nl : 0.0;
+    fraction = dot(s.g, l) > 0.0 ? fraction * nl : 0.0;
     // With the half vector h = (l + v) / |l + v|.
     float inverse_length = inversesqrt(2.0 + 2.0 * lv + 1e-4);
     float nh = (cosine + s.nv) * inverse_length, vh = (1.0 + lv) * inverse_length;
     // GGX (Walter et al. 2007) with Hammon's joint masking-shadowing (GDC 2017) and Schlick's Fresnel.
     float a2 = s.a * s.a;
     float spread = nh * nh * (a2 - 1.0) + 1.0;
-    float lobe = share * a2 / (2.0 * PI * spread * spread * mix(2.0 * nl * s.nv, nl + s.nv, s.a));
+    float lobe = fraction * a2 / (2.0 * PI * spread * spread * mix(2.0 * nl * s.nv, nl + s.nv, s.a));
     float rim = lobe * fifth(1.0 - vh);
-    share *= matt_share(fifth(1.0 - nl), s.away, 2.0 * s.roughness * vh * vh);
-    sum.matt += lights[i].intensity * share;
+    fraction *= matt_fraction(fifth(1.0 - nl), s.away, 2.0 * s.roughness * vh * vh);
+    sum.matt += lights[i].intensity * fraction;
     sum.gloss += lights[i].intensity * (lobe - rim);
     sum.rim += lights[i].intensity * rim;
 #if RETROREFLECTORS
@@ -148,7 +148,7 @@ vec3 ambient_specular(vec3 f0, float roughness, float nv) {
 }
 
 // Light that near surfaces keep off a pale one comes back from them (Jimenez et al. 2016, "Practical realtime strategies
-// for accurate indirect occlusion"). near_light: the share that would be left between black ones.
+// for accurate indirect occlusion"). near_light: the fraction that would be left between black ones.
 vec3 reflected_back(float near_light, vec3 albedo) {
     vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
     return max(vec3(near_light), ((near_light * a + b) * near_light + c) * near_light);
@@ -158,8 +158,8 @@ vec3 reflected_back(float near_light, vec3 albedo) {
 // It is not kept as a ratio: between a dark face and a bright one that would be bright by far.
 void reflect_surroundings(Surface s, vec4 around, float near_light, inout vec3 matt, inout vec3 gloss) {
     // Means over the half space: (1 - cosine)^5 is 1/21, cos^2 of half the angle to v is 1/2 + nv / 3.
-    float share = matt_share(1.0 / 21.0, s.away, s.roughness * (1.0 + s.nv * 2.0 / 3.0));
-    matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse * share;
+    float fraction = matt_fraction(1.0 / 21.0, s.away, s.roughness * (1.0 + s.nv * 2.0 / 3.0));
+    matt += around.rgb * reflected_back(near_light, s.base) * s.diffuse * fraction;
     float grey = max(dot(around.rgb, LUMINANCE), 1e-3);
     gloss += around.rgb * (around.a / grey * near_light / PI) * ambient_specular(s.f0, s.roughness, s.nv);
 }

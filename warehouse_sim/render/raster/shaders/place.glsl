@@ -21,7 +21,7 @@ vec4 clip_position(vec3 p, vec2 shift) {
     precise vec2 position = intrinsics.xy * p.xy + intrinsics.zw * p.z;
     if (p.z > near) {
         // The rasteriser rounds to 1/256 pixel after operations whose error depends on the shift; rounding here
-        // first makes its result, and thus the coverage, the same wherever in a target the object is drawn.
+        // first makes its result, and thus the coverage, the same wherever in a target the object is sampled.
         precise vec2 pixel = floor(position / p.z * 256.0 + 0.5) / 256.0;
         position = (pixel + shift) * p.z;
     } else {

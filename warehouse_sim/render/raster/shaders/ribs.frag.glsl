@@ -1,6 +1,6 @@
 // The mean normal of what a pixel sees of a ribbed sheet: ribs along z, heights along y, in the part's frame. A facet
 // thinner than a pixel would light some pixels and not others. The view is a projection along the line of sight onto the
-// plane halfway up the ribs, in which all that is seen of a period are up to four stretches, whose box-filtered shares
+// plane halfway up the ribs, in which all that is seen of a period are up to four stretches, whose box-filtered fractions
 // are known exactly. What the mean is shorter than 1 it is darker: black paint, as far as that goes.
 uniform vec4 rib_edges;      // foot and top of a rib's one flank, top and foot of the other, along x (m)
 uniform vec4 rib_shape;      // pitch; height of troughs and of tops (m); side of the sheet that is ribbed, 0 = both
@@ -19,7 +19,7 @@ float before(float x, vec2 stretch) {  // length of a stretch, repeated, from it
     return periods * (stretch.y - stretch.x) + clamp(x - stretch.x - periods * rib_shape.x, 0.0, stretch.y - stretch.x);
 }
 
-float share(float x, float width, vec2 stretch) {
+float fraction(float x, float width, vec2 stretch) {
     if (stretch.y <= stretch.x) return 0.0;
     return (before(x + 0.5 * width, stretch) - before(x - 0.5 * width, stretch)) / width;
 }
@@ -32,10 +32,10 @@ vec3 mean_normal() {
     float width = max(length(vec2(dFdx(x), dFdy(x))), FINEST);
     vec4 seen = rib_edges + vec4(1.0, -1.0, -1.0, 1.0) * half_height * slant;
     // What slants away is hidden, and hides with its edge what lies behind.
-    float top = share(x, width, seen.yz);
-    float rise = share(x, width, vec2(max(seen.x, seen.z - pitch), seen.y));
-    float fall = share(x, width, vec2(seen.z, min(seen.w, seen.y + pitch)));
-    float trough = share(x, width, vec2(max(seen.w, seen.z), min(seen.x, seen.y) + pitch));
+    float top = fraction(x, width, seen.yz);
+    float rise = fraction(x, width, vec2(max(seen.x, seen.z - pitch), seen.y));
+    float fall = fraction(x, width, vec2(seen.z, min(seen.w, seen.y + pitch)));
+    float trough = fraction(x, width, vec2(max(seen.w, seen.z), min(seen.x, seen.y) + pitch));
     vec2 up = normalize(vec2(-2.0 * half_height, rib_edges.y - rib_edges.x));
     vec2 down = normalize(vec2(2.0 * half_height, rib_edges.w - rib_edges.z));
     vec2 n = vec2(0.0, top + trough) + rise * up + fall * down;

@@ -12,7 +12,7 @@ vec4 nearest_texels(vec2 grid) {  // the four around a point, in the order (0, 1
     return textureGather(shadow_atlas, floor(grid + 0.5) / ATLAS_PX);
 }
 
-// Share of the four around ``grid + d`` that see the light, weighted by where that lies between them.
+// Fraction of the four around ``grid + d`` that see the light, weighted by where that lies between them.
 // reference, slope: SHADOW_NEAR / z of the surface at ``grid``, and how it grows along the map.
 float visible(vec2 grid, vec2 d, float reference, vec2 slope) {
     vec2 at = grid + d - 0.5, f = fract(at);
@@ -23,7 +23,7 @@ float visible(vec2 grid, vec2 d, float reference, vec2 slope) {
     return mix(column.x, column.y, f.y);
 }
 
-// turn: a rotation, one of four that neighbours share.
+// turn: a rotation, one of four that neighbours fraction.
 float visibility(const int i, vec3 p, vec3 g, mat2 turn) {
     mat3x4 to_light = mat3x4(lights[i].to_light[0], lights[i].to_light[1], lights[i].to_light[2]);
     vec3 r = vec4(p, 1.0) * to_light, n = g * mat3(to_light);

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError, shown
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class ColorConfig:
     """Longest exposure (ms), 0.001-10,000; where it is too short for the scene, the gain rises."""
     exposure_error: Annotated[float, Range(0, 10, "stops")] = 0.1
     """Standard deviation of an image's exposure (stops), 0-10."""
-    white_balance_error: Share = 0.015
+    white_balance_error: Fraction = 0.015
     """Standard deviation of the gains of red and blue, relative, 0-1."""
-    vignetting: Share = 0.2
-    """Share of the natural falloff cos^4 that the lens and its correction leave, 0-1."""
+    vignetting: Fraction = 0.2
+    """Fraction of the natural falloff cos^4 that the lens and its correction leave, 0-1."""
     motion_blur: bool = True
     """Whether what moves in the image while the shutter is open is blurred."""
     rolling_shutter_ms: Annotated[float, Range(0, 1000, "ms")] = 0.0
@@ -40,9 +40,9 @@ class ColorConfig:
     time. 0 = a global shutter."""
     blur_px: Annotated[float, Range(0, 10, "px")] = 0.4
     """Standard deviation of the point spread of lens and pixel (px), 0-10."""
-    glare: Share = 0.02
-    """Share of the light that lens and housing scatter over the image, 0-1."""
-    flicker: Share = 0.08
+    glare: Fraction = 0.02
+    """Fraction of the light that lens and housing scatter over the image, 0-1."""
+    flicker: Fraction = 0.08
     """Depth of modulation of the light on the mains, 0-1; exposures of whole periods do not see it."""
     flicker_hz: Annotated[float, Range(1, 100_000, "Hz")] = 100.0
     """Frequency of that (Hz), 1-100,000: twice that of the mains."""
@@ -51,7 +51,7 @@ class ColorConfig:
     bits: Annotated[int, Range(8, 16)] = 10
     """Bits of a pixel's number, 8-16."""
     black_level: Annotated[float, Range(0, 0.5)] = 0.0625
-    """Share of the numbers that lies below black and keeps the lower half of the noise, 0-0.5."""
+    """Fraction of the numbers that lies below black and keeps the lower half of the noise, 0-0.5."""
     red_gain: Annotated[float, Range(1, 8)] = 2.0
     """Amplification of red, after the noise, that makes white white, 1-8."""
     blue_gain: Annotated[float, Range(1, 8)] = 1.7
@@ -61,7 +61,7 @@ class ColorConfig:
     denoise: Annotated[float, Range(0, 10)] = 1.2
     """Fine detail that is taken for noise and removed, in standard deviations of the noise of a mid grey, 0-10."""
     sharpen: Annotated[float, Range(0, 4)] = 0.7
-    """Share of the remaining fine detail that is added once more, 0-4."""
+    """Fraction of the remaining fine detail that is added once more, 0-4."""
     jpeg_quality: Annotated[int, Range(1, 100)] | None = 90
     """Quality at which the image was compressed, 1-100; null = it was not."""
 

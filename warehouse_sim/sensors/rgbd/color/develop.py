@@ -24,7 +24,7 @@ def develop(
         rgb: Codes.
         noise: Standard deviation of noise in them.
         denoise: Threshold over ``noise``; 0 leaves all.
-        sharpen: Share of the remaining detail that is added once more.
+        sharpen: Fraction of the remaining detail that is added once more.
     """
     if denoise == 0 and sharpen == 0:
         return rgb

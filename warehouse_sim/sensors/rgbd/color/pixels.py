@@ -83,13 +83,13 @@ def _scale(light: Float32[np.ndarray, "*s"], factor: Float32[np.ndarray, "..."],
 
 def _converted(light: Float32[np.ndarray, "*s"], config: ColorConfig) -> UInt16[np.ndarray, "*s"]:
     """Return the converter's steps, in 16 bits; it saturates at both ends."""
-    share, base = (1.0 - config.black_level) / config.saturation, config.black_level
+    fraction, base = (1.0 - config.black_level) / config.saturation, config.black_level
     if config.bits == 16:
         if base == 0:
             return cv2.multiply(light, _LARGEST / config.saturation, dtype=cv2.CV_16U)
-        return cv2.addWeighted(light, _LARGEST * share, light, 0.0, _LARGEST * base, dtype=cv2.CV_16U)
+        return cv2.addWeighted(light, _LARGEST * fraction, light, 0.0, _LARGEST * base, dtype=cv2.CV_16U)
     most = 2**config.bits - 1
-    steps = cv2.addWeighted(light, most * share, light, 0.0, most * base, dtype=cv2.CV_16U)
+    steps = cv2.addWeighted(light, most * fraction, light, 0.0, most * base, dtype=cv2.CV_16U)
     np.minimum(steps, most, out=steps)
     return cv2.multiply(steps, _LARGEST / most, dtype=cv2.CV_16U)
 
@@ -97,8 +97,8 @@ def _converted(light: Float32[np.ndarray, "*s"], config: ColorConfig) -> UInt16[
 @lru_cache(maxsize=16)
 def _code_of_number(saturation: float, black_level: float, gain: float) -> UInt8[np.ndarray, " 65536"]:
     """Return the code of each number: black taken away, the channel's gain, the display curve up to saturation."""
-    share = (np.arange(_LARGEST + 1) / _LARGEST - black_level) / (1.0 - black_level)
-    linear = saturation * np.clip(gain * share, 0.0, 1.0)
+    fraction = (np.arange(_LARGEST + 1) / _LARGEST - black_level) / (1.0 - black_level)
+    linear = saturation * np.clip(gain * fraction, 0.0, 1.0)
     table = np.rint(255.0 * srgb_from_linear(tone_map(linear) / tone_map(np.array(saturation)))).astype(np.uint8)
     table.setflags(write=False)
     return table

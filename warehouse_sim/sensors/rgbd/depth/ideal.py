@@ -1,4 +1,4 @@
-"""The truth, within a range."""
+"""The ground truth, within a range."""
 
 from dataclasses import dataclass
 from typing import ClassVar

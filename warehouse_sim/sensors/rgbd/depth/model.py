@@ -49,7 +49,7 @@ class DepthModel(ABC):
         """Number of the built camera."""
         return self.unit or 0
 
-    def drawn(self, rng: np.random.Generator) -> Self:
+    def sampled(self, rng: np.random.Generator) -> Self:
         """Return the model with a number for its built camera, if it has none."""
         return self if self.unit is not None else replace(self, unit=int(rng.integers(_UNITS)))
 
@@ -68,7 +68,7 @@ class DepthModel(ABC):
         """Return the depth that is read (m), 0 = none, before the range limits.
 
         Args:
-            buffers: The clean truth.
+            buffers: The clean ground truth.
             capture: Camera and materials.
             rng: Source of all random errors.
         """

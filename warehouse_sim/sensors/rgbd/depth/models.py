@@ -25,7 +25,8 @@ PRESETS: dict[str, DepthModel] = {
     "flexx2": TimeOfFlight(),
     # 0.61, 0.89 and 1.78 mm at 0.8, 1.5 and 3 m in the narrow unbinned mode: Tölgyessy et al. 2021, "Evaluation of the
     # Azure Kinect and its comparison to Kinect v1 and Kinect v2", second-hand; within Microsoft's 17 mm. Its growth
-    # with the angle and its wiggling have no source: the share of the Flexx2, and a fifth of the stated 11 mm + 0.1 %.
+    # with the angle and its wiggling have no source: the fraction of the Flexx2, and a fifth of the stated 11 mm + 0.1
+    # %.
     "azure_kinect": TimeOfFlight(
         sigma_base=0.00052, sigma_linear=0.0, sigma_square=0.00014, sigma_angle=0.00003, sigma_lateral_px=0.6,
         focal_px=504.0, min_range=0.5, max_range=3.86, wiggle=0.002,

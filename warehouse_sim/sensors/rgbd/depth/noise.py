@@ -25,7 +25,7 @@ def odd_window(size_px: float) -> int:
 def smooth_noise(size_hw: tuple[int, int], rng: np.random.Generator, window_px: float) -> Float32[np.ndarray, "h w"]:
     """Return Gaussian noise of variance 1 that windows share; a fifth of its variance is that of larger windows.
 
-    So no small filter removes it. It is drawn for every second pixel, that of windows three times as large for every
+    So no small filter removes it. It is rendered for every second pixel, that of windows three times as large for every
     eighth, and interpolated.
 
     Args:
@@ -52,7 +52,7 @@ def border_noise(size_hw: tuple[int, int], rng: np.random.Generator, window_px: 
 def _interpolated(
     size_hw: tuple[int, int], rng: np.random.Generator, window_px: float, stride: int
 ) -> Float32[np.ndarray, "h w"]:
-    """Return noise of variance 1 that is drawn for every ``stride``-th pixel."""
+    """Return noise of variance 1 that is rendered for every ``stride``-th pixel."""
     window = odd_window(window_px / stride)
     small = unit_noise((-(-size_hw[0] // stride), -(-size_hw[1] // stride)), rng, window)
     size = (stride * small.shape[1], stride * small.shape[0])

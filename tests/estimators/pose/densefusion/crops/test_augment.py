@@ -27,7 +27,7 @@ def hidden(config: AugmentConfig, crops) -> torch.Tensor:
 
 def test_hiding_only_removes_and_leaves_enough() -> None:
     crops = made_table(32)
-    config = AugmentConfig(hide_probability=1.0, hide_share=0.9, min_points=40)
+    config = AugmentConfig(hide_probability=1.0, hide_fraction=0.9, min_points=40)
     remaining = hidden(config, crops)
     assert not (remaining & ~present_of(crops)).any()
     assert remaining.sum(dim=1).min() >= 40
@@ -36,7 +36,7 @@ def test_hiding_only_removes_and_leaves_enough() -> None:
 
 def test_an_occluder_hides_one_side_of_the_image() -> None:
     crops = made_table(16)
-    config = AugmentConfig(hide_probability=1.0, hide_share=0.5, erode_px=0)
+    config = AugmentConfig(hide_probability=1.0, hide_fraction=0.5, erode_px=0)
     remaining = hidden(config, crops)
     image = crops.points[..., :2] / crops.points[..., 2:]
     for row, kept, present in zip(image, remaining, present_of(crops), strict=True):

@@ -69,7 +69,7 @@ def test_the_same_generator_gives_the_same_batch() -> None:
 
 def test_every_point_is_taken_about_equally_often() -> None:
     crops = made_set(1)
-    augment = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_share=0.7)
+    augment = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_fraction=0.7)
     stored = crops.tables[0].points[0, : crops.tables[0].point_count[0]]
     times = torch.zeros(len(stored))
     for seed in range(300):
@@ -85,7 +85,7 @@ def test_every_point_is_taken_about_equally_often() -> None:
 
 def test_dropout_leaves_fewer_different_points() -> None:
     crops = made_set(64)
-    augment = AugmentConfig(hide_probability=0, erode_px=0, drop_share=0.9)
+    augment = AugmentConfig(hide_probability=0, erode_px=0, drop_fraction=0.9)
     batch = draw_batch(crops, torch.arange(64), 400, generator(), augment)
     different = torch.tensor([len(torch.unique(points, dim=0)) for points in batch.inputs.points])
     assert different.min() < 100
@@ -130,7 +130,7 @@ def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
     crops = made_set(8, side_px=16, depth=True)
     index = torch.tensor([5, 1, 7, 0])
     whole = draw_batch(crops, index, 64, generator(), AugmentConfig())
-    for share in (slice(0, None, 2), slice(1, None, 2)):
-        part = draw_batch(crops, index, 64, generator(), AugmentConfig(), share)
+    for fraction in (slice(0, None, 2), slice(1, None, 2)):
+        part = draw_batch(crops, index, 64, generator(), AugmentConfig(), fraction)
         for found, expected in zip(tensors(part), tensors(whole), strict=True):
-            torch.testing.assert_close(found, expected[share], rtol=0, atol=1e-6)
+            torch.testing.assert_close(found, expected[fraction], rtol=0, atol=1e-6)

@@ -82,9 +82,9 @@ def test_a_tilted_camera_gives_the_input_of_a_level_one() -> None:
     assert (a - c).abs().max() > 0.05
 
 
-def test_gravity_is_dropped_and_wrong_as_often_as_asked() -> None:
+def test_gravity_is_dropped_and_wrong_as_often_as_requested() -> None:
     down = np.array([0.0, 1.0, 0.0])
-    augment = replace(AUGMENT, yaw=0.0, tilt=0.2, gravity_drop=0.3, gravity_error_deg=0.5, lean_share=0.0)
+    augment = replace(AUGMENT, yaw=0.0, tilt=0.2, gravity_drop=0.3, gravity_error_deg=0.5, lean_fraction=0.0)
     crops, index = crops_with_surroundings(1, down), torch.zeros(2000, dtype=torch.long)
     batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
     known = batch.inputs.level > 0
@@ -97,7 +97,7 @@ def test_gravity_is_dropped_and_wrong_as_often_as_asked() -> None:
 
 def test_some_of_the_upright_ones_lean_against_gravity() -> None:
     augment = replace(
-        AUGMENT, yaw=0.0, tilt=0.0, gravity_drop=0.3, gravity_error_deg=0.0, lean_share=0.25, lean_deg=3.0
+        AUGMENT, yaw=0.0, tilt=0.0, gravity_drop=0.3, gravity_error_deg=0.0, lean_fraction=0.25, lean_deg=3.0
     )
     crops, index = crops_with_surroundings(1, np.array([0.0, 1.0, 0.0])), torch.zeros(4000, dtype=torch.long)
     batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
@@ -111,10 +111,10 @@ def test_some_of_the_upright_ones_lean_against_gravity() -> None:
 def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
     crops, index = crops_with_surroundings(8, np.array([0.0, 1.0, 0.0])), torch.tensor([5, 1, 7, 0])
     whole = draw_batch(crops, index, 64, generator(), AUGMENT, crop=CONFIG, upright=True)
-    for share in (slice(0, None, 2), slice(1, None, 2)):
-        part = draw_batch(crops, index, 64, generator(), AUGMENT, share, CONFIG, True)
-        torch.testing.assert_close(part.inputs.points, whole.inputs.points[share], rtol=0, atol=1e-6)
-        assert torch.equal(part.inputs.inside, whole.inputs.inside[share])
+    for fraction in (slice(0, None, 2), slice(1, None, 2)):
+        part = draw_batch(crops, index, 64, generator(), AUGMENT, fraction, CONFIG, True)
+        torch.testing.assert_close(part.inputs.points, whole.inputs.points[fraction], rtol=0, atol=1e-6)
+        assert torch.equal(part.inputs.inside, whole.inputs.inside[fraction])
 
 
 @pytest.mark.parametrize("grown", [0, 12])

@@ -5,7 +5,7 @@ from tests.estimators.pose.densefusion.made_crops import made_crop, made_set, pa
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet, stack_crops
 
 
-def test_rows_of_several_tables_come_in_the_order_asked_for() -> None:
+def test_rows_of_several_tables_come_in_the_order_requested_for() -> None:
     parts = [made_set(count, side_px=8, seed=count, depth=True) for count in (3, 1, 4)]
     tables = [table for part in parts for table in part.tables]
     joined = CropSet(tables)

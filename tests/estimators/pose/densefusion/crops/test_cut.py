@@ -158,6 +158,6 @@ def test_a_lens_bends_points_and_rays_alike() -> None:
     assert off.max() < 3.0
 
 
-def test_a_square_crop_of_nothing_is_refused() -> None:
+def test_a_square_crop_of_nothing_is_rejected() -> None:
     with pytest.raises(ConfigError, match="must hold rgb or depth"):
         CropConfig(side_px=48, rgb=False)

@@ -14,7 +14,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.surround import OUTLINE_SID
 from warehouse_sim.estimators.pose.densefusion.settings import MaskNoiseConfig
 
 SIDE = OUTLINE_SIDE
-NEVER = MaskNoiseConfig(share=1, grow=0, wander=0, shift=0, hole=0, cut=0, merge=0, box=0)
+NEVER = MaskNoiseConfig(fraction=1, grow=0, wander=0, shift=0, hole=0, cut=0, merge=0, box=0)
 TRUE_MASK = np.zeros((SIDE, SIDE), dtype=np.uint8)
 TRUE_MASK[25:45, 20:60] = 1
 TRUE_MASK[25:32, 34:44] = 0
@@ -103,10 +103,10 @@ def test_merged_masks_hold_the_neighbour_in_half_of_the_samples() -> None:
 def test_what_is_taken_away_leaves_a_part(what: str) -> None:
     found = pictures(replace(NEVER, **{what: 1.0}))
     assert not (found & ~TRUE_MASK.astype(bool)).any()
-    share = found.sum(axis=(1, 2)) / TRUE_MASK.sum()
-    assert share.min() > 0.3
-    assert share.min() < 0.9
-    assert (share < 1.0).mean() > 0.7
+    fraction = found.sum(axis=(1, 2)) / TRUE_MASK.sum()
+    assert fraction.min() > 0.3
+    assert fraction.min() < 0.9
+    assert (fraction < 1.0).mean() > 0.7
 
 
 def test_boxes_are_about_the_objects_and_hold_its_gaps() -> None:

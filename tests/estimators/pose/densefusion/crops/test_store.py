@@ -89,7 +89,7 @@ class KilledError(Exception):
 def test_an_interrupted_cut_leaves_no_entry(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reader = DatasetReader(toy_root)
 
-    def kill(share: float) -> None:
+    def kill(fraction: float) -> None:
         raise KilledError
 
     with pytest.raises(KilledError):

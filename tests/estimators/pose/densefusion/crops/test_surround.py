@@ -54,7 +54,7 @@ def test_distances_to_the_outline_are_those_of_a_slow_count() -> None:
         assert abs(signed - expected) <= 0.5 + 0.05 * abs(expected)
 
 
-def test_truth_is_what_the_pixels_show_whatever_the_mask_says() -> None:
+def test_ground_truth_is_what_the_pixels_show_whatever_the_mask_says() -> None:
     owners = np.zeros(SHAPE, dtype=np.int32)
     owners[block(40, 30, 69, 49)] = 1
     owners[block(72, 30, 90, 49)] = 2
@@ -85,7 +85,7 @@ def test_a_small_part_of_a_large_box_keeps_its_points() -> None:
     assert (crop.around.signed_px > 0).sum() >= 100
 
 
-def test_crops_of_a_dataset_know_gravity_and_the_truth(toy_root) -> None:
+def test_crops_of_a_dataset_know_gravity_and_the_ground_truth(toy_root) -> None:
     reader = DatasetReader(toy_root)
     image = next(item for item in reader.images("train") if item.targets)
     for crop in image_crops(reader, image, CONFIG, 0):
@@ -94,6 +94,6 @@ def test_crops_of_a_dataset_know_gravity_and_the_truth(toy_root) -> None:
         np.testing.assert_array_equal(crop.around.belongs, reader.mask_visible(image, crop.position)[v, u])
 
 
-def test_a_share_without_a_width_is_refused() -> None:
+def test_a_share_without_a_width_is_rejected() -> None:
     with pytest.raises(ConfigError, match="surround_px"):
-        CropConfig(surround_share=0.1)
+        CropConfig(surround_fraction=0.1)

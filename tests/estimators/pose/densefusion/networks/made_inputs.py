@@ -4,7 +4,7 @@ import torch
 
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import Size
@@ -25,9 +25,9 @@ def made_input(config: DenseFusionConfig) -> NetworkInput:
     )
 
 
-def made_truth() -> Truth:
+def made_gt() -> GroundTruth:
     """True poses for the batch."""
-    return Truth(matrix_from_quat_wxyz(torch.randn(BATCH, 4)), torch.randn(BATCH, 3) * 0.2, torch.tensor([2, 0]))
+    return GroundTruth(matrix_from_quat_wxyz(torch.randn(BATCH, 4)), torch.randn(BATCH, 3) * 0.2, torch.tensor([2, 0]))
 
 
 def made_shapes() -> ShapeTensors:
@@ -41,8 +41,8 @@ def made_shapes() -> ShapeTensors:
     )
 
 
-def build(name: str, size: Size, faithful: bool = False) -> tuple[DenseFusion, NetworkInput]:
+def build(name: str, size: Size, paper: bool = False) -> tuple[DenseFusion, NetworkInput]:
     """An untrained network of a method, and inputs for it."""
     torch.manual_seed(0)
-    config = ESTIMATORS.get(name).network(size, faithful)
+    config = ESTIMATORS.get(name).network(size, paper)
     return DenseFusion(config, CLASSES), made_input(config)

@@ -36,7 +36,7 @@ def test_attention_has_the_expected_number_of_weights() -> None:
     assert sum(weight.numel() for layer in layers for weight in layer.parameters()) == 4 * (64 * 64 + 64)
 
 
-def test_impossible_sizes_are_refused() -> None:
+def test_impossible_sizes_are_rejected() -> None:
     with pytest.raises(ConfigError, match="multiple of heads"):
         AttentionConfig(30, heads=4)
     with pytest.raises(ValueError, match="joins two images, found 1"):

@@ -1,9 +1,9 @@
 import torch
 
-from tests.estimators.pose.densefusion.networks.made_inputs import build, made_shapes, made_truth
+from tests.estimators.pose.densefusion.networks.made_inputs import build, made_gt, made_shapes
 from warehouse_sim.estimators.pose.densefusion.networks.coordinates import CoordinateHeads
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Coordinates, Hypotheses, Proposal
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
@@ -24,14 +24,14 @@ def test_untrained_head_proposes_the_start_rotation() -> None:
 
 def test_true_coordinates_beat_all_others() -> None:
     torch.manual_seed(0)
-    truth, shapes, points = made_truth(), made_shapes(), torch.randn(2, 30, 3)
-    object_points = (points - truth.translation[:, None]) @ truth.rotation
+    gt, shapes, points = made_gt(), made_shapes(), torch.randn(2, 30, 3)
+    object_points = (points - gt.translation[:, None]) @ gt.rotation
 
     def loss(moved: torch.Tensor) -> float:
         quat = torch.randn(2, 1, 4, generator=torch.Generator().manual_seed(1))
         hypotheses = Hypotheses(quat, torch.zeros(2, 1, 3), torch.zeros(2, 1))
         coordinates = Coordinates(points, moved, torch.full((2, 30), -2.0))
-        return float(CoordinateHeads.loss(Proposal(hypotheses, coordinates), truth, shapes, LossConfig()))
+        return float(CoordinateHeads.loss(Proposal(hypotheses, coordinates), gt, shapes, LossConfig()))
 
     assert loss(object_points) < min(loss(object_points + 0.01 * torch.randn(2, 30, 3)) for _ in range(5))
 
@@ -42,10 +42,10 @@ def test_fitted_pose_is_trained_whatever_its_confidence() -> None:
     for logit in (-30.0, 0.0):
         network.zero_grad()
         found, coordinates, _ = network(x)
-        doubted = Proposal(found._replace(logit=torch.full_like(found.logit, logit)), coordinates)
+        with_uncertainty = Proposal(found._replace(logit=torch.full_like(found.logit, logit)), coordinates)
         torch.manual_seed(1)
-        truth = Truth(matrix_from_quat_wxyz(torch.randn(2, 4)), torch.zeros(2, 3), x.class_index)
-        network.loss(doubted, truth, made_shapes(), LossConfig()).backward()
+        gt = GroundTruth(matrix_from_quat_wxyz(torch.randn(2, 4)), torch.zeros(2, 3), x.class_index)
+        network.loss(with_uncertainty, gt, made_shapes(), LossConfig()).backward()
         gradients.append(network.heads.output.weight.grad.clone())
         torch.manual_seed(0)
     assert bool(gradients[0].any())

@@ -7,9 +7,9 @@ from tests.estimators.pose.densefusion.networks.made_inputs import (
     BATCH,
     CLASSES,
     build,
+    made_gt,
     made_input,
     made_shapes,
-    made_truth,
 )
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
@@ -78,15 +78,15 @@ def _whole_loss(network: DenseFusion, x, config: LossConfig = LossConfig()) -> t
         torch.nn.init.normal_(output.weight, std=0.01)
     embedding = network.embed(x)
     proposal = network.propose(x, embedding)
-    loss = network.loss(proposal, made_truth(), made_shapes(), config)
+    loss = network.loss(proposal, made_gt(), made_shapes(), config)
     rotation, shift = network.refine(*proposal.hypotheses.most_confident(), x, embedding)
     return loss + (rotation * 1.5 + 1).square().sum() + shift.square().sum()
 
 
 @pytest.mark.parametrize("name", sorted(READS))
-@pytest.mark.parametrize(("size", "faithful"), [("nano", False), ("nano", True), ("small", False)])
-def test_the_loss_and_the_refiner_reach_every_parameter(name: str, size: str, faithful: bool) -> None:
-    network, x = build(name, size, faithful)
+@pytest.mark.parametrize(("size", "paper"), [("nano", False), ("nano", True), ("small", False)])
+def test_the_loss_and_the_refiner_reach_every_parameter(name: str, size: str, paper: bool) -> None:
+    network, x = build(name, size, paper)
     _whole_loss(network, x).backward()
     dead = [name for name, value in network.named_parameters() if value.grad is None or not value.grad.any()]
     assert dead == []
@@ -170,7 +170,7 @@ def weights_of(part: torch.nn.Module) -> int:
 
 
 @pytest.mark.parametrize("objects", [1, 13, 21])
-def test_faithful_has_the_originals_parameters_to_the_last(objects: int) -> None:
+def test_paper_has_the_originals_parameters_to_the_last(objects: int) -> None:
     """Counted along the layers of ``lib/network.py``, ``pspnet.py`` and ``extractors.py``, less the dead classifier."""
 
     def layer(before: int, after: int, size: int = 1, bias: bool = True) -> int:
@@ -185,7 +185,7 @@ def test_faithful_has_the_originals_parameters_to_the_last(objects: int) -> None
     feature = points + layer(256, 512) + layer(512, 1024)
     head = 3 * (layer(1408, 640) + layer(640, 256) + layer(256, 128)) + layer(128, 8 * objects)
     refiner = points + layer(384, 512) + layer(512, 1024) + 2 * (layer(1024, 512) + layer(512, 128))
-    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", faithful=True), objects)
+    network = DenseFusion(ESTIMATORS.get("densefusion").network("full", paper=True), objects)
     assert weights_of(network.images) == extractor
     assert weights_of(network.points) == feature
     assert weights_of(network.heads) == head
@@ -196,9 +196,9 @@ def test_faithful_has_the_originals_parameters_to_the_last(objects: int) -> None
     assert 1.915e6 < weights_of(network.refiner) < 1.945e6
 
 
-def test_the_faithful_refiner_pools_384_channels_and_192_without_an_image() -> None:
+def test_the_paper_refiner_pools_384_channels_and_192_without_an_image() -> None:
     for name, channels in (("densefusion", 384), ("densefusion-pointcloud", 192)):
-        network, x = build(name, "full", faithful=True)
+        network, x = build(name, "full", paper=True)
         seen = []
         network.refiner.branch.pooled.register_forward_hook(lambda _, given, out, seen=seen: seen.append(given[0]))
         network.eval()
@@ -209,7 +209,7 @@ def test_the_faithful_refiner_pools_384_channels_and_192_without_an_image() -> N
         torch.testing.assert_close(seen[0], torch.cat([*first, *second], dim=-1))
 
 
-def test_the_faithful_decoder_aligns_corners() -> None:
+def test_the_paper_decoder_aligns_corners() -> None:
     ours, theirs = (ESTIMATORS.get("densefusion").network("small", flag) for flag in (False, True))
     ramp = torch.linspace(0.0, 7.0, 8).expand(1, 1, 8, 8)
     for config in (ours, theirs):
@@ -249,7 +249,7 @@ def test_cross_attention_is_a_third_fusion() -> None:
     assert [name for name, value in network.named_parameters() if not value.grad.any()] == []
 
 
-def test_faithful_changes_what_it_says() -> None:
+def test_paper_changes_what_it_says() -> None:
     ours, theirs = (DenseFusion(ESTIMATORS.get("densefusion").network("small", flag), 1) for flag in (False, True))
     kinds = [{type(module).__name__ for module in network.images.modules()} for network in (ours, theirs)]
     assert "BatchNorm2d" in kinds[0]
@@ -282,7 +282,7 @@ def test_a_configuration_survives_its_file(name: str) -> None:
         ({"images": "mixed"}, "crops of one size"),
     ],
 )
-def test_impossible_compositions_are_refused(change: dict, message: str) -> None:
+def test_impossible_compositions_are_rejected(change: dict, message: str) -> None:
     config = ESTIMATORS.get("densefusion-pointcloud").network("nano")
     if change.get("images") == "mixed":
         image = ESTIMATORS.get("densefusion").network("nano").images[0]

@@ -1,6 +1,6 @@
 import torch
 
-from tests.estimators.pose.densefusion.networks.made_inputs import made_shapes, made_truth
+from tests.estimators.pose.densefusion.networks.made_inputs import made_gt, made_shapes
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads, SplitTrunk
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Hypotheses, Proposal
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
@@ -55,7 +55,7 @@ def test_nearest_point_loss_looks_at_its_share_of_the_hypotheses() -> None:
     found = Hypotheses(torch.randn(2, 8, 4), torch.randn(2, 8, 3), torch.randn(2, 8))
     changed = Hypotheses(*(torch.cat([value[:, :5], value[:, 5:] + 1.0], dim=1) for value in found))
     config = LossConfig(symmetry="nearest", nearest_hypotheses=5)
-    truth, shapes = made_truth(), made_shapes()
-    a, b = (PoseHeads.loss(Proposal(values), truth, shapes, config) for values in (found, changed))
+    gt, shapes = made_gt(), made_shapes()
+    a, b = (PoseHeads.loss(Proposal(values), gt, shapes, config) for values in (found, changed))
     assert torch.equal(a, b)
-    assert not torch.equal(a, PoseHeads.loss(Proposal(found), truth, shapes, LossConfig()))
+    assert not torch.equal(a, PoseHeads.loss(Proposal(found), gt, shapes, LossConfig()))

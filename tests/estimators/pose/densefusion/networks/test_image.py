@@ -42,11 +42,11 @@ def test_two_pixels_of_a_cell_differ() -> None:
 
 
 @pytest.mark.parametrize("reads", [(), ("rgb", "rgb")])
-def test_wrong_readings_are_refused(reads: tuple) -> None:
+def test_wrong_readings_are_rejected(reads: tuple) -> None:
     with pytest.raises(ConfigError, match="rgb, depth or both"):
         ImageConfig(reads=reads)
 
 
-def test_wrong_side_is_refused() -> None:
+def test_wrong_side_is_rejected() -> None:
     with pytest.raises(ConfigError, match="multiple of 8"):
         ImageConfig(side_px=50)

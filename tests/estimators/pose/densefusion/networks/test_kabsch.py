@@ -40,7 +40,7 @@ def test_never_mirrors() -> None:
         torch.testing.assert_close(torch.linalg.det(matrix_from_quat_wxyz(quat)), torch.ones(5))
 
 
-def test_few_gross_errors_and_points_that_doubt_themselves_do_not_count() -> None:
+def test_few_gross_errors_and_points_that_uncertainty_themselves_do_not_count() -> None:
     rotation, _, object_points, points = made_fit()
     scale = torch.full((5, 40), -4.0)
     wild = points.clone()
@@ -49,9 +49,9 @@ def test_few_gross_errors_and_points_that_doubt_themselves_do_not_count() -> Non
     assert float((matrix_from_quat_wxyz(quat) - rotation).abs().max()) < 0.02
     assert float(weights[:, :6].sum(dim=1).max()) < 0.05
     wild[:, 6:20] += torch.randn(5, 14, 3)
-    doubting = scale.clone()
-    doubting[:, :20] = 1.0
-    quat, _, _ = fit_pose(object_points, wild, doubting)
+    with_model = scale.clone()
+    with_model[:, :20] = 1.0
+    quat, _, _ = fit_pose(object_points, wild, with_model)
     assert float((matrix_from_quat_wxyz(quat) - rotation).abs().max()) < 1e-2
 
 

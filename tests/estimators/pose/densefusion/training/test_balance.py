@@ -8,18 +8,18 @@ OBJECTS = torch.repeat_interleave(torch.arange(4), torch.tensor([100, 400, 0, 45
 CLASSES = ("pallet", "pallet", "pallet", "carton")
 
 
-def shares(balance: str) -> list[float]:
+def fractions(balance: str) -> list[float]:
     weights = sampling_weights(OBJECTS, CLASSES, balance)
     assert weights.mean() == pytest.approx(1.0, abs=1e-4)
     return [float(weights[number == OBJECTS].sum() / len(OBJECTS)) for number in range(4)]
 
 
 def test_classes_are_drawn_equally_often_and_their_objects_by_the_root() -> None:
-    assert shares("classes") == pytest.approx([0.5 / 3, 1.0 / 3, 0.0, 0.5], abs=1e-3)
+    assert fractions("classes") == pytest.approx([0.5 / 3, 1.0 / 3, 0.0, 0.5], abs=1e-3)
 
 
 def test_objects_are_drawn_equally_often() -> None:
-    assert shares("objects") == pytest.approx([1 / 3, 1 / 3, 0.0, 1 / 3], abs=1e-3)
+    assert fractions("objects") == pytest.approx([1 / 3, 1 / 3, 0.0, 1 / 3], abs=1e-3)
 
 
 def test_crops_need_no_weights() -> None:

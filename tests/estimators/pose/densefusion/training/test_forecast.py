@@ -20,7 +20,7 @@ SHORT = TrainConfig(max_minutes=12 / 60, batch=4, validations=2, precision="32",
 def slow_steps(notes: list[str], caplog: pytest.LogCaptureFixture):
     """Return a progress callback that takes its time at each step and notes how much had been said by then."""
 
-    def progress(share: float, note: str) -> None:
+    def progress(fraction: float, note: str) -> None:
         if note.startswith("step"):
             time.sleep(0.4)
             notes.append(caplog.text)
@@ -42,7 +42,7 @@ def test_few_steps_are_foretold(toy_root: Path, tmp_path: Path, caplog: pytest.L
     assert result["seconds"] < 15.0
 
 
-def test_nothing_is_said_when_steps_were_asked_for(toy_root: Path, tmp_path: Path, caplog) -> None:
+def test_nothing_is_said_when_steps_were_requested_for(toy_root: Path, tmp_path: Path, caplog) -> None:
     for name, config in (
         ("few", replace(SHORT, max_steps=7)),
         ("endless", replace(SHORT, max_steps=7, max_minutes=None)),
@@ -68,7 +68,7 @@ def test_reading_counts_and_may_leave_nothing(toy_root: Path, tmp_path: Path, mo
 
 
 def test_a_run_whose_time_is_up_validates_once_more_only(toy_root: Path, tmp_path: Path, caplog) -> None:
-    def pause(share: float, note: str) -> None:
+    def pause(fraction: float, note: str) -> None:
         if note.startswith("step"):
             time.sleep(8.0)
 

@@ -104,4 +104,4 @@ def test_companions_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
 def test_a_batch_must_be_divisible() -> None:
     with pytest.raises(ConfigError, match="batch 16 cannot be shared evenly by 3 devices"):
         TrainConfig(devices=3)
-    assert Worker(1, 4).share == slice(1, None, 4)
+    assert Worker(1, 4).fraction == slice(1, None, 4)

@@ -42,7 +42,7 @@ def test_a_phase_on_top_of_a_run_moves_the_refiner_alone(toy_root: Path, tmp_pat
 
 
 def test_a_phase_that_was_killed_resumes_to_the_same_weights(toy_root: Path, tmp_path: Path, finished: Path) -> None:
-    def kill(share: float, note: str) -> None:
+    def kill(part: float, note: str) -> None:
         if note.startswith("step 5"):
             raise KilledError
 
@@ -57,7 +57,7 @@ def test_apart_leaves_the_rest_as_it_is_from_where_the_refiner_begins(toy_root: 
     config = replace(SHORT, phase="apart", refiner_start=0.5, ema=0.0, validations=2)
     between: list[dict[str, torch.Tensor]] = []
 
-    def keep(share: float, note: str) -> None:
+    def keep(part: float, note: str) -> None:
         if note.startswith("step 4") and not between:
             (checkpoint,) = (tmp_path / "run" / "checkpoints").iterdir()
             stored = safetensors.torch.load_file(checkpoint)

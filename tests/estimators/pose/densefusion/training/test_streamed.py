@@ -84,11 +84,11 @@ STRIDING = replace(STREAM, window=10, fresh=0.4)
 """Moves by one at step 3 and stays until step 6; a run that goes on at step 4 does so between."""
 
 
-@pytest.mark.parametrize(("stream", "asked"), [(STREAM, [0, 6]), (STRIDING, [0])])
+@pytest.mark.parametrize(("stream", "requested"), [(STREAM, [0, 6]), (STRIDING, [0])])
 def test_a_run_that_was_interrupted_ends_with_the_same_weights(
-    toy_root: Path, tmp_path: Path, stream: StreamConfig, asked: list[int]
+    toy_root: Path, tmp_path: Path, stream: StreamConfig, requested: list[int]
 ) -> None:
-    def stop(share: float, note: str) -> None:
+    def stop(fraction: float, note: str) -> None:
         if note.startswith("step 5"):
             raise KeyboardInterrupt
 
@@ -103,7 +103,7 @@ def test_a_run_that_was_interrupted_ends_with_the_same_weights(
     with pytest.raises(KeyboardInterrupt):
         train(NAME, toy_root, part, config, progress=stop, open_stream=toy_stream)
     train(NAME, toy_root, part, config, resume=True, open_stream=watched)
-    assert opened == asked  # where the network begins, then where step 4 goes on, unless that is in sight
+    assert opened == requested  # where the network begins, then where step 4 goes on, unless that is in sight
     found = weights(part)
     assert all(torch.equal(value, found[name]) for name, value in expected.items())
 
@@ -120,9 +120,9 @@ def test_every_crop_of_a_window_is_seen_once_in_a_round(toy_root: Path, balance:
             seen = Counter()
             rounds.append(seen)
             numbers = set(crops.window(step)[0].tolist())
-        drawn = order.indices(step).tolist()
-        seen.update(drawn)
-        assert set(drawn) <= numbers
+        sampled = order.indices(step).tolist()
+        seen.update(sampled)
+        assert set(sampled) <= numbers
         most, least = max(seen.values()), min(seen[number] for number in numbers)
         assert most - least <= 1  # with replacement the fourth round would miss some and show others thrice
     assert [min(times.values()) for times in rounds] == [3, 3]
@@ -141,7 +141,7 @@ def test_the_run_says_what_it_was_trained_on(whole: Path) -> None:
     assert "train: the stream of toy, seed 99" in (whole / "train.log").read_text()
 
 
-def test_scenes_of_the_data_are_refused(toy_root: Path, tmp_path: Path) -> None:
+def test_scenes_of_the_data_are_rejected(toy_root: Path, tmp_path: Path) -> None:
     seed = DatasetReader(toy_root).manifest.seed  # type: ignore[union-attr]
     config = replace(CONFIG, stream=replace(STREAM, seed=seed))
     with pytest.raises(TrainingError, match=rf"stream.seed {seed} is the seed of .*; choose another one"):
@@ -156,7 +156,7 @@ def test_a_stream_that_shows_nothing_is_named(toy_root: Path, tmp_path: Path) ->
         train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=empty)
 
 
-def test_settings_that_need_a_stream_are_refused_without_one(toy_root: Path, tmp_path: Path) -> None:
+def test_settings_that_need_a_stream_are_rejected_without_one(toy_root: Path, tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="nothing here opens the stream of toy"):
         train(NAME, toy_root, tmp_path / "run", CONFIG)
     with pytest.raises(ConfigError, match="a stream feeds one process, not 2: leave"):

@@ -88,7 +88,7 @@ class KilledError(Exception):
 
 
 def test_a_killed_run_resumes_to_the_same_weights(toy_root: Path, tmp_path: Path, finished: Path) -> None:
-    def kill(share: float, note: str) -> None:
+    def kill(fraction: float, note: str) -> None:
         if note.startswith("step 5"):
             raise KilledError
 
@@ -165,7 +165,7 @@ def test_training_begins_with_given_weights(toy_root: Path, tmp_path: Path, fini
 def test_a_run_killed_before_its_first_checkpoint_begins_with_the_same_weights(
     toy_root: Path, tmp_path: Path, finished: Path
 ) -> None:
-    def kill(share: float, note: str) -> None:
+    def kill(fraction: float, note: str) -> None:
         if note.startswith("step 1"):
             raise KilledError
 
@@ -188,7 +188,7 @@ def test_time_limit_holds(toy_root: Path, tmp_path: Path) -> None:
     assert float(rows[-1]["learning_rate"]) < 0.1 * config.learning_rate
 
 
-def test_refuses_what_would_lose_or_mix_runs(toy_root: Path, tmp_path: Path, finished: Path) -> None:
+def test_rejects_what_would_lose_or_mix_runs(toy_root: Path, tmp_path: Path, finished: Path) -> None:
     with pytest.raises(TrainingError, match="not empty"):
         train("densefusion-pointcloud", toy_root, finished, SHORT)
     with pytest.raises(TrainingError, match="nothing to resume"):
@@ -220,7 +220,7 @@ def test_an_empty_split_is_named(tmp_path: Path) -> None:
         train("densefusion-pointcloud", tmp_path / "data", tmp_path / "run", SHORT)
 
 
-def test_settings_that_never_end_are_refused() -> None:
+def test_settings_that_never_end_are_rejected() -> None:
     with pytest.raises(ConfigError, match="never ends"):
         TrainConfig(max_minutes=None, max_steps=None)
     with pytest.raises(ConfigError, match="batch must be 1-65,536, found "):

@@ -63,7 +63,7 @@ def test_known_objects_keep_their_weights_and_new_ones_start_fresh(method: str, 
     assert per_object >= 2
 
 
-def test_another_size_is_refused_with_what_would_fit(tmp_path: Path) -> None:
+def test_another_size_is_rejected_with_what_would_fit(tmp_path: Path) -> None:
     folder, _ = run_of("densefusion-pointcloud", tmp_path / "run")
     target = DenseFusion(ESTIMATORS.get("densefusion-pointcloud").network("small"), 3)
     with pytest.raises(TrainingError, match=r"other points.*--size nano"):

@@ -16,7 +16,7 @@ _MASK = re.compile(r"(\d{6})_(\d{6})\.\w+")
 
 
 def targets(subject: ForeignSubject) -> Findings:
-    """Look whether the images and objects that are asked for exist, each once, and as many as are labelled."""
+    """Look whether the images and objects that are requested exist, each once, and as many as are labelled."""
     files = sorted(_root(subject).glob(_TARGETS))
     if not files:
         return Findings(lacking="it holds no list of targets")
@@ -44,8 +44,8 @@ def targets(subject: ForeignSubject) -> Findings:
                 isinstance(wanted, int) and 1 <= wanted <= shown,
                 f"{where}: asks for {wanted} of object {row['obj_id']}, the image has {shown}",
             )
-        asked = [(*key, row.get("obj_id")) for row, key in zip(rows, keys, strict=True)]
-        findings.require(len(set(asked)) == len(asked), f"{path}: asks for the same target twice")
+        requested = [(*key, row.get("obj_id")) for row, key in zip(rows, keys, strict=True)]
+        findings.require(len(set(requested)) == len(requested), f"{path}: asks for the same target twice")
         findings.count += len(rows)
     findings.examined = f"{findings.count} targets in {len(files)} lists"
     return findings

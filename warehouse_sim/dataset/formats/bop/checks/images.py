@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
+from warehouse_sim.dataset.checks.clean import NOT_ITS_GT, matches_reading
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
@@ -29,7 +29,7 @@ def images(subject: Subject) -> Findings:
 
 
 def masks(subject: Subject) -> Findings:
-    """Visible masks lie in their silhouettes, do not overlap, and give the stored counts, boxes and run lengths."""
+    """Visible masks lie in their amodal masks, do not overlap, and give the stored counts, boxes and run lengths."""
     findings, rows = Findings(), []
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
@@ -53,8 +53,8 @@ def _channels(subject: Subject, image: ImageRecord) -> Findings:
     channels = {"rgb": reader.rgb(image), "depth": subject.depth(image)}
     if reader.has_clean:
         channels |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
-        is_truth = matches_reading(channels["depth_clean"], channels["depth"])
-        findings.require(is_truth, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_TRUTH}")
+        is_gt = matches_reading(channels["depth_clean"], channels["depth"])
+        findings.require(is_gt, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_GT}")
         wrong = colour_problem(channels["rgb_clean"], channels["rgb"])
         findings.require(not wrong, f"{layout.rgb_clean(image.image_id)}: {wrong}")
     shown = shows_edges_of(channels["rgb"], channels.get("depth_clean", channels["depth"]))
@@ -97,7 +97,7 @@ def _counts_agree(
     depth: Float32[np.ndarray, "h w"],
     where: str,
 ) -> None:
-    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole silhouette")
+    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole amodal mask")
     counted = np.count_nonzero(visible)
     findings.require(
         counted == info["px_count_visib"] > 0,
@@ -108,20 +108,20 @@ def _counts_agree(
         valid == info["px_count_valid"], f"{where}: {valid} readings, px_count_valid is {info['px_count_valid']}"
     )
     inside = np.count_nonzero(whole)
-    findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its silhouette")
-    share = counted / info["px_count_all"] if info["px_count_all"] else -1.0
-    findings.require(abs(share - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {share:.6f}")
+    findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its amodal mask")
+    fraction = counted / info["px_count_all"] if info["px_count_all"] else -1.0
+    findings.require(abs(fraction - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {fraction:.6f}")
 
 
 def _whole_box_agrees(
     findings: Findings, image: ImageRecord, target: TargetRecord, whole: Bool[np.ndarray, "h w"], where: str
 ) -> None:
-    """Hold box and count of the whole silhouette against its mask, which ends at the image border."""
+    """Hold box and count of the whole amodal mask against its mask, which ends at the image border."""
     box, stored = mask_box_xyxy(whole), np.array(target.box_amodal_xyxy)
     last = np.array([image.camera.width - 1, image.camera.height - 1] * 2)
     is_cut = bool((stored != np.clip(stored, 0, last)).any())
     found = np.zeros(4) if box is None else np.array(box, dtype=float)
-    # What is cut off may be where the silhouette is widest.
+    # What is cut off may be where the amodal mask is widest.
     same = (found == stored) | (is_cut & np.array([*(found[:2] > stored[:2]), *(found[2:] < stored[2:])]))
     findings.require(bool(same.all()), f"{where}: bbox_obj is {target.box_amodal_xyxy}, the mask has {box}")
     counted = np.count_nonzero(whole)

@@ -17,7 +17,7 @@ from warehouse_sim.geometry.pose import invert
 
 _TABLES = ("camera", "gt", "gt_info", "gt_coco")
 _SAME_POSE = 1e-6
-_SAME_SHARE = 1e-9
+_SAME_FRACTION = 1e-9
 # Visible fraction from which BOP asks for a target (calc_gt_info and the challenge's targets).
 _VISIBLE_ENOUGH = 0.1
 
@@ -117,7 +117,7 @@ def _agrees_with_record(findings: Findings, subject: Subject, image: ImageRecord
         noted = measured.get(target.instance_id)
         if noted is not None:
             said = noted.visible_fraction, noted.pixels_all
-            same = abs(said[0] - target.visible_fraction) < _SAME_SHARE and said[1] == target.pixels_all
+            same = abs(said[0] - target.visible_fraction) < _SAME_FRACTION and said[1] == target.pixels_all
             findings.require(
                 same,
                 f"{here}: visib_fract {target.visible_fraction:.6g} of {target.pixels_all} px, "

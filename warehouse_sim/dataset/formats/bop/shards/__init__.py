@@ -27,8 +27,8 @@ class ShardsFormat:
 
         return CHECKS
 
-    def refuse(self, manifest: Manifest) -> None:
-        """Refuse depth beyond 16 bits."""
+    def reject(self, manifest: Manifest) -> None:
+        """Reject depth beyond 16 bits."""
         require_depth_fits(manifest.contents, MILLIMETRES, NAME)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:

@@ -97,7 +97,7 @@ def _masks_of_shard(
             for target in image.targets:
                 a, b = whole[target.gt_index], seen[target.gt_index]
                 here = f"{where}: {target.gt_index}"
-                findings.require(not (b & ~a).any(), f"{here}: is seen outside its silhouette")
+                findings.require(not (b & ~a).any(), f"{here}: is seen outside its amodal mask")
                 findings.require(not (b & taken).any(), f"{here}: overlaps the visible mask of another object")
                 counts = (
                     int(np.count_nonzero(b)) == target.pixels_visible and int(np.count_nonzero(a)) <= target.pixels_all

@@ -90,7 +90,7 @@ class ShardsReader:
         return self._mask(image, gt_index, "mask_visib.json")
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target's whole silhouette, as far as it lies in the image."""
+        """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
         return self._mask(image, gt_index, "mask.json")
 
     def _colour(self, image: ImageRecord, kind: str) -> UInt8[np.ndarray, "h w 3"]:

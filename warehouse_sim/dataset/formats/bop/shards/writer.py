@@ -42,7 +42,7 @@ class ShardsWriter:
         make_folder(self._layout.parts)
 
     def scene(self, scene: SceneSpec) -> "ShardsSceneWriter":
-        """Open a scene anew."""
+        """Open a scene again."""
         path = self._layout.part(scene.scene_index)
         make_folder(path.parent)
         return ShardsSceneWriter(path, self._objects, self._manifest.contents.clean)

@@ -19,7 +19,7 @@ from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.fisheye import same_lens
 
 _SAME_PLACE = 1e-5
-_SAME_SHARE = 1e-4
+_SAME_FRACTION = 1e-4
 # Half a step of each format's depth, and float rounding.
 _SAME_DEPTH = 0.5 / 256 + 0.5 / 1000 + 1e-4
 
@@ -116,7 +116,7 @@ def _same(
     inside = np.count_nonzero(subject.of_format(OTHER).readable.mask(image, target.gt_index))
     cut_off = 1.0 - inside / max(target.pixels_all, 1)
     findings.require(
-        bool(abs(row.truncated - cut_off) < _SAME_SHARE),
+        bool(abs(row.truncated - cut_off) < _SAME_FRACTION),
         f"{where}: truncated is {row.truncated}, BOP's mask has {cut_off:.4f}",
     )
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_TRUTH, matches_reading
+from warehouse_sim.dataset.checks.clean import NOT_ITS_GT, matches_reading
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
@@ -102,7 +102,7 @@ def _channels(subject: Subject, split: Split, scene: int, observation: int, fram
     findings.require(far or bool(steps.any()), f"{depth_path}: holds nothing but zeros")
     if "depth_clean_2" in kinds:
         clean_path = kitti_layout(subject.root).file(split, "depth_clean_2", frame)
-        findings.require(matches_reading(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_TRUTH}")
+        findings.require(matches_reading(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_GT}")
         clean_path = kitti_layout(subject.root).file(split, "image_clean_2", frame)
         if OTHER not in subject.manifest.formats or is_levelled(subject):
             wrong = colour_problem(decode_rgb(clean_path), decode_rgb(rgb_path))
@@ -113,8 +113,8 @@ def _channels(subject: Subject, split: Split, scene: int, observation: int, fram
         rgb = decode_rgb(rgb_path)
         findings.require(bool(rgb.any()), f"{rgb_path}: holds nothing but zeros")
         clean = "depth_clean_2" in kinds
-        truth = decode_depth(kitti_layout(subject.root).file(split, "depth_clean_2", frame)) if clean else steps
-        shown = truth.shape != rgb.shape[:2] or shows_edges_of(rgb, truth.astype(np.float32) / 256.0)
+        gt = decode_depth(kitti_layout(subject.root).file(split, "depth_clean_2", frame)) if clean else steps
+        shown = gt.shape != rgb.shape[:2] or shows_edges_of(rgb, gt.astype(np.float32) / 256.0)
         findings.require(shown, f"{rgb_path}: {OF_ANOTHER_PLACE}")
     return findings
 

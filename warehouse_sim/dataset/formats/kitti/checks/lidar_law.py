@@ -47,8 +47,8 @@ class LidarLaw(LidarContents):
         return _MIXED_PULSES * self.pulse_length if self.beam_radius > 0 else 0.0
 
     @property
-    def mixed_share(self) -> float:
-        """Share of the gap between two beams that one covers: so often it meets what is narrower than the gap."""
+    def mixed_fraction(self) -> float:
+        """Fraction of the gap between two beams that one covers: so often it meets what is narrower than the gap."""
         return min(self.beam_radius / math.radians(self.azimuth_step_deg), 1.0)
 
     @property
@@ -69,7 +69,7 @@ class LidarLaw(LidarContents):
         return self.spin == "clockwise"
 
     @property
-    def time_doubt(self) -> float:
+    def time_uncertainty(self) -> float:
         """By how much that may be wrong (s): a sweep of part of a turn waits for lasers that look ahead of the head."""
         first, last = self.azimuth_range_deg
         is_whole = last - first > 360.0 - self.azimuth_step_deg / 2.0

@@ -90,9 +90,9 @@ def points(subject: Subject) -> Findings:
 
 
 def _judge(findings: Findings, tally: _Tally, law: LidarLaw) -> None:
-    """Require that points beyond the noise lie at edges, but for the share that narrow things between beams explain."""
-    beyond, share = tally.mixed + tally.alone, law.mixed_share / (1.0 + law.mixed_share)
-    limit = beyond * share + _SPREADS * float(np.sqrt(beyond * share * (1.0 - share)))
+    """Require that points beyond the noise lie at edges, but for those that narrow things between beams explain."""
+    beyond, fraction = tally.mixed + tally.alone, law.mixed_fraction / (1.0 + law.mixed_fraction)
+    limit = beyond * fraction + _SPREADS * float(np.sqrt(beyond * fraction * (1.0 - fraction)))
     findings.require(
         tally.alone <= limit,
         f"{tally.alone} of {tally.points} points of labelled objects are farther off than noise explains, amid points "
@@ -182,7 +182,7 @@ def _examine(
     start, hit = transform_points(T_box_world, starts), transform_points(T_box_world, hits)
     # How far the place may be off because the time of the forward look is not known exactly.
     turning = abs(sweep.observation.yaw_rate) * np.linalg.norm(cloud[:, :3], axis=1)
-    half = box[1] + law.time_doubt * (np.linalg.norm(sweep.observation.velocity) + turning)[:, None]
+    half = box[1] + law.time_uncertainty * (np.linalg.norm(sweep.observation.velocity) + turning)[:, None]
     distance = np.maximum(np.linalg.norm(hit - start, axis=1), 1e-6)
     noise = law.noise_limit(distance, cloud[:, 3])
     as_measured = _meets(half, start, hit, distance, noise, law)

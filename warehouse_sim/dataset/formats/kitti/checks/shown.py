@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.depth_kind import range_share
+from warehouse_sim.dataset.checks.depth_kind import range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.text import read_text
@@ -19,20 +19,20 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 
 _LEVELS = (0.9, 0.5)
-"""Visible shares of what lies in the image from which ``occluded`` is 0 and 1."""
+"""Visible fractions of what lies in the image from which ``occluded`` is 0 and 1."""
 _ROUNDING = 1e-4
 """Of ``truncated``, which has four digits."""
 _CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 _NEAR = 0.05
 _BESIDE_PX = 2.0
-_WORN = 0.03
-"""By so much (m) worn objects stand out of their boxes."""
+_DAMAGED = 0.03
+"""By so much (m) damaged objects stand out of their boxes."""
 _FEW = 200
 """So few points on the depth image say nothing."""
 _SAMPLE = 15_000
 """Points of a sweep that are looked at, about."""
 _SAME_DEPTH = 0.1
-"""Of a point and the depth beside it, as a share: more than half of them agree so well, edges and noise included."""
+"""Of a point and the depth beside it, as a fraction: more than half of them agree so well, edges and noise included."""
 _STEPS_PER_METRE = 256.0
 
 
@@ -54,7 +54,7 @@ def shown(subject: Subject) -> Findings:
             if row.label.is_dont_care:
                 continue
             if row.instance_id in noted:
-                _shares_agree(findings, row, noted[row.instance_id], camera, f"{where}:{number}")
+                _fractions_agree(findings, row, noted[row.instance_id], camera, f"{where}:{number}")
             _box_is_there(findings, row, camera, f"{where}:{number}")
             findings.count += 1
     findings.examined = f"{findings.count} labels on their images"
@@ -80,7 +80,7 @@ def _camera(subject: Subject, split: Split, frame: int) -> tuple[PinholeCamera, 
     return calib_camera(matrices, size_wh), make_transform(matrix[:, :3], matrix[:, 3])
 
 
-def _shares_agree(findings: Findings, row: LabelRow, visible: float, camera: PinholeCamera, where: str) -> None:
+def _fractions_agree(findings: Findings, row: LabelRow, visible: float, camera: PinholeCamera, where: str) -> None:
     label = row.label
     left, top, right, bottom = label.box_xyxy
     at_border = left <= 0 or top <= 0 or right >= camera.width - 1 or bottom >= camera.height - 1
@@ -91,8 +91,8 @@ def _shares_agree(findings: Findings, row: LabelRow, visible: float, camera: Pin
         + ("" if at_border else " and its box ends within the image"),
     )
     # What lies in the image is known to four digits only.
-    shares = [visible / max(inside + step, 1e-9) for step in (_ROUNDING, -_ROUNDING)]
-    levels = {next((i for i, least in enumerate(_LEVELS) if share >= least), 2) for share in shares}
+    fractions = [visible / max(inside + step, 1e-9) for step in (_ROUNDING, -_ROUNDING)]
+    levels = {next((i for i, least in enumerate(_LEVELS) if fraction >= least), 2) for fraction in fractions}
     findings.require(
         label.occluded in levels,
         f"{where}: occluded is {label.occluded}, {visible:.4f} of it is visible and {inside:.4f} in the image",
@@ -106,7 +106,7 @@ def _box_is_there(findings: Findings, row: LabelRow, camera: PinholeCamera, wher
     if corners[:, 2].min() < _NEAR or camera.distortion is not None:
         return
     uv = camera.project(corners)
-    slack = _BESIDE_PX + _WORN * camera.fx / corners[:, 2].min()
+    slack = _BESIDE_PX + _DAMAGED * camera.fx / corners[:, 2].min()
     last = np.array([camera.width - 1, camera.height - 1])
     low, high = np.clip(uv.min(axis=0), 0, last) - slack, np.clip(uv.max(axis=0), 0, last) + slack
     beyond = max(float((low - row.label.box_xyxy[:2]).max()), float((np.array(row.label.box_xyxy[2:]) - high).max()))
@@ -138,8 +138,8 @@ def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
         f"{path}: differs from the points of velodyne by {100 * off:.0f} % of the depth; its unit (1/256 m a step), "
         "the points or Tr_velo_to_cam are wrong",
     )
-    share = range_share(read, z, distance)
+    fraction = range_fraction(read, z, distance)
     findings.require(
-        share < 0.5, f"{path}: holds the distance to the camera, not the depth along its axis (share {share:.2f})"
+        fraction < 0.5, f"{path}: holds the distance to the camera, not the depth along its axis (share {fraction:.2f})"
     )
     return findings

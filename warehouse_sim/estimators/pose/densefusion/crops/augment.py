@@ -32,9 +32,9 @@ class Noise(NamedTuple):
     gravity: Float[Tensor, "b 1"] | None = None
     """Whether gravity is told, where the network asks for it."""
 
-    def rows(self, share: slice) -> "Noise":
+    def rows(self, fraction: slice) -> "Noise":
         """Return the numbers of some of the samples."""
-        return Noise(*(None if values is None else values[share] for values in self))  # type: ignore[arg-type]
+        return Noise(*(None if values is None else values[fraction] for values in self))  # type: ignore[arg-type]
 
 
 def draw_noise(count: int, generator: torch.Generator, mask_width: int = 0, gravity: bool = False) -> Noise:
@@ -106,8 +106,8 @@ def hide_points(
     along = (points[..., 0] * angle.cos() + points[..., 1] * angle.sin()) / points[..., 2].clamp(min=1e-3)
     low = along.masked_fill(~present, torch.inf).amin(dim=1, keepdim=True)
     high = along.masked_fill(~present, -torch.inf).amax(dim=1, keepdim=True)
-    share = noise[:, 2:3] * config.hide_share
-    edge = torch.where(noise[:, 3:] < config.hide_probability, low + (high - low) * share, -torch.inf)
+    fraction = noise[:, 2:3] * config.hide_fraction
+    edge = torch.where(noise[:, 3:] < config.hide_probability, low + (high - low) * fraction, -torch.inf)
     return _unless_too_few(present & (along > edge), present, config.min_points)
 
 

@@ -18,7 +18,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.crops.given_mask import NOISE_WIDTH
 from warehouse_sim.estimators.pose.densefusion.crops.levelling import is_known, level_turns
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 DEPTH_LIMIT = 3.0
@@ -51,9 +51,9 @@ class Batch(NamedTuple):
     """Which points are truly the object's, where they need not be."""
 
     @property
-    def truth(self) -> Truth:
+    def gt(self) -> GroundTruth:
         """What the networks' losses compare with."""
-        return Truth(self.rotation, self.translation, self.inputs.class_index, self.belongs)
+        return GroundTruth(self.rotation, self.translation, self.inputs.class_index, self.belongs)
 
 
 def draw_batch(
@@ -62,7 +62,7 @@ def draw_batch(
     count: int,
     generator: torch.Generator | None = None,
     augment: AugmentConfig | None = None,
-    share: slice = slice(None),
+    fraction: slice = slice(None),
     crop: CropConfig | None = None,
     upright: bool = False,
 ) -> Batch:
@@ -74,14 +74,14 @@ def draw_batch(
         count: Points of each; a crop with fewer repeats them.
         generator: Decides which points, and how they are disturbed; without it the first points are taken as measured.
         augment: How training samples are disturbed; None leaves them as measured.
-        share: Which samples of the batch are wanted; each is disturbed as it is in the whole batch.
+        fraction: Which samples of the batch are wanted; each is disturbed as it is in the whole batch.
         crop: How the crops were cut, which must be given for those with surroundings.
         upright: Whether clouds are turned upright where gravity is known.
     """
-    rows, noise = crops.rows(index[share]), None
+    rows, noise = crops.rows(index[fraction]), None
     if generator is not None:
         mask_width = NOISE_WIDTH if rows.has_surroundings else 0
-        noise = draw_noise(len(index), generator, mask_width, upright).rows(share)
+        noise = draw_noise(len(index), generator, mask_width, upright).rows(fraction)
     chosen = _choice(rows, count, noise, augment, crop)
     rows, points, centre = chosen.rows, chosen.points, chosen.centre
     scale = rows.diameter / 2.0
@@ -126,7 +126,7 @@ def _turns(
         if augment and noise and noise.gravity is not None:
             down = down.masked_fill(noise.gravity < augment.gravity_drop, torch.nan)
             # One number decides both: what is left above the first share is even again.
-            most = augment.gravity_drop + (1.0 - augment.gravity_drop) * augment.lean_share
+            most = augment.gravity_drop + (1.0 - augment.gravity_drop) * augment.lean_fraction
             leaning = noise.gravity[:, 0] < most
         turn, known = level_turns(down), is_known(down)
     if augment and noise:
@@ -149,7 +149,7 @@ def _choose_points(
     remaining = hide_points(rows.points, rows.border_px, _present(rows), noise.hide, augment)
     present = remaining.sum(dim=1, keepdim=True)
     # Dropout at random only matters to a sample that is left with fewer points than it needs.
-    kept = (present * (1.0 - dropped * augment.drop_share)).long()
+    kept = (present * (1.0 - dropped * augment.drop_fraction)).long()
     kept = kept.clamp(min=augment.min_points).minimum(present)
     wanted = ((start * present).long() + steps % kept) % present
     places, first = remaining.nonzero()[:, 1], present.cumsum(dim=0) - present

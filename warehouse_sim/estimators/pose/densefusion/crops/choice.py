@@ -115,7 +115,7 @@ def _mixed(
     """Return which of the points are taken: those in the mask, and now and then one around it."""
     number = inside.sum(dim=1, keepdim=True)
     if noise is not None and augment is not None:
-        kept = (number * (1.0 - noise.choice[:, 1:] * augment.drop_share)).long()
+        kept = (number * (1.0 - noise.choice[:, 1:] * augment.drop_fraction)).long()
         number = kept.clamp(min=augment.min_points).minimum(number)
     others = around.sum(dim=1, keepdim=True)
     step = torch.arange(count, device=inside.device)[None]

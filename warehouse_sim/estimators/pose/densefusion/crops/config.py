@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from warehouse_sim.estimators.visibility import LeastVisible
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 
 _MOST_SIDE_PX = 181
 """Pixels of a crop are numbered in 16 bits."""
 _STORED_MARGIN = 0.5
-"""Space around the mask in crops with surroundings, as a share of its longer side: half a neighbour on each side."""
+"""Space around the mask in crops with surroundings, as a fraction of its longer side: half a neighbour on each side."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class CropConfig:
     """Most points kept of one target, 1-65,536; each training step draws its own from them."""
     min_points: Annotated[int, Range(1, 65_536)] = 32
     """Targets with fewer depth readings are left out, 1-65,536."""
-    min_visible_fraction: Share = 0.1
+    min_visible_fraction: Fraction = 0.1
     """Targets less visible than this are left out, 0-1."""
     margin: Annotated[float, Range(0, 10)] = 0.1
-    """Space around the mask in the square crop, as a share of its longer side, 0-10."""
+    """Space around the mask in the square crop, as a fraction of its longer side, 0-10."""
     surround_px: Annotated[int, Range(0, 1000, "px")] = 0
     """Least width of the rim about the mask's box whose pixels are kept, too, 0-1,000; 0 keeps those of the mask
     alone."""
-    surround_share: Annotated[float, Range(0, 1)] = 0.0
-    """Least width of that rim as a share of the box's longer side, 0-1."""
+    surround_fraction: Annotated[float, Range(0, 1)] = 0.0
+    """Least width of that rim as a fraction of the box's longer side, 0-1."""
 
     @property
     def has_surroundings(self) -> bool:
@@ -56,7 +56,7 @@ class CropConfig:
 
     def rim_px(self, width: int, height: int) -> int:
         """Return how wide the rim about a box of this size (px) is."""
-        return max(self.surround_px, round(self.surround_share * max(width, height)))
+        return max(self.surround_px, round(self.surround_fraction * max(width, height)))
 
     @property
     def reads_rgb(self) -> bool:
@@ -76,5 +76,5 @@ class CropConfig:
     def __post_init__(self) -> None:
         if self.side_px is not None and not (self.rgb or self.depth):
             raise ValueError(f"a square crop of {self.side_px} px must hold rgb or depth; leave it out for neither")
-        if self.surround_share > 0 and not self.has_surroundings:
-            raise ValueError("surround_share needs a surround_px of 1 or more")
+        if self.surround_fraction > 0 and not self.has_surroundings:
+            raise ValueError("surround_fraction needs a surround_px of 1 or more")

@@ -13,7 +13,7 @@ from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.window import Window
-from warehouse_sim.estimators.pose.fitting.evidence import DepthView
+from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.geometry.camera import PinholeCamera
 
 

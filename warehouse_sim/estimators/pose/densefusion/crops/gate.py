@@ -9,7 +9,7 @@ _REACH = 1.05
 _NEARLY = 0.6
 """A nearer slab of depth is preferred that holds so many times the points of the fullest."""
 _STEP = 0.35
-"""Where depth jumps by more than this share of the diameter another object begins; between the posts of a pallet it
+"""Where depth jumps by more than this fraction of the diameter another object begins; between the posts of a pallet it
 jumps by less."""
 
 

@@ -13,7 +13,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import MaskNoiseConfig
 
 _WAVES = 3
 _WAVELENGTH_PX = 9.0, 70.0
-_HOLE_SHARE = 0.15, 0.5
+_HOLE_FRACTION = 0.15, 0.5
 _LEAST_KEPT = 0.5
 """Of a mask that is cut, so much of its extent remains."""
 _MOST_NEIGHBOURS = 16
@@ -51,7 +51,16 @@ def disturbed_masks(
     """
     true_mask = (known.signed_px > 0) & known.present
     part = dict(zip(_COLUMNS, noise.split(tuple(_COLUMNS.values()), dim=1), strict=True))
-    odds = [config.share, config.grow, config.wander, config.shift, config.hole, config.cut, config.merge, config.box]
+    odds = [
+        config.fraction,
+        config.grow,
+        config.wander,
+        config.shift,
+        config.hole,
+        config.cut,
+        config.merge,
+        config.box,
+    ]
     does = part["whether"] < torch.tensor(odds, device=noise.device)
     disturbed, grow, wander, shift, hole, cut, merge, box = (item[:, None] for item in does.unbind(dim=1))
     # Between a pixel inside and one outside lies the outline, half a pixel from both.
@@ -114,7 +123,7 @@ def _hole(known: Labelled, noise: Float[Tensor, "b 4"]) -> Bool[Tensor, "b n"]:
     low, high = _extent(known)
     size = high - low
     middle = low + noise[:, :2] * size
-    least, most = _HOLE_SHARE
+    least, most = _HOLE_FRACTION
     half = size * (least + (most - least) * noise[:, 2:]) / 2.0
     return ((known.uv - middle[:, None]).abs() <= half[:, None]).all(dim=-1)
 

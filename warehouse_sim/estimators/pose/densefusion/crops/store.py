@@ -36,7 +36,7 @@ def load_crops(
         config: How to cut.
         workers: Threads that decode images.
         cache: Folder to keep crops in; None keeps them in memory.
-        progress: Called with the share of the images that is read; not called when the crops are found.
+        progress: Called with the fraction of the images that is read; not called when the crops are found.
 
     Returns:
         The arrays, or None when the split has no usable target.
@@ -61,7 +61,7 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     """Return a text that changes with anything the crops depend on.
 
     That is the manifest, the way of cutting, the labels, and names and sizes of the images: a dataset that other code
-    made anew may have the same manifest, but not images of the same sizes.
+    made again may have the same manifest, but not images of the same sizes.
     """
     digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, CUT_SEED, split, asdict(config)]).encode())
     for path in reader.files(split):

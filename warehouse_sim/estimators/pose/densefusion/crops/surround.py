@@ -119,7 +119,7 @@ def _rim(
 
 
 def _choose(inside: Bool[np.ndarray, " n"], most: int, rng: np.random.Generator) -> Int32[np.ndarray, " p"]:
-    """Return which pixels are kept, in random order; of a mask that is small against its rim more than its share."""
+    """Return which pixels are kept, in random order; of a mask that is small against its rim more than its fraction."""
     order = rng.permutation(len(inside))
     chosen, rest = order[:most], order[most:]
     lacking = min(_LEAST_INSIDE, most) - np.count_nonzero(inside[chosen])

@@ -24,7 +24,7 @@ def view_about(uv: Float[Tensor, "b n 2"], counts: Bool[Tensor, "b n"], margin: 
     Args:
         uv: Column and row of each point's pixel.
         counts: Which points count, at least one of each sample.
-        margin: Space around the box as a share of its longer side.
+        margin: Space around the box as a fraction of its longer side.
     """
     low = uv.masked_fill(~counts[..., None], torch.inf).amin(dim=1)
     high = uv.masked_fill(~counts[..., None], -torch.inf).amax(dim=1) + 1.0

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, coordinate_loss, loss_distance
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, SplitTrunk
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.networks.kabsch import fit_pose
 from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Coordinates, Hypotheses, Proposal
@@ -65,8 +65,8 @@ class CoordinateHeads(nn.Module):
         object_points = points @ self.start[class_index] + offset
         log_scale = log_scale[..., 0].clamp(*_LOG_SCALE_RANGE)
         # Weights fall with the square of the scale.
-        doubt = 0.0 if trust is None else 0.5 * trust.float().clamp(min=_LEAST_TRUST).log()
-        quat, translation, weights = fit_pose(object_points, points, log_scale - doubt)
+        uncertainty = 0.0 if trust is None else 0.5 * trust.float().clamp(min=_LEAST_TRUST).log()
+        quat, translation, weights = fit_pose(object_points, points, log_scale - uncertainty)
         with torch.no_grad():
             fitted = object_points @ matrix_from_quat_wxyz(quat).mT + translation[:, None]
             misfit = (weights * (points - fitted).norm(dim=-1)).sum(dim=1, keepdim=True)
@@ -77,18 +77,18 @@ class CoordinateHeads(nn.Module):
         return Proposal(hypotheses, Coordinates(points, object_points, log_scale))
 
     @staticmethod
-    def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+    def loss(proposal: Proposal, gt: GroundTruth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
         """Return the likelihood of the coordinates, the distance of the fitted pose and its confidence's loss."""
         found, coordinates, _ = proposal
         assert coordinates is not None
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
-        distance = loss_distance(rotation, found.translation, truth, shapes, config)
-        belongs = None if truth.belongs is None else truth.belongs[:, : coordinates.points.shape[1]]
+        distance = loss_distance(rotation, found.translation, gt, shapes, config)
+        belongs = None if gt.belongs is None else gt.belongs[:, : coordinates.points.shape[1]]
         likelihood = coordinate_loss(
             coordinates.object_points,
             coordinates.log_scale,
             coordinates.points,
-            truth,
+            gt,
             shapes,
             config.symmetry,
             belongs,

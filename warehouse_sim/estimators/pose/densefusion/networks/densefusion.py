@@ -13,7 +13,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.coordinates import Coord
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
 from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig, InlierHead
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput, Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Inliers, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import Refiner, RefinerConfig
@@ -151,15 +151,15 @@ class DenseFusion(nn.Module):
         """Return the poses that are proposed for each object, before refinement."""
         return self.propose(inputs, self.embed(inputs))
 
-    def loss(self, proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+    def loss(self, proposal: Proposal, gt: GroundTruth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
         """Return the loss of what ``propose`` returned."""
         if proposal.inliers is None:
-            return self.heads.loss(proposal, truth, shapes, config)
+            return self.heads.loss(proposal, gt, shapes, config)
         inliers = proposal.inliers
-        assert truth.belongs is not None
+        assert gt.belongs is not None
         plain = proposal._replace(hypotheses=proposal.hypotheses._replace(logit=inliers.pose_logit))
-        told_apart = inlier_loss(inliers.logit, truth.belongs)
-        return self.heads.loss(plain, truth, shapes, config) + config.inlier_weight * told_apart
+        told_apart = inlier_loss(inliers.logit, gt.belongs)
+        return self.heads.loss(plain, gt, shapes, config) + config.inlier_weight * told_apart
 
     def refine(
         self,

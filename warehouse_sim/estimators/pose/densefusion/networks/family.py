@@ -42,11 +42,11 @@ _ATTENTION: dict[Size, tuple[AttentionConfig, AttentionConfig]] = {
 }
 
 
-def _config(size: Size, faithful: bool, *images: tuple[Reading, ...]) -> DenseFusionConfig:
+def _config(size: Size, paper: bool, *images: tuple[Reading, ...]) -> DenseFusionConfig:
     """Return a network with one image branch for each of ``images``, named by what it reads."""
     branches = tuple(replace(_IMAGES[size], reads=reads) for reads in images)
     config = DenseFusionConfig(_POINTS[size], _HEADS[size], _REFINERS[size], branches)
-    return as_original(config) if faithful else config
+    return as_original(config) if paper else config
 
 
 def as_original(config: DenseFusionConfig) -> DenseFusionConfig:
@@ -56,36 +56,36 @@ def as_original(config: DenseFusionConfig) -> DenseFusionConfig:
         points=replace(config.points, pooling="average"),
         heads=replace(config.heads, shared=False, class_bias=False, training_points=None),
         refiner=replace(config.refiner, pooling="average", shared=False, class_bias=False, both_layers=True),
-        images=tuple(replace(image, faithful=True) for image in config.images),
+        images=tuple(replace(image, paper=True) for image in config.images),
     )
 
 
-def _fused(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return _config(size, faithful, ("rgb",))
+def _fused(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return _config(size, paper, ("rgb",))
 
 
-def _early(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return _config(size, faithful, ("rgb", "depth"))
+def _early(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return _config(size, paper, ("rgb", "depth"))
 
 
-def _middle_1(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return replace(_config(size, faithful, ("rgb",), ("depth",)), fusion=_ATTENTION[size][0])
+def _middle_1(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return replace(_config(size, paper, ("rgb",), ("depth",)), fusion=_ATTENTION[size][0])
 
 
-def _middle_2(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return replace(_config(size, faithful, ("rgb",), ("depth",)), fusion=_ATTENTION[size][1])
+def _middle_2(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return replace(_config(size, paper, ("rgb",), ("depth",)), fusion=_ATTENTION[size][1])
 
 
-def _depth(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return _config(size, faithful, ("depth",))
+def _depth(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return _config(size, paper, ("depth",))
 
 
-def _cloud_only(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    return _config(size, faithful)
+def _cloud_only(size: Size, paper: bool = False) -> DenseFusionConfig:
+    return _config(size, paper)
 
 
-def _coordinates(size: Size, faithful: bool = False) -> DenseFusionConfig:
-    config = _config(size, faithful, ("rgb",))
+def _coordinates(size: Size, paper: bool = False) -> DenseFusionConfig:
+    config = _config(size, paper, ("rgb",))
     # One trunk at any size: coordinates and their scale are one prediction.
     return replace(config, heads=replace(config.heads, shared=True, predicts="coordinates"))
 

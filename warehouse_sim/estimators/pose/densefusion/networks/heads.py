@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, loss_distance
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import Truth
+from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear, class_bias
 from warehouse_sim.estimators.pose.densefusion.networks.points import point_layers
 from warehouse_sim.estimators.pose.densefusion.networks.proposal import Hypotheses, Proposal
@@ -112,14 +112,14 @@ class PoseHeads(nn.Module):
         return Proposal(Hypotheses(quat, points.float() + offset, logit[..., 0]))
 
     @staticmethod
-    def loss(proposal: Proposal, truth: Truth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
+    def loss(proposal: Proposal, gt: GroundTruth, shapes: ShapeTensors, config: LossConfig) -> Float[Tensor, ""]:
         """Return the confidence loss of the poses of all points that are the object's."""
-        found, belongs = proposal.hypotheses, truth.belongs
+        found, belongs = proposal.hypotheses, gt.belongs
         if config.reads_surface:
             # Points are in random order: the first few are a fair sample of them.
             found = Hypotheses(*(values[:, : config.nearest_hypotheses] for values in found))
         if belongs is not None:
             belongs = belongs[:, : found.logit.shape[1]]
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
-        distance = loss_distance(rotation, found.translation, truth, shapes, config)
+        distance = loss_distance(rotation, found.translation, gt, shapes, config)
         return confidence_loss(distance, found.logit, config.confidence_weight, belongs)

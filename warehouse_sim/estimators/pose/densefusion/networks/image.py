@@ -35,7 +35,7 @@ class ImageConfig:
     """Channels of the first stage, 1-1,024; 64 in the original."""
     embedding: Annotated[int, Range(1, 8192)] = 32
     """Channels of the embedding at each pixel, 1-8,192."""
-    faithful: bool = False
+    paper: bool = False
     """As the original: ImageNet's statistics on values of 0-255, no batch normalisation, corners aligned, log-softmax
     over channels."""
 
@@ -58,14 +58,14 @@ class ImageBranch(nn.Module):
         self.config = config
         channels = sum(CHANNELS[reading] for reading in config.reads)
         kinds = {"unet": UNet, "psp-resnet18": PspResNet18}
-        extractor = kinds[config.kind](channels, config.width, config.embedding, norm=not config.faithful)
+        extractor = kinds[config.kind](channels, config.width, config.embedding, norm=not config.paper)
         # Convolutions on the CPU are fastest with channels last, which is also how crops are stored.
         self.extractor = extractor.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def forward(self, inputs: NetworkInput) -> Float[Tensor, "b n e"]:
         """Return the embedding at each point."""
         embedding = self.extractor(self.read_inputs(inputs), inputs.pixel)
-        return embedding.float().log_softmax(dim=-1) if self.config.faithful else embedding
+        return embedding.float().log_softmax(dim=-1) if self.config.paper else embedding
 
     def read_inputs(self, inputs: NetworkInput) -> Float[Tensor, "b s s c"]:
         """Return the channels of the crops that this branch reads, side by side."""
@@ -78,7 +78,7 @@ class ImageBranch(nn.Module):
         return images[0] if len(images) == 1 else torch.cat(images, dim=-1)
 
     def _scaled(self, rgb: Tensor) -> Float[Tensor, "b s s 3"]:
-        if not self.config.faithful:
+        if not self.config.paper:
             return rgb.float() / 127.5 - 1.0
         mean, deviation = (torch.tensor(values, device=rgb.device) for values in _IMAGENET)
         return (rgb.float() - mean) / deviation

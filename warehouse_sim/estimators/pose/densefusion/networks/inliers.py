@@ -54,8 +54,8 @@ class InlierHead(nn.Module):
         deep = self.summary(features)
         within = inside[..., None].to(deep.dtype)
         held, rest = deep * within, deep * (1.0 - within)
-        share = within.mean(dim=1)
+        fraction = within.mean(dim=1)
         # A small number keeps the average defined where the mask holds all points, or none.
-        whole = [held.mean(dim=1) / (share + 1e-3), held.amax(dim=1), rest.mean(dim=1) / (1.0 - share + 1e-3)]
+        whole = [held.mean(dim=1) / (fraction + 1e-3), held.amax(dim=1), rest.mean(dim=1) / (1.0 - fraction + 1e-3)]
         hidden = self.trunk(features, torch.cat(whole, dim=-1), class_index)
         return self.output(hidden)[..., 0].float()

@@ -32,7 +32,7 @@ class NetworkInput(NamedTuple):
         return NetworkInput(*(None if value is None else value.to(device) for value in self))  # type: ignore[arg-type]
 
 
-class Truth(NamedTuple):
+class GroundTruth(NamedTuple):
     """The true pose of each object, normalised as its input is."""
 
     rotation: Float[Tensor, "b 3 3"]

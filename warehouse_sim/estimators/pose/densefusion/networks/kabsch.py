@@ -13,7 +13,7 @@ from torch import Tensor
 from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz, multiply_quat_wxyz
 
 _ROUNDS = 3
-# An error below this share of its scale counts as this share, or one point would outweigh all others.
+# An error below this fraction of its scale counts as this fraction, or one point would outweigh all others.
 _SMALLEST = 0.1
 # Keeps rotations defined that the points hardly determine, say about the axis of a row of points.
 _RIDGE = 1e-3
@@ -53,10 +53,10 @@ def fit_pose(
 def _weighted_fit(
     object_points: Float[Tensor, "b n 3"], points: Float[Tensor, "b n 3"], weights: Float[Tensor, "b n"]
 ) -> tuple[Float[Tensor, "b 4"], Float[Tensor, "b 3"]]:
-    share = (weights / weights.sum(dim=1, keepdim=True))[..., None]
-    object_centre, centre = (share * object_points).sum(dim=1), (share * points).sum(dim=1)
+    fraction = (weights / weights.sum(dim=1, keepdim=True))[..., None]
+    object_centre, centre = (fraction * object_points).sum(dim=1), (fraction * points).sum(dim=1)
     # Rows: measured axes, columns: object axes.
-    covariance = ((points - centre[:, None]) * share).mT @ (object_points - object_centre[:, None])
+    covariance = ((points - centre[:, None]) * fraction).mT @ (object_points - object_centre[:, None])
     quat = _rotation_of(covariance)
     return quat, centre - (matrix_from_quat_wxyz(quat) @ object_centre[..., None])[..., 0]
 

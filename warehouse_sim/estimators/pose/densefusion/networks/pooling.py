@@ -33,11 +33,11 @@ class _RectifiedAverageMax(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> Tensor:
         deep, highest, row = ctx.saved_tensors
         of_average, of_max = gradients[0].chunk(2, dim=-1)
-        share = of_average / deep.shape[1]
+        fraction = of_average / deep.shape[1]
         # 0 where ReLU cut off: the features themselves, rectified, say where.
-        gradient = torch.ops.aten.threshold_backward(share[:, None].expand_as(deep), deep, 0)
+        gradient = torch.ops.aten.threshold_backward(fraction[:, None].expand_as(deep), deep, 0)
         objects, channels = _rows_and_columns(row)
-        return gradient.index_put_((objects, row, channels), (share + of_max) * (highest > 0))
+        return gradient.index_put_((objects, row, channels), (fraction + of_max) * (highest > 0))
 
 
 def _max_over_points(deep: Float[Tensor, "b n c"]) -> tuple[Float[Tensor, "b c"], Int[Tensor, "b c"]]:

@@ -23,12 +23,12 @@ def sampling_weights(
     if balance == "crops":
         return None
     counts = torch.bincount(object_index, minlength=len(classes)).double()
-    shares = torch.zeros_like(counts)
+    fractions = torch.zeros_like(counts)
     for name in set(classes):
         members = torch.tensor([other == name for other in classes])
         if balance == "objects":
-            shares[members] = (counts[members] > 0).double()
+            fractions[members] = (counts[members] > 0).double()
         elif counts[members].sum() > 0:
-            shares[members] = counts[members].sqrt() / counts[members].sqrt().sum()
-    weights = (shares / counts.clamp(min=1.0))[object_index]
+            fractions[members] = counts[members].sqrt() / counts[members].sqrt().sum()
+    weights = (fractions / counts.clamp(min=1.0))[object_index]
     return (weights / weights.mean()).float()

@@ -55,21 +55,21 @@ class PoseTask(Task):
         self._device, self._shapes = device, self._shapes.to(device)
         self._crops = {split: crops.to(device) for split, crops in self._crops.items()}
 
-    def forward(self, index: Int[Tensor, " b"], share: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the crops ``index``, disturbed afresh."""
-        batch, network = self._draw("train", index, step + 1, share), self.network
+        batch, network = self._draw("train", index, step + 1, part), self.network
         alone = refiner_alone(self.config, fraction)
         if alone:
             network.eval()
         with torch.set_grad_enabled(not alone):
             embedding = network.embed(batch.inputs)
             proposal = network.propose(batch.inputs, embedding)
-        losses = [] if alone else [network.loss(proposal, batch.truth, self._shapes, self.config.loss)]
+        losses = [] if alone else [network.loss(proposal, batch.gt, self._shapes, self.config.loss)]
         if fraction >= refiner_begins(self.config):
             # Each correction by itself, as the original: the next begins where this one ends, without its gradient.
             for pose in self._corrections(network, proposal, batch, embedding):
                 rotation, translation = (value[:, None] for value in pose)
-                losses.append(loss_distance(rotation, translation, batch.truth, self._shapes, self.config.loss).mean())
+                losses.append(loss_distance(rotation, translation, batch.gt, self._shapes, self.config.loss).mean())
         return torch.stack(losses).sum()
 
     def rate(self, fraction: float, step: int) -> float:
@@ -98,7 +98,7 @@ class PoseTask(Task):
         after = [self._distance(*one, batch) for one in self._corrections(network, proposal, batch, embedding)]
         return torch.stack([before, after[-1] if after else before], dim=1) * batch.scale[:, None]
 
-    def _draw(self, split: str, index: Tensor, stream: int, share: slice = slice(None)) -> Batch:
+    def _draw(self, split: str, index: Tensor, stream: int, part: slice = slice(None)) -> Batch:
         # One stream a step, so that a resumed run disturbs its samples as an uninterrupted one would.
         generator = torch.Generator(self._device).manual_seed(step_seed(self.config.seed, stream))
         count, upright = self.network.config.points.count, self.network.config.upright
@@ -108,7 +108,7 @@ class PoseTask(Task):
         crops, index = self._crops[split], index.to(self._device)
         # Mixed precision is for the layers: in 16 bits points and true poses would be off by millimetres.
         with torch.autocast(self._device.type, enabled=False):
-            return draw_batch(crops, index, count, generator, augment, share, self._crop, upright)
+            return draw_batch(crops, index, count, generator, augment, part, self._crop, upright)
 
     def _corrections(
         self, network: DenseFusion, proposal: Proposal, batch: Batch, embedding: Tensor | None
@@ -119,7 +119,7 @@ class PoseTask(Task):
         return poses[1:]
 
     def _distance(self, rotation: Tensor, translation: Tensor, batch: Batch) -> Float[Tensor, " b"]:
-        return pose_distance(rotation[:, None], translation[:, None], batch.truth, self._shapes)[:, 0]
+        return pose_distance(rotation[:, None], translation[:, None], batch.gt, self._shapes)[:, 0]
 
 
 def _median_mm(distance: Float[Tensor, " k"]) -> float:

@@ -25,7 +25,7 @@ from warehouse_sim.learning.array_store import Arrays
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.run_folder import DatasetSource, package_version
 
-_RIM_PX, _RIM_SHARE = 6, 0.08
+_RIM_PX, _RIM_FRACTION = 6, 0.08
 """About twice what an outline is off, and as much as boxes are off of large objects."""
 
 
@@ -110,11 +110,11 @@ def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
     """Return the network of a method with the inputs that the settings ask for.
 
     Raises:
-        TrainingError: The original's quirks are asked for, and inputs that it does not have.
+        TrainingError: The original's quirks are requested, and inputs that it does not have.
     """
-    if config.faithful and (config.surroundings or config.upright):
+    if config.paper and (config.surroundings or config.upright):
         raise TrainingError("the original has neither surroundings nor gravity; leave out --faithful or those")
-    network = method.network(config.size, config.faithful)
+    network = method.network(config.size, config.paper)
     return replace(network, inliers=InlierConfig() if config.surroundings else None, upright=config.upright)
 
 
@@ -123,7 +123,7 @@ def crop_of(network: DenseFusionConfig) -> CropConfig:
     crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
     if network.inliers is None:
         return crop
-    return replace(crop, surround_px=_RIM_PX, surround_share=_RIM_SHARE, stored_points=2 * crop.stored_points)
+    return replace(crop, surround_px=_RIM_PX, surround_fraction=_RIM_FRACTION, stored_points=2 * crop.stored_points)
 
 
 def common_objects(readers: Sequence[DatasetReader]) -> dict[int, ObjectInfo]:
@@ -160,7 +160,7 @@ def _matches(info: ObjectInfo, pattern: str) -> bool:
 
 
 def _require_other_scenes(readers: Sequence[DatasetReader], config: TrainConfig) -> None:
-    """Refuse a stream with the seed of a dataset.
+    """Reject a stream with the seed of a dataset.
 
     Raises:
         TrainingError: It has one.
@@ -202,4 +202,4 @@ def _crop_set(parts: Sequence[Arrays], shapes: Sequence[ObjectShape]) -> CropSet
 
 
 def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda share: progress(0.0, f"reading {what} {share:.0%}")) if progress else None
+    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

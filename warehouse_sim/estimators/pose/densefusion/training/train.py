@@ -139,8 +139,8 @@ class _Job:
     def threads(self) -> AbstractContextManager[None]:
         """Use the CPU threads of one process."""
         config = self.config
-        share = 1 if config.size == "nano" else max(1, (os.cpu_count() or 1) // config.devices)
-        return cpu_threads(config.threads or share)
+        fraction = 1 if config.size == "nano" else max(1, (os.cpu_count() or 1) // config.devices)
+        return cpu_threads(config.threads or fraction)
 
 
 def _run_worker(worker: Worker, job: _Job) -> None:
@@ -165,7 +165,7 @@ def _begin(prepared: Prepared, init: str | Path | None, old: RunConfig | None) -
 
 
 def _observers(run: Path, minutes: float | None, log: RunLog, progress: Progress | None) -> list[Observer]:
-    """Return what writes the curves; those of a session that left no checkpoint are begun anew."""
+    """Return what writes the curves; those of a session that left no checkpoint are begun again."""
     if latest_checkpoint(run) is None:
         with writing(run / run_folder.CURVES):
             (run / run_folder.CURVES).unlink(missing_ok=True)

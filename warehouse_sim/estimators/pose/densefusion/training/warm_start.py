@@ -16,7 +16,7 @@ from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
 from warehouse_sim.learning.shapes import shapes_only
 from warehouse_sim.resources import model_dir
 
-_TAKEN_OVER = ("size", "faithful", "surroundings", "upright", "augment", "loss")
+_TAKEN_OVER = ("size", "paper", "surroundings", "upright", "augment", "loss")
 """Settings of a run that weights were made for: inputs, and what was disturbed and minimised."""
 
 
@@ -66,7 +66,7 @@ def settings_from(name_or_run: str | Path, config: TrainConfig) -> TrainConfig:
 
     Args:
         name_or_run: Bundled name or run folder.
-        config: What was asked for.
+        config: What was requested.
 
     Raises:
         UnknownNameError: Neither a bundled name nor a folder.
@@ -87,7 +87,7 @@ def per_object_tensors(config: DenseFusionConfig) -> set[str]:
 def _misfit(name_or_run: str | Path, old: RunConfig, network: DenseFusionConfig) -> str:
     parts = [name for name in ("points", "heads", "refiner", "images", "fusion", "inliers", "upright")
              if getattr(old.network, name) != getattr(network, name)]  # fmt: skip
-    kinds = ("faithful", "surroundings", "upright")
+    kinds = ("paper", "surroundings", "upright")
     more = "".join(f" --{name}" for name in kinds if getattr(old.train, name))
     told = "".join(f", {name}" for name in kinds if getattr(old.train, name))
     return (

@@ -50,11 +50,11 @@ def multipath_bias(
     )
     total, weighted = np.zeros_like(r), np.zeros_like(r)
     for radius, inner, outer in _RINGS:
-        share = np.float32(np.pi * (outer**2 - inner**2) / len(_WAYS))
+        fraction = np.float32(np.pi * (outer**2 - inner**2) / len(_WAYS))
         for x, y in _WAYS:
             row, column = reach + round(radius * y), reach + round(radius * x)
             other = patch[:, row : row + r.shape[0], column : column + r.shape[1]]
-            power, longer = _by_way_of(other, points, n, r, share)
+            power, longer = _by_way_of(other, points, n, r, fraction)
             total += power
             weighted += power * longer
     direct = total + lit
@@ -67,14 +67,14 @@ def _by_way_of(
     points: Float32[np.ndarray, "3 h w"],
     normals: Float32[np.ndarray, "3 h w"],
     r: Image,
-    share: np.float32,
+    fraction: np.float32,
 ) -> tuple[Image, Image]:
     """Return the light that points get by way of patches, and how much longer its way is (m)."""
     way = other[:3] - points
     squared = np.maximum(_dot(way, way), np.float32(1e-6))
     at_point = np.maximum(_dot(way, normals), np.float32(0.0))
     at_patch = np.maximum(-_dot(way, other[3:6]), np.float32(0.0))
-    area = share * other[8]
+    area = fraction * other[8]
     factor = at_point * at_patch * area / (squared * (np.float32(np.pi) * squared + area))
     longer = np.float32(0.5) * (other[6] + np.sqrt(squared) - r)
     return other[7] * factor, np.maximum(longer, np.float32(0.0))

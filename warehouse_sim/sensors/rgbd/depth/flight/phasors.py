@@ -29,13 +29,13 @@ def gathered(image: Image, spot_px: float) -> Image:
     return blurred
 
 
-def scattered(real: Image, imaginary: Image, share: float) -> tuple[np.float32, np.float32]:
-    """Return what a lens and sensor scatter over the whole image: a share of the mean of its light.
+def scattered(real: Image, imaginary: Image, fraction: float) -> tuple[np.float32, np.float32]:
+    """Return what a lens and sensor scatter over the whole image: a fraction of the mean of its light.
 
     The spread of real lenses is wide and flat enough that one constant corrects most of it (Mure-Dubois & Huegli 2007,
     "Real-time scattering compensation for time-of-flight camera", use a few very broad Gaussians).
     """
-    return np.float32(share * float(real.mean())), np.float32(share * float(imaginary.mean()))
+    return np.float32(fraction * float(real.mean())), np.float32(fraction * float(imaginary.mean()))
 
 
 def read_off(real: Image, imaginary: Image, ranges: Image, turn: float) -> Image:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
@@ -62,8 +62,8 @@ class TimeOfFlight(DepthModel):
     focal_px: Annotated[float, Range(50, 20_000, "px")] = 210.6
     """Focal length of the sensor itself (px), 50-20,000: 56 degrees over 224 px."""
     unambiguous_range: Annotated[float, Range(0.1, 500, "m")] = 7.5
-    """Range at which the phase, put together from all frequencies, starts anew (m), 0.1-500."""
-    min_coherence: Share = 0.6
+    """Range at which the phase, put together from all frequencies, starts again (m), 0.1-500."""
+    min_coherence: Fraction = 0.6
     """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
     min_signal: Annotated[float, Range(0, 1000)] = 0.0005
     """Least light of the emitter that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
@@ -74,25 +74,25 @@ class TimeOfFlight(DepthModel):
     """From the emitter to the lens (m), 0-1, that retroreflectors are seen by. No source: a prior."""
     max_sigma: Annotated[float, Range(0.00001, 100, "m")] = 0.1
     """Readings of a larger standard deviation are dropped, as confidence filters do (m), 0.00001-100."""
-    multipath: Share = 1.0
-    """Share of the light by way of other surfaces that is not compensated, 0-1."""
+    multipath: Fraction = 1.0
+    """Fraction of the light by way of other surfaces that is not compensated, 0-1."""
 
     smooth_px: Annotated[float, Range(0, 20, "px")] = 0.0
     """Standard deviation of the filter that the camera smooths its errors with (px of the sensor), 0-20; 0 = none."""
     fixed_pattern: Annotated[float, Range(0, 1)] = 0.0
-    """Standard deviation of the constant error of each pixel of a unit, as a share of depth, 0-1."""
+    """Standard deviation of the constant error of each pixel of a unit, as a fraction of depth, 0-1."""
     unit_offset: Annotated[float, Range(0, 1, "m")] = 0.0
     """Standard deviation of the constant error of units (m), 0-1."""
     unit_scale: Annotated[float, Range(0, 0.2)] = 0.0
-    """Standard deviation of the error of units that grows with depth, as a share of it, 0-0.2."""
+    """Standard deviation of the error of units that grows with depth, as a fraction of it, 0-0.2."""
     wiggle: Annotated[float, Range(0, 1, "m")] = 0.0
     """Amplitude of the cyclic error, whose phase is the unit's (m), 0-1."""
-    stray_light: Share = 0.0
-    """Share of the image's light that lens and sensor spread evenly over all pixels, 0-1."""
+    stray_light: Fraction = 0.0
+    """Fraction of the image's light that lens and sensor spread evenly over all pixels, 0-1."""
     gloss_bias: Annotated[float, Range(-1, 1, "m")] = 0.0
     """How much farther a return seems that is gloss alone (m), -1 to 1: highlights drive pixels out of their range."""
-    reflections: Share = 0.0
-    """Share of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
+    reflections: Fraction = 0.0
+    """Fraction of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
     film: bool = True
     """Whether stretch film sends light back and takes some away, or is not there at all."""
     film_glare: Annotated[float, Range(0.001, 1_000_000)] = 8.0
@@ -197,7 +197,7 @@ class TimeOfFlight(DepthModel):
         return np.asarray(flooded > np.float32(self.max_signal))
 
     def _kept(self, capture: Capture) -> Depth:
-        """Return the share of diffuse light that smooth surfaces send back."""
+        """Return the fraction of diffuse light that smooth surfaces send back."""
         assert capture.surfaces is not None
         assert capture.surfaces.reflected is not None
         lost = np.float32(self.reflections) * (np.float32(1.0) - capture.surfaces.reflected.kept)

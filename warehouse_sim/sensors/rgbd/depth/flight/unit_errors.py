@@ -53,7 +53,7 @@ def smooth_noise(size_hw: tuple[int, int], rng: np.random.Generator, smooth_px: 
 
 
 def wiggle(ranges: Image, unambiguous_range: float, phase: float) -> Image:
-    """Return the cyclic error of a unit as a share of its amplitude.
+    """Return the cyclic error of a unit as a fraction of its amplitude.
 
     Modulation is no pure sine: of its harmonics the four samples of a period let through the third and fifth, so that
     the error runs through four cycles in the unambiguous range (Lindner & Kolb 2006, "Lateral and depth calibration of

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from warehouse_sim.ranges import Range, Share, ranged
+from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
@@ -44,7 +44,8 @@ class ActiveStereo(DepthModel):
     pattern is bright, and grows with the noise of the images over the slopes in them, so with distance, light of the
     hall and angle, and with the slope of the surface. The defaults are those of a D435 at 848 x 480: 15 mm at 2 m, as
     Rustler et al. 2025 (arXiv 2501.07421) measured, 0.75 %, and within a quarter of Ahn et al. 2019 up to 4 m. What
-    has no published figure was fitted to images that were drawn and matched (``benchmarks.acceptance.active_stereo``).
+    has no published figure was fitted to images that were rendered and matched
+    (``benchmarks.acceptance.active_stereo``).
     """
 
     kind: ClassVar[str] = "active_stereo"
@@ -85,14 +86,14 @@ class ActiveStereo(DepthModel):
     0-1,000,000; 0 = the projector is off. No source: with it, a D435 reads a white wall in 300 lx up to about 6 m."""
     min_clarity: Annotated[float, Range(0, 1000)] = 0.56
     """Least slope in the images that can be matched, relative to their noise, 0-1,000."""
-    min_cosine: Share = 0.05
+    min_cosine: Fraction = 0.05
     """Cosine of incidence below which the pattern is too squeezed to be matched, 0-1."""
     max_slope: Annotated[float, Range(0.001, 1000)] = 0.65
     """Most disparity by which a matched surface slopes from one pixel to the next (px per px), 0.001-1,000."""
     max_glare: Annotated[float, Range(0.001, 1_000_000)] = 4.0
     """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000. No source."""
     unit_scale: Annotated[float, Range(0, 1)] = 0.003
-    """Standard deviation over units of the error of all depths, as a share, 0-1. No source: with the bow, 2 % at 2 m
+    """Standard deviation over units of the error of all depths, as a fraction, 0-1. No source: with the bow, 2 % at 2 m
     (D435) are kept."""
     unit_bow_px: Annotated[float, Range(0, 100, "px")] = 0.05
     """That of the disparity by which planes seem bowed or tilted towards the image's border (px), 0-100. No source."""
@@ -170,11 +171,11 @@ class ActiveStereo(DepthModel):
         clear, by_dots = clarity(np.ascontiguousarray(hall[:, ::2]), dots, texture)
         # 1 / z of a plane changes by n / (f n.p) from pixel to pixel.
         slope = np.float32(self.baseline) * np.sqrt(np.maximum(1 - np.square(normals[..., 2]), 0)) / (depth * along)
-        texture_share = np.float32(1.0) - by_dots
-        variance = np.float32(self.subpixel_px**2) * np.square(by_dots) + np.float32(_TEXTURED_PX**2) * texture_share
+        texture_fraction = np.float32(1.0) - by_dots
+        variance = np.float32(self.subpixel_px**2) * np.square(by_dots) + np.float32(_TEXTURED_PX**2) * texture_fraction
         variance += np.square(np.float32(self.slope_px) * slope)
         # Texture is everywhere in the window, dots are points of it.
-        spread = np.float32(self.blurred_px**2) * (by_dots + np.float32(_DENSE) * texture_share)
+        spread = np.float32(self.blurred_px**2) * (by_dots + np.float32(_DENSE) * texture_fraction)
         variance += spread / np.square(np.maximum(clear, np.float32(0.05)))
         if film is not None:
             variance[film[0]] += film[1].variance(self.blurred_px)

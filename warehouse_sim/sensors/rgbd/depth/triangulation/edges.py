@@ -12,17 +12,17 @@ def inverse_depth(depth: Depth) -> Depth:
     return np.divide(np.float32(1.0), depth, out=np.zeros_like(depth), where=depth > 0)
 
 
-def near_jumps(depth: Depth, reach_px: float, share: float = 0.01) -> Bool[np.ndarray, "h w"]:
+def near_jumps(depth: Depth, reach_px: float, fraction: float = 0.01) -> Bool[np.ndarray, "h w"]:
     """Return the pixels from which a jump or kink of depth is within reach.
 
     Args:
         depth: True z-depth (m).
         reach_px: How far away (px).
-        share: Least deviation from a plane that counts, as a share of depth.
+        fraction: Least deviation from a plane that counts, as a fraction of depth.
     """
     inverse = inverse_depth(depth)
     bend = np.abs(cv2.Laplacian(inverse, cv2.CV_32F, borderType=cv2.BORDER_REPLICATE))
-    jumps = (bend > np.float32(share) * inverse).astype(np.uint8)
+    jumps = (bend > np.float32(fraction) * inverse).astype(np.uint8)
     size = 2 * int(np.ceil(reach_px)) + 1
     return cv2.dilate(jumps, np.ones((size, size), np.uint8)).astype(bool)
 

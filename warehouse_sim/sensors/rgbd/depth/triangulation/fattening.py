@@ -21,7 +21,7 @@ def fattened(
         swing: Noise of variance 1 that makes the border ragged; by a quarter of the reach.
         least_step_px: Least step of disparity that counts (in its unit).
     """
-    near, far = (_grown(disparity, share * reach_px) for share in (0.75, 1.25))
+    near, far = (_grown(disparity, fraction * reach_px) for fraction in (0.75, 1.25))
     wide: Image = cv2.copyTo(far, (swing > 0).view(np.uint8), near)
     grew = cv2.subtract(wide, disparity) > np.float32(least_step_px)
     return cv2.copyTo(wide, grew.view(np.uint8), disparity.copy()), grew
@@ -40,9 +40,9 @@ def widened(shadow: Bool[np.ndarray, "h w"], reach_px: float, to_left: bool, swi
     found = [_moved(shadow, step, to_left) for step in range(1, least + 2)]
     for item in found[:-1]:
         shadow = shadow | item
-    # Of Gaussian noise, about a share p is below 1.6 (p - 0.5) / (p (1 - p) + 0.4).
-    share = reach_px - least
-    return shadow | (found[-1] & (swing < np.float32(1.6 * (share - 0.5) / (share * (1 - share) + 0.4))))
+    # Of Gaussian noise, about a fraction p is below 1.6 (p - 0.5) / (p (1 - p) + 0.4).
+    fraction = reach_px - least
+    return shadow | (found[-1] & (swing < np.float32(1.6 * (fraction - 0.5) / (fraction * (1 - fraction) + 0.4))))
 
 
 def _moved(image: Bool[np.ndarray, "h w"], step: int, to_left: bool) -> Bool[np.ndarray, "h w"]:

@@ -22,9 +22,9 @@ class FilmedDots:
     on_film: Bool[np.ndarray, "h w"]
     """Where that lies on the film."""
     rival: Image
-    """Light of the weaker pattern as a share of the stronger one's, where the two lie at least 1 px apart."""
+    """Light of the weaker pattern as a fraction of the stronger one's, where the two lie at least 1 px apart."""
     glint: Image
-    """Share of the light that wrinkles mirror."""
+    """Fraction of the light that wrinkles mirror."""
 
     @classmethod
     def of(cls, dots: Image, depth: Image, film: FilmImage, ragged: Image, lux: float, unit: float) -> "FilmedDots":

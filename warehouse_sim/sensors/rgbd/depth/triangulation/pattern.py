@@ -20,7 +20,7 @@ _USUAL_EV = 7.3
 _DOT_SLOPE = 0.18
 """Root mean square of the slope of the dots' light (1 / px) where the middle of a dot is 1: Gaussians of 0.84 px that
 are 4.5 px apart. No source."""
-_DOT_SHARE = 0.14
+_DOT_FRACTION = 0.14
 """Mean of the dots' light where the middle of a dot is 1. No source."""
 _ELECTRONS = 3500.0
 """Mean of an image that the exposure aims at. No source."""
@@ -78,7 +78,7 @@ def texture_slope(light: Image, window_px: int) -> Image:
 
 
 def clarity(hall: Image, dots: Image, texture: Image) -> tuple[Image, Image]:
-    """Return slopes over noise in the infrared images (1 / px), and the share of the slopes' power that is dots.
+    """Return slopes over noise in the infrared images (1 / px), and the fraction of the slopes' power that is dots.
 
     Noise is that of electrons and of reading them; the exposure is one for the image.
 
@@ -87,7 +87,7 @@ def clarity(hall: Image, dots: Image, texture: Image) -> tuple[Image, Image]:
         dots: That of a dot's middle (lux on white).
         texture: Slope of the hall's light (lux on white per pixel of the imagers).
     """
-    light = hall + np.float32(_DOT_SHARE) * dots
+    light = hall + np.float32(_DOT_FRACTION) * dots
     sample = light[::4, ::4]
     # What is far too bright is clipped, and moves the exposure no further.
     mean = float(np.minimum(sample, np.float32(2.0) * np.median(sample)).mean())

@@ -22,7 +22,7 @@ from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
 _WINDOW_PX = 9.0
 """Edge of the window in which the dots are matched (px of the camera)."""
 _AGREEING = 1.0 / 1.2
-"""Least share of the window's dots that must lie on one plane."""
+"""Least fraction of the window's dots that must lie on one plane."""
 _PAIRS = ((4, 0), (0, 4), (4, 4), (4, -4), (2, 1), (-1, 2), (4, 2), (-2, 4))
 """Places of the window that stand for its dots, with those opposite (px of the camera)."""
 _RAGGED = 0.3
@@ -82,20 +82,20 @@ class StructuredLight(DepthModel):
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
         assert buffers.normals is not None
-        truth, scale = buffers.depth, capture.camera.fx / self.focal_px
+        gt, scale = buffers.depth, capture.camera.fx / self.focal_px
         cosine = np.minimum(facing_cosine(buffers.normals, capture.camera), np.float32(1.0))
         angle = np.arccos(cosine)
         theta = np.minimum(angle, np.float32(np.deg2rad(self.max_angle_deg)))
-        lost = baseline_shadow(np.float32(capture.camera.fx * self.baseline) * inverse_depth(truth), capture.camera)
+        lost = baseline_shadow(np.float32(capture.camera.fx * self.baseline) * inverse_depth(gt), capture.camera)
         lost |= angle > np.float32(np.deg2rad(self.max_angle_deg))
-        size = (truth.shape[0], truth.shape[1])
-        depth = jitter_jumps(truth, np.float32(scale * self.noise_scale) * lateral_sigma(theta), rng)
+        size = (gt.shape[0], gt.shape[1])
+        depth = jitter_jumps(gt, np.float32(scale * self.noise_scale) * lateral_sigma(theta), rng)
         noise = unit_noise(size, rng, odd_window(_WINDOW_PX * scale))
         # Drawn last: what the fits say of noise does not depend on it.
         ragged = np.exp(np.float32(_RAGGED) * border_noise(size, rng, _WINDOW_PX * scale))
         unit = np.float32(self.focal_px * self.baseline)
-        lost |= ~self._agreed(unit * inverse_depth(truth), scale)
-        unlit, film = self._dots(truth, cosine, capture, ragged)
+        lost |= ~self._agreed(unit * inverse_depth(gt), scale)
+        unlit, film = self._dots(gt, cosine, capture, ragged)
         lost |= unlit
         if film is not None:
             depth = np.where(film[0].on_film & (depth > 0), film[1].depth, depth)

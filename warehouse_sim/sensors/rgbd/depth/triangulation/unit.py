@@ -18,7 +18,7 @@ class StereoUnit:
     """Of one triangulating camera."""
 
     scale: float
-    """By which all depths are too large, as a share."""
+    """By which all depths are too large, as a fraction."""
     bow: float
     """Disparity at the corners less that at the middle (px of the sensor), as the square of the distance grows."""
     tilt: float
@@ -36,9 +36,9 @@ class StereoUnit:
             bow_px: That of ``bow`` and of ``tilt``.
             registration_px: That of each of ``shift_uv``.
         """
-        drawn = np.random.default_rng([_STREAM, unit]).standard_normal(5)
-        return cls(scale * drawn[0], bow_px * drawn[1], bow_px * drawn[2],
-                   (registration_px * drawn[3], registration_px * drawn[4]))  # fmt: skip
+        sampled = np.random.default_rng([_STREAM, unit]).standard_normal(5)
+        return cls(scale * sampled[0], bow_px * sampled[1], bow_px * sampled[2],
+                   (registration_px * sampled[3], registration_px * sampled[4]))  # fmt: skip
 
     def offset(self, camera: PinholeCamera) -> Float32[np.ndarray, "h w"]:
         """Return the error of disparity at each pixel (px of the sensor), zero on average over the image."""

@@ -1,0 +1,182 @@
+"""Fit the uncertainty of estimators on scenes of their own, and measure what it is worth on others, disturbed and not.
+
+    python -m benchmarks.estimators.uncertainty densefusion-depth icp-multistart --write
+
+It is fitted on the frozen recipe from a seed that nothing else uses, read by three depth cameras, with masks that are
+right and wrong in four ways, and judged under every disturbance of ``stress`` and on cameras that it was not fitted on.
+Samples are kept, newer weights collect them again; ``uncertainty.yaml`` is written into the models' folders.
+"""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+from benchmarks.estimators import sensors, stress
+from benchmarks.estimators.data import FOLDER
+from benchmarks.estimators.uncertainty_fit import fit
+from benchmarks.estimators.uncertainty_samples import Samples, collect, joined
+from benchmarks.estimators.ways import open_way, way_of
+from benchmarks.result import RESULTS, write_result
+from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty, write_uncertainty
+from warehouse_sim.estimators.predict import read_images
+from warehouse_sim.evaluation import Scores
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.learning.run_folder import WEIGHTS
+
+SEED = 8
+FITTED_ON: Mapping[str, tuple[str, ...]] = {
+    "quadratic": ("exact", "dilated by 1 px", "as of a segmenter", "touching merged"),
+    "d455": ("exact", "eroded by 1 px", "as of a segmenter", "touching merged"),
+    "tof_industrial": ("exact", "dilated by 1 px", "as of a segmenter"),
+}
+"""Cameras, and the masks with each of them; what else is judged was never seen."""
+JUDGED_ON = ("d435",)
+"""Cameras that it was not fitted on, with right masks."""
+
+
+def made(sensor: str, scenes: int, views: int, folder: Path) -> Path:
+    """Return the folder of the scenes that uncertainty is fitted on, generated first if it is not complete."""
+    root = folder / "data" / f"uncertainty_{sensor}_{SEED}"
+    if not (root / "manifest.json").is_file():
+        recipe = load_recipe(sensors.RECIPE)
+        recipe = replace(
+            recipe,
+            name=root.name,
+            scene=replace(recipe.scene, observations_per_scene=views),
+            sensors=replace(recipe.sensors, rgbd=sensors.cameras()[sensor], lidar=None),
+            split=SplitConfig(0.0, 1.0, 0.0),
+        )
+        workers = os.cpu_count() or 1
+        config = GenerateConfig(scenes=scenes, seed=SEED, formats=("bop",), workers=workers, resume=root.exists())
+        generate(recipe, root, config)
+    return root
+
+
+def samples_of(method: str, scenes: int, views: int, every: int, folder: Path) -> Samples:
+    """Return what a method does on the scenes of the fit, collected first where it is not kept."""
+    parts = []
+    for sensor, masks in FITTED_ON.items():
+        data = made(sensor, scenes, views, folder)
+        for name in masks:
+            file = folder / "uncertainty" / Path(method).name / data.name / f"{name.replace(' ', '_')}.npz"
+            if not _is_fresh(file, method):
+                estimator = open_way(method, DatasetReader(data).objects, uncertainty=False)
+                collect(estimator, data, "val", name, every).save(file)
+                print(f"collected {file}", flush=True)
+            parts.append(Samples.load(file))
+    return joined(parts)
+
+
+def fitted(method: str, samples: Samples) -> None:
+    """Fit the uncertainty of a method and write it into its folder."""
+    way = way_of(method)
+    model = fit(samples, way.config.selection, way.config.refine)
+    write_uncertainty(way.folder, read_uncertainty(way.folder).with_model(model))
+    print(f"{method}: fitted on {model.samples}, AUROC {model.auroc}, bound holds {model.coverage} on scenes left out")
+
+
+def judged(method: str, only: Sequence[str], every: int, folder: Path) -> Iterator[tuple[str, Scores]]:
+    """Yield scores under each disturbance, and by each camera that the uncertainty was not fitted on."""
+    data = {name: (stress.made("industrial-v1", 24, 6, folder), name) for name in only or MASK_ERRORS}
+    cameras = sensors.cameras()
+    data |= {
+        f"{name} camera": (sensors.made(name, cameras[name], 16, 6, folder), "exact")
+        for name in JUDGED_ON
+        if not only or name in only
+    }
+    for label, (root, masks) in data.items():
+        reader = DatasetReader(root)
+        estimator = open_way(method, reader.objects)
+        images = list(read_images(estimator, reader, reader.images("test")[::every]))
+        place = folder / "scores" / Path(method).name / root.name / f"uncertainty {label}".replace(" ", "_")
+        estimates = stress.predict(estimator, images, MASK_ERRORS[masks])
+        yield label, stress.scored(estimates, root, place, f"{method}, {label}")
+
+
+def rows(method: str, label: str, scores: Scores) -> list[dict[str, Any]]:
+    """Return what a score says of uncertainty as rows of a result file."""
+    trust = scores.trust
+    common = {"method": method, "data": label, "failures": trust.failures}
+    values = [
+        ("auroc", trust.auroc, trust.auroc_interval, trust.estimates),
+        ("aurc", trust.aurc, None, trust.estimates),
+        ("aurc of a perfect ranking", trust.aurc_least, None, trust.estimates),
+        *((f"bound holds, {item.label}", item.fraction, item.interval, item.count) for item in trust.bound),
+    ]
+    return [
+        {
+            "name": f"{method}, {label}: {metric}",
+            **common,
+            "metric": metric,
+            "value": round(value, 4),
+            **({} if interval is None else {"interval": [round(end, 4) for end in interval]}),
+            "n": count,
+        }
+        for metric, value, interval, count in values
+        if np.isfinite(value)
+    ]
+
+
+def main(
+    methods: tyro.conf.Positional[tuple[str, ...]],
+    folder: Path = FOLDER,
+    scenes: int = 12,
+    views: int = 4,
+    every: int = 1,
+    only: tuple[str, ...] = (),
+    refit: bool = True,
+    judge: bool = True,
+    write: bool = False,
+) -> None:
+    """Fit and judge the uncertainty of estimators.
+
+    Args:
+        methods: Bundled models or run folders, perhaps with +verify, or registered estimators that need no training.
+        folder: Where data, samples, predictions and scores are kept.
+        scenes: Number of scenes of the fit.
+        views: Observations of each of them.
+        every: Every so manyth image, in fit and judgement; the others count for nothing.
+        only: Names of disturbances or cameras that are judged; all by default.
+        refit: Whether uncertainty is fitted; else what lies in the folders is judged.
+        judge: Whether it is judged afterwards.
+        write: Store the result.
+    """
+    found = []
+    for method in methods:
+        if refit:
+            fitted(method, samples_of(method, scenes, views, every, folder))
+        for label, scores in judged(method, only, every, folder) if judge else ():
+            found += rows(method, label, scores)
+            trust = scores.trust
+            holds = ", ".join(f"{item.label}: {100 * item.fraction:.0f} % of {item.count}" for item in trust.bound)
+            print(
+                f"{method}, {label}: {trust.failures} of {trust.estimates} fail, AUROC {trust.auroc:.3f} "
+                f"[{trust.auroc_interval[0]:.3f}, {trust.auroc_interval[1]:.3f}], AURC {trust.aurc:.4f} "
+                f"(perfect {trust.aurc_least:.4f}); bound holds {holds}",
+                flush=True,
+            )
+    if write:
+        chosen = "".join(f" {name!r}" for name in only)
+        how_much = f"--every {every}" + (f" --only{chosen}" if only else "") + ("" if refit else " --no-refit")
+        command = f"python -m benchmarks.estimators.uncertainty {' '.join(methods)} {how_much} --write"
+        how = {"recipe": sensors.RECIPE, "seed of the fit": SEED, "scenes": scenes, "views": views, "every": every}
+        write_result(RESULTS / "uncertainty.json", command, found, data=how)
+
+
+def _is_fresh(file: Path, method: str) -> bool:
+    weights = way_of(method).folder / WEIGHTS
+    return file.is_file() and not (weights.is_file() and weights.stat().st_mtime > file.stat().st_mtime)
+
+
+if __name__ == "__main__":
+    tyro.cli(main, description=__doc__)

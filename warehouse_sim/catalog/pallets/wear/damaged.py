@@ -1,0 +1,55 @@
+"""Damaged pallets: other boards and look; frame, pockets, size, symmetry and collision stay."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warehouse_sim.catalog.pallets.wear.aging import aged
+from warehouse_sim.catalog.pallets.wear.brands import branded
+from warehouse_sim.catalog.pallets.wear.damage import with_broken, with_displaced, with_twisted, without_missing
+from warehouse_sim.catalog.pallets.wear.members import members_of
+from warehouse_sim.catalog.pallets.wear.surface import nailed, stained
+from warehouse_sim.ranges import Fraction, check_ranges
+from warehouse_sim.schema import ObjectModel
+
+
+@dataclass(frozen=True)
+class WearConfig:
+    """How much a pallet has been through; boards, blocks and marks are what wooden pallets have."""
+
+    age: Fraction = 0.0
+    """How weathered it looks, 0-1: 0 keeps its materials, 1 makes it grey and dark, or dusty if it is plastic."""
+    missing: Fraction = 0.0
+    """Fraction of the boards that can be missing and are, 0-1: inner deck boards whose gap no carton falls into."""
+    broken: Fraction = 0.0
+    """Fraction of the deck and base boards that have lost an end, 0-1."""
+    displaced: Fraction = 0.0
+    """Fraction of the deck boards and skids that are out of place by up to 10 mm, 0-1."""
+    twisted: Fraction = 0.0
+    """Fraction of the blocks that are turned, their corners by up to 10 mm, 0-1."""
+    stains: Fraction = 0.0
+    """Fraction of the deck boards with stains, 0-1."""
+    stamps: Fraction = 1.0
+    """Fraction of the brands and stencils that can still be read, 0-1."""
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+def damaged(model: ObjectModel, wear: WearConfig, rng: np.random.Generator) -> ObjectModel:
+    """Return ``model`` after use, called ``<name>~<tag>``; its meaning is that of ``model``.
+
+    The collision boxes stay, too: where a deck board is gone or broken, physics still sees the whole deck, and what is
+    missing is never so much that a carton would stand on nothing.
+
+    Args:
+        model: A pallet of the catalog.
+        wear: What happened to it.
+        rng: Stream to draw from; two draws give two pallets.
+    """
+    members = aged(without_missing(members_of(model), wear.missing, rng), wear.age, rng)
+    members = stained(nailed(with_broken(members, wear.broken, rng)), wear.stains, rng)
+    members = branded(members, model, wear.stamps, rng)
+    members = with_twisted(with_displaced(members, wear.displaced, rng), wear.twisted, rng)
+    parts = tuple(part for member in members for part in member.parts)
+    return replace(model, name=f"{model.name}~{rng.integers(1 << 32):08x}", parts=parts)

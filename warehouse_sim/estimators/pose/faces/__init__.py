@@ -1,0 +1,1 @@
+"""Faces of pallets that are in no catalog, without a network."""

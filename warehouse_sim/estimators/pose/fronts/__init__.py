@@ -1,1 +1,0 @@
-"""Fronts of pallets that are in no catalog, without a network."""
