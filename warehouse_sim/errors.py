@@ -12,7 +12,7 @@ _MOST_NAMES, _NEAREST = 100, 12
 
 def shown(value: Any) -> str:
     """Return a value as a message quotes it: on one line, and without its middle where it is long."""
-    text = repr(value)
+    text = " ".join(line.strip() for line in repr(value).splitlines())
     if len(text) <= _LONGEST:
         return text
     half = (_LONGEST - 3) // 2  # the end, too, tells what it is: that of a path is its name

@@ -5,7 +5,6 @@ import sys
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
-from difflib import get_close_matches
 from functools import wraps
 from numbers import Integral, Real
 from os import PathLike
@@ -16,11 +15,11 @@ import numpy as np
 
 from warehouse_sim.errors import InputError, shown
 from warehouse_sim.ranges import range_of
+from warehouse_sim.signature import bind
 
 P = ParamSpec("P")
 T = TypeVar("T")
 _WORDS = {str: "text", int: "a whole number", float: "a number", bool: "True or False", Path: "a path", None: "None"}
-_VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -37,10 +36,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         name = function.__qualname__.removesuffix(".__init__")
         if not hints:
             hints.update(_hints(function))
-        try:
-            bound = signature.bind(*args, **kwargs)
-        except TypeError as problem:
-            raise InputError(f"{name}: {problem}; {_usage(signature, kwargs)}") from None
+        bound = bind(signature, name, args, kwargs)
         for key, value in bound.arguments.items():
             _check(name, signature.parameters[key], value, hints.get(key, Any))
         return function(*args, **kwargs)
@@ -131,16 +127,6 @@ def _described(hint: Any) -> str:
         return "a function"
     plain = None if hint is type(None) else hint
     return _WORDS.get(plain) or str(getattr(plain, "__name__", plain))
-
-
-def _usage(signature: inspect.Signature, given: Mapping[str, Any]) -> str:
-    """Return what a function takes, and the name that was probably meant."""
-    taken = [item for item in signature.parameters.values() if item.name != "self"]
-    names = [item.name for item in taken if item.kind not in _VARIADIC]
-    meant = [near[0] for key in given if key not in names and (near := get_close_matches(key, names, 1))]
-    hint = f"did you mean {meant[0]!r}? " if meant else ""
-    shown_names = [f"*{item.name}" if item.kind is item.VAR_POSITIONAL else item.name for item in taken]
-    return f"{hint}it takes {', '.join(shown_names) or 'nothing'}"
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:

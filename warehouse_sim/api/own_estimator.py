@@ -4,7 +4,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.results.estimate_fault import require_estimates
 from warehouse_sim.errors import InputError, shown
+from warehouse_sim.schema import PoseEstimate
 
 
 class FunctionEstimator:
@@ -14,7 +16,16 @@ class FunctionEstimator:
     """It may know any object."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
-        self.estimate = function
+        self._function = function
+        self.__name__ = str(getattr(function, "__qualname__", type(function).__name__))
+
+    def estimate(self, image: Any) -> list[PoseEstimate]:
+        """Return what the function returns.
+
+        Raises:
+            InputError: It returns something else than a list of estimates.
+        """
+        return require_estimates(self._function(image), f"what {self.__name__} returns")
 
 
 def opened_estimator(estimator: Any) -> Any:

@@ -43,6 +43,7 @@ def torch_view(data: "Dataset", fields: Sequence[str]) -> "TorchData":
 
     Raises:
         UnknownNameError: There is no such field.
+        DatasetError: The dataset does not hold it.
         MissingPackageError: torch is not installed.
     """
     for name in fields:
@@ -51,7 +52,10 @@ def torch_view(data: "Dataset", fields: Sequence[str]) -> "TorchData":
     require_extra("learn", "for Dataset.torch")
     from warehouse_sim.learning.torch_data import TorchData
 
-    return TorchData(data, FieldReader(tuple(dict.fromkeys(fields)), Largest.of(data, "lidar" in fields)))
+    reader = FieldReader(tuple(dict.fromkeys(fields)), Largest.of(data, "lidar" in fields))
+    if len(data):
+        reader(data[0])  # what the dataset lacks is said here, not in a worker process of a loader
+    return TorchData(data, reader)
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,20 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.errors import InputError
+from warehouse_sim.errors import InputError, shown
+from warehouse_sim.estimators.given_arrays import given_lens, given_numbers, is_box
 from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Observation
+from warehouse_sim.signature import clear_arguments, clear_call
 
 _FARTHEST = 200.0
 """No depth camera reads farther (m): such numbers are millimetres."""
 
 
+@clear_arguments
 @dataclass(frozen=True, eq=False)
 class Detection:
     """One object that was found in an image, by its pixels or a box about them.
@@ -47,6 +50,14 @@ class Detection:
     def __post_init__(self) -> None:
         if self.mask is None and self.box_xyxy is None:
             raise InputError("a detection has neither a mask nor a box_xyxy; give one of them")
+        if self.mask is not None and (np.ndim(self.mask) != 2 or np.asarray(self.mask).dtype.kind not in "bui"):
+            raise InputError(
+                f"the mask of a detection must be True or False at (height, width), found {shown(self.mask)}"
+            )
+        if self.box_xyxy is not None and not is_box(self.box_xyxy):
+            raise InputError(f"box_xyxy must be (left, top, right, bottom) in pixels, found {shown(self.box_xyxy)}")
+        if self.model is not None and not isinstance(self.model, (str, int, np.integer)):
+            raise InputError(f"the model of a detection must be a name or an obj_id, found {shown(self.model)}")
 
     def pixels(self, height: int, width: int) -> Bool[np.ndarray, "h w"]:
         """Return its mask, or all pixels of its box, what lies behind the object included."""
@@ -68,6 +79,7 @@ class SweepView:
     """Pose of the LiDAR in the frame of the image's camera."""
 
 
+@clear_arguments
 @dataclass(frozen=True, eq=False)
 class RgbdImage:
     """One image of an RGB-D camera with what was detected in it.
@@ -95,6 +107,11 @@ class RgbdImage:
     """What a LiDAR reads around it, for what looks at sweeps; None where nothing does, or there is none."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.camera, PinholeCamera):
+            raise InputError(f"camera must be a PinholeCamera, found {shown(self.camera)}; or use from_arrays with K")
+        for number, item in enumerate(self.detections):
+            if not isinstance(item, Detection):
+                raise InputError(f"detection {number} must be a Detection, found {shown(item)}")
         size = self.camera.height, self.camera.width
         shapes = {"depth": np.shape(self.depth)}
         masks = {i: item.mask for i, item in enumerate(self.detections)}
@@ -104,10 +121,9 @@ class RgbdImage:
         for name, shape in shapes.items():
             if shape != size:
                 raise InputError(f"{name} has the shape {shape}, the camera's image is {size} (height, width)")
-        if self.gravity is not None and not abs(np.linalg.norm(self.gravity) - 1.0) < 1e-3:
-            raise InputError(
-                f"gravity must be a unit vector that points down, found {np.asarray(self.gravity).tolist()}"
-            )
+        down = None if self.gravity is None else given_numbers(self.gravity, "gravity")
+        if down is not None and not (down.shape == (3,) and abs(np.linalg.norm(down) - 1.0) < 1e-3):
+            raise InputError(f"gravity must be a unit vector that points down, found {shown(down.tolist())}")
         if self.rgb is not None and (self.rgb.dtype != np.uint8 or self.rgb.shape[2] != 3):
             raise InputError(f"rgb must be uint8 (height, width, 3), found {self.rgb.dtype} {self.rgb.shape}")
 
@@ -121,13 +137,14 @@ class RgbdImage:
         return u, v
 
     @classmethod
+    @clear_call
     def from_arrays(
         cls,
         depth: Float[np.ndarray, "h w"],
         K: Float[np.ndarray, "3 3"],
         detections: Sequence[Detection] = (),
         rgb: UInt8[np.ndarray, "h w 3"] | None = None,
-        distortion: Lens | None = None,
+        distortion: Lens | Sequence[float] | None = None,
         gravity: Direction | None = None,
     ) -> "RgbdImage":
         """Make one from the arrays of any sensor.
@@ -137,23 +154,27 @@ class RgbdImage:
             K: Intrinsic matrix; pixel (0, 0) has its centre at u = 0, v = 0.
             detections: What was found; nothing for estimators that find objects themselves.
             rgb: Colours, aligned with ``depth``.
-            distortion: What the lens does to the image; nothing by default.
+            distortion: What the lens does to the image: k1, k2, p1, p2, k3 as in OpenCV, or k1 to k4 of a fisheye;
+                nothing by default.
             gravity: Unit vector that points down (camera frame), as an inertial unit at rest gives it.
 
         Raises:
             InputError: Shapes do not fit, or a unit is wrong.
         """
-        values = np.asarray(depth)
-        if values.ndim != 2 or np.shape(K) != (3, 3):
-            raise InputError(f"depth must be (height, width) and K 3x3, found {values.shape} and {np.shape(K)}")
+        values, matrix = given_numbers(depth, "depth"), given_numbers(K, "K")
+        if values.ndim != 2 or matrix.shape != (3, 3):
+            raise InputError(f"depth must be (height, width) and K 3x3, found {values.shape} and {matrix.shape}")
         values = np.where(np.isfinite(values), values, 0.0).astype(np.float32)
         if (values > _FARTHEST).any():
             raise InputError("depth must be in metres; these look like millimetres, divide them by 1000")
         height, width = values.shape
-        (fx, skew, cx), (_, fy, cy), _ = np.asarray(K, dtype=float)
+        (fx, skew, cx), (_, fy, cy), _ = matrix
         if skew != 0.0 or fx <= 0 or fy <= 0:
-            raise InputError(f"K must have focal lengths above 0 and no skew, found {np.asarray(K).tolist()}")
-        camera = PinholeCamera(width, height, float(fx), float(fy), float(cx), float(cy), distortion)
+            raise InputError(f"K must have focal lengths above 0 and no skew, found {matrix.tolist()}")
+        if not isinstance(detections, Sequence) or isinstance(detections, str):
+            raise InputError(f"detections must be a list of Detection, found {shown(detections)}")
+        lens = given_lens(distortion)
+        camera = PinholeCamera(width, height, float(fx), float(fy), float(cx), float(cy), lens)
         return cls(camera, values, tuple(detections), rgb, gravity=gravity)
 
     @classmethod

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.dataset.results import predictions as prediction_file
-from warehouse_sim.errors import EvaluationError, shown
+from warehouse_sim.dataset.results.estimate_fault import require_estimates
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -29,17 +29,15 @@ class Given:
 
         Raises:
             DatasetError: The file cannot be read.
-            EvaluationError: Something in the list is no estimate.
+            InputError: Something in the list is no estimate.
         """
         if isinstance(predictions, (str, Path)):
             path = Path(predictions)
             found = tuple(prediction_file.read(path))
             return cls(found, prediction_file.count_rejected(path), str(path), path.stem.split("_")[0], True)
-        for number, item in enumerate(predictions):
-            if not isinstance(item, PoseEstimate):
-                raise EvaluationError(f"estimate {number} must be a PoseEstimate, found {shown(item)}")
-        kept = tuple(item for item in predictions if not item.rejected)
-        return cls(kept, len(predictions) - len(kept), "the estimates", "estimates", False)
+        estimates = require_estimates(predictions, "the predictions")
+        kept = tuple(item for item in estimates if not item.rejected)
+        return cls(kept, len(estimates) - len(kept), "the estimates", "estimates", False)
 
     def place(self, number: int) -> str:
         """Return how messages name one estimate by its position."""

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema.face import PalletFace
+from warehouse_sim.signature import clear_arguments
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,7 @@ class Agreement:
     """By how much the verification for the estimate exceeds that for the next best pose; 1 where there is no other."""
 
 
+@clear_arguments
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
     """One estimated pose; its first six fields are a row of the BOP pose CSV.

@@ -1,0 +1,43 @@
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warehouse_sim.dataset.results.estimate_fault import estimate_fault, require_estimates
+from warehouse_sim.errors import InputError
+from warehouse_sim.schema import PoseEstimate
+
+GOOD = PoseEstimate(0, 1, 2, 0.5, np.eye(4))
+
+
+def test_good_estimates_pass() -> None:
+    assert estimate_fault(GOOD) is None
+    assert estimate_fault(replace(GOOD, scene_id=np.int64(3), score=1)) is None
+    assert require_estimates((GOOD,), "it") == [GOOD]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scene_id": "0"}, "scene_id must be a whole number, found '0'"),
+        ({"obj_id": 1.0}, "obj_id must be a whole number, found 1.0"),
+        ({"score": float("nan")}, "score must be a finite number, found nan"),
+        ({"time": None}, "time must be a finite number, found None"),
+        ({"T_camera_object": np.eye(3)}, "T_camera_object must be a 4 x 4 array"),
+        ({"T_camera_object": [[1.0]]}, "T_camera_object must be a 4 x 4 array"),
+        ({"T_camera_object": 2 * np.eye(4)}, "T_camera_object must be a rotation and a translation (m)"),
+        ({"T_camera_object": np.full((4, 4), np.nan)}, "T_camera_object must be a rotation and a translation (m)"),
+    ],
+)
+def test_what_is_wrong_is_named(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        require_estimates([GOOD, replace(GOOD, **changes)], "my estimator")
+    assert f"my estimator: estimate 1: {words}" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("found", [None, 3, "poses", {"a": GOOD}, [3]])
+def test_what_is_no_list_of_estimates_is_said(found: Any) -> None:
+    with pytest.raises(InputError, match="must be a"):
+        require_estimates(found, "my estimator")
