@@ -79,6 +79,18 @@ def test_what_does_not_fit_is_said_in_one_line(call: Callable[[], Any], words: s
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("path", ["", " ", "a\nb", "a\0b", 300 * "a", 2000 * "ab/"])
+def test_a_path_that_no_file_has_is_refused(path: str) -> None:
+    @checked
+    def opened(folder: str | Path) -> str:
+        return str(folder)
+
+    assert opened("a/b") == opened(Path("a/b")) == "a/b"
+    with pytest.raises(InputError, match="opened: folder ") as caught:
+        opened(path)
+    assert "\n" not in str(caught.value)
+
+
 def test_errors_from_within_are_not_touched() -> None:
     @checked
     def broken(x: int) -> None:

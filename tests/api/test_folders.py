@@ -32,6 +32,13 @@ def test_a_dataset_is_written_in_another_format(data: Dataset, tmp_path: Path) -
         convert(data, tmp_path / "other", 3)  # type: ignore[arg-type]
 
 
+def test_a_dataset_without_sizes_of_objects_is_not_converted(smoke: Path, tmp_path: Path) -> None:
+    (tmp_path / "theirs").symlink_to(smoke / "coco")
+    with pytest.raises(DatasetError, match="does not say how large pallet is"):
+        convert(tmp_path / "theirs", tmp_path / "made", "yolo")
+    assert not (tmp_path / "made").exists()
+
+
 def test_a_folder_that_is_not_there_is_said() -> None:
     with pytest.raises(DatasetError, match="nowhere: there is no such folder"):
         validate("nowhere")

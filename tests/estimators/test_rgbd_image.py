@@ -47,6 +47,9 @@ def test_an_image_is_made_of_plain_lists_and_arrays() -> None:
         (lambda: Detection(), "neither a mask nor a box_xyxy"),
         (lambda: Detection(mask="x"), "must be True or False at (height, width)"),
         (lambda: Detection(box_xyxy=(1, 2, 3)), "(left, top, right, bottom) in pixels"),
+        (lambda: Detection(box_xyxy=(1, 2, 3, 4), score="high"), "score of a detection must be a number"),
+        (lambda: Detection(box_xyxy=(1, 2, 3, 4), number="first"), "must be a whole number, found 'first'"),
+        (lambda: Detection(box_xyxy=(1, 2, 3, 4), may_be="epal1"), "a list of names, found '' and 'epal1'"),
         (lambda: Detection(box_xyxy=(1, 2, 3, 4), model=1.5), "a name or an obj_id, found 1.5"),
     ],
 )

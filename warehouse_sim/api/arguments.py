@@ -19,6 +19,8 @@ from warehouse_sim.signature import bind
 
 P = ParamSpec("P")
 T = TypeVar("T")
+_LONGEST_NAME, _LONGEST_PATH = 255, 4000
+"""Bytes of a file's name and of its path."""
 _WORDS = {str: "text", int: "a whole number", float: "a number", bool: "True or False", Path: "a path", None: "None"}
 
 
@@ -97,6 +99,16 @@ def _check(name: str, parameter: inspect.Parameter, value: Any, hint: Any) -> No
         if not fits(item, hint):
             raise InputError(f"{name}: {key} must be {_described(hint)}, found {shown(item)}")
         _check_range(f"{name}: {key}", item, hint)
+        if Path in typing.get_args(hint) and isinstance(item, (str, PathLike)):
+            _check_path(f"{name}: {key}", str(item))
+
+
+def _check_path(where: str, path: str) -> None:
+    """Refuse what no file can be called, and what would be the current folder or break messages into lines."""
+    if not path.strip() or not path.isprintable():
+        raise InputError(f"{where} must be a path of printable characters, found {shown(path)}")
+    if max(map(len, path.encode().split(b"/"))) > _LONGEST_NAME or len(path.encode()) > _LONGEST_PATH:
+        raise InputError(f"{where} is too long for a path, found {shown(path)}")
 
 
 def _check_range(where: str, value: Any, hint: Any) -> None:

@@ -1,5 +1,6 @@
 """A dataset folder as a sequence of observations."""
 
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cached_property
@@ -86,9 +87,7 @@ class Dataset(Sequence[Observation]):
         """
         if isinstance(index, slice):
             return self._part(_places(index, len(self)))
-        if isinstance(index, (bool, np.bool_)) or not hasattr(type(index), "__index__"):
-            raise InputError(f"a Dataset is indexed by a whole number or a slice, found {shown(index)}")
-        place = int(index.__index__())
+        place = _whole(index)
         if not -len(self) <= place < len(self):
             last = f"0 to {len(self) - 1}" if len(self) else "none, it is empty"
             raise OutOfRangeError(f"{self.path}: there is no observation {place}; there are {last}")
@@ -215,6 +214,15 @@ class Dataset(Sequence[Observation]):
 def as_dataset(data: "Dataset | str | Path") -> Dataset:
     """Return a dataset that is open, or open its folder."""
     return data if isinstance(data, Dataset) else Dataset(data)
+
+
+def _whole(index: Any) -> int:
+    try:
+        if not isinstance(index, (bool, np.bool_)):
+            return operator.index(index)
+    except TypeError:
+        pass
+    raise InputError(f"a Dataset is indexed by a whole number or a slice, found {shown(index)}")
 
 
 def _places(index: "slice[Any, Any, Any]", count: int) -> list[int]:

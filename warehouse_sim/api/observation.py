@@ -19,6 +19,7 @@ from warehouse_sim.geometry.clouds import depth_to_cloud
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import LidarScan, MountedReading
+from warehouse_sim.signature import clear_call
 
 _UNPLACED = np.eye(4)
 
@@ -38,6 +39,7 @@ class Observation:
         >>> picture = obs.draw("look.png")
     """
 
+    @clear_call
     def __init__(self, reader: DatasetReader, image: ImageRecord) -> None:
         if not isinstance(reader, DatasetReader) or not isinstance(image, ImageRecord):
             raise InputError("an Observation comes from a dataset: write ws.Dataset(folder)[0]")

@@ -105,6 +105,8 @@ def evaluate(
         DatasetError: The dataset or the file cannot be read.
     """
     opened = as_dataset(data)
+    if out is not None and Path(out).resolve() == opened.path.resolve():
+        raise InputError(f"{out} is the folder of the dataset; name another one for the scores")
     scores = score(predictions, opened.scored, named_split(opened, split), None, method, bop, vsd)
     if out is not None:
         write_scores(scores, out)

@@ -1,5 +1,6 @@
 """Arrays, boxes and lenses as a user gives them; what they cannot be is an error that says so."""
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,11 @@ def given_lens(value: Any) -> Lens | None:
         return lens_of(coefficients.tolist())
     except ValueError as problem:
         raise InputError(f"distortion: {problem}") from problem
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a finite number; True is none."""
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
 
 
 def is_box(value: Any) -> bool:

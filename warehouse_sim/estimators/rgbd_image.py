@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import InputError, shown
-from warehouse_sim.estimators.given_arrays import given_lens, given_numbers, is_box
+from warehouse_sim.estimators.given_arrays import given_lens, given_numbers, is_box, is_number
 from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens
@@ -58,6 +58,15 @@ class Detection:
             raise InputError(f"box_xyxy must be (left, top, right, bottom) in pixels, found {shown(self.box_xyxy)}")
         if self.model is not None and not isinstance(self.model, (str, int, np.integer)):
             raise InputError(f"the model of a detection must be a name or an obj_id, found {shown(self.model)}")
+        if not is_number(self.score):
+            raise InputError(f"the score of a detection must be a number, found {shown(self.score)}")
+        if self.number is not None and not isinstance(self.number, (int, np.integer)):
+            raise InputError(f"the number of a detection must be a whole number, found {shown(self.number)}")
+        if not isinstance(self.class_name, str) or not isinstance(self.may_be, (tuple, list)):
+            raise InputError(
+                "class_name and may_be of a detection must be text and a list of names, "
+                f"found {shown(self.class_name)} and {shown(self.may_be)}"
+            )
 
     def pixels(self, height: int, width: int) -> Bool[np.ndarray, "h w"]:
         """Return its mask, or all pixels of its box, what lies behind the object included."""

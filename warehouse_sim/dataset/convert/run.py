@@ -89,6 +89,12 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
     if not formats:
         raise DatasetError("name a format with --to, or several")
     contents = None if reader.manifest is None else reader.manifest.contents
+    flat = next((info.name for info in reader.objects.values() if not (info.size > 0).all()), None)
+    if flat is not None:
+        raise DatasetError(
+            f"{reader.root}: does not say how large {flat} is; convert takes datasets with poses and sizes of objects, "
+            "such as BOP's or KITTI's"
+        )
     for name in formats:
         if reader.manifest is not None and name in reader.manifest.formats:
             raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out of --to")

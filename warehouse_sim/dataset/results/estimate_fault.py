@@ -38,7 +38,7 @@ def estimate_fault(item: Any) -> str | None:
     """Return what is wrong with an estimate; None if nothing is."""
     if not isinstance(item, PoseEstimate):
         return f"must be a PoseEstimate, found {shown(item)}"
-    for name in ("scene_id", "image_id", "obj_id"):
+    for name in ("scene_id", "image_id", "obj_id", "detection"):
         value = getattr(item, name)
         if not isinstance(value, Integral) or isinstance(value, bool):
             return f"{name} must be a whole number, found {shown(value)}"
@@ -46,6 +46,15 @@ def estimate_fault(item: Any) -> str | None:
         value = getattr(item, name)
         if not isinstance(value, Real) or not np.isfinite(float(value)):
             return f"{name} must be a finite number, found {shown(value)}"
+    for name in ("predicted_error", "error_bound"):
+        value = getattr(item, name)
+        if value is not None and (not isinstance(value, Real) or not float(value) >= 0):
+            return f"{name} must be a distance (m) or None, found {shown(value)}"
+    if not isinstance(item.name, str) or not isinstance(item.class_name, str):
+        return f"name and class_name must be text, found {shown(item.name)} and {shown(item.class_name)}"
+    covariance = item.covariance
+    if covariance is not None and not (isinstance(covariance, np.ndarray) and covariance.shape == (6, 6)):
+        return f"covariance must be a 6 x 6 array or None, found {shown(covariance)}"
     T = item.T_camera_object
     if not isinstance(T, np.ndarray) or T.shape != (4, 4) or T.dtype.kind not in "fiu":
         return f"T_camera_object must be a 4 x 4 array, found {shown(T)}"
