@@ -1,3 +1,4 @@
+import json
 import shutil
 from pathlib import Path
 
@@ -15,12 +16,15 @@ pytestmark = pytest.mark.gl
 
 def test_arrays_are_numpy_in_metres(data: Dataset, smoke: Path) -> None:
     obs = data[3]
-    file = cv2.imread(str(smoke / "bop/val/000001/rgb/000001.png")) if (smoke / "bop/val").exists() else None
+    folder = smoke / "bop/val/000001"
+    rgb = cv2.imread(str(folder / "rgb/000001.png"))
+    steps = cv2.imread(str(folder / "depth/000001.png"), cv2.IMREAD_UNCHANGED)
+    scale = json.loads((folder / "scene_camera.json").read_text())["1"]["depth_scale"]
     assert obs.rgb.dtype == np.uint8
     assert obs.rgb.shape == (obs.camera.height, obs.camera.width, 3)
-    assert file is None or np.array_equal(file[:, :, ::-1], obs.rgb)
+    assert np.array_equal(rgb[:, :, ::-1], obs.rgb)
     assert obs.depth.dtype == np.float32
-    assert obs.depth.shape == obs.rgb.shape[:2]
+    assert np.allclose(obs.depth, steps * (scale / 1000.0), atol=1e-6)
     assert 0.3 < np.median(obs.depth[obs.depth > 0]) < 20.0
     assert obs.rgb is obs.rgb  # read once
 
@@ -104,6 +108,18 @@ def bare_coco(smoke: Path, tmp_path: Path) -> Dataset:
     """Return COCO alone, as somebody else's: images, boxes, masks."""
     shutil.copytree(smoke / "coco", tmp_path / "coco")
     return Dataset(tmp_path / "coco")
+
+
+def test_a_damaged_file_is_said_in_one_line(smoke: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    shutil.copytree(smoke, tmp_path / "out")
+    path = tmp_path / "out/bop/train/000000/rgb/000000.png"
+    path.write_bytes(path.read_bytes()[:1000])
+    data = Dataset(tmp_path / "out")
+    with pytest.raises(DatasetError, match=r"000000.png: "):
+        data[0].rgb  # noqa: B018
+    assert data[0].draw().any()
+    assert "the labels are drawn on the depth image" in caplog.text
+    assert data[1].rgb.any()
 
 
 def test_what_a_folder_lacks_is_said_in_one_line(bare_coco: Dataset) -> None:

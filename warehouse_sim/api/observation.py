@@ -1,5 +1,6 @@
 """One observation of a dataset, whose arrays are read when they are used."""
 
+import logging
 from functools import cached_property
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import LidarScan, MountedReading
 from warehouse_sim.signature import clear_call
 
+log = logging.getLogger(__name__)
 _UNPLACED = np.eye(4)
 
 
@@ -155,7 +157,8 @@ class Observation:
             path: PNG file to write; none by default.
 
         Returns:
-            The picture; small images are enlarged. Without a colour image the depth image is shown.
+            The picture; small images are enlarged. Without a colour image the depth image is shown, with
+            a warning.
 
         Raises:
             OutputError: The file cannot be written.
@@ -176,9 +179,10 @@ class Observation:
     def _base(self) -> UInt8[np.ndarray, "h w 3"]:
         try:
             return self.rgb
-        except DatasetError:
+        except DatasetError as problem:
             if not self._reader.has_depth:
                 raise
+            log.warning("%s; the labels are drawn on the depth image", problem)
             return colorize_depth(self.depth)
 
     def _masks(self) -> dict[int, np.ndarray]:
