@@ -6,7 +6,7 @@ from typing import Any
 
 _LONGEST = 80
 """Characters of a value that a message quotes."""
-_MOST_NAMES, _NEAREST = 100, 12
+_MOST_NAMES, _NEAREST = 32, 6
 """Names that a message lists all, and how many of those most like what was written where there are more."""
 
 
@@ -46,7 +46,9 @@ class UnknownNameError(WarehouseSimError):
     """A name is not registered; the message lists the known ones, or those most like it where they are many."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        super().__init__(f"unknown {kind} {shown(name)}; known: {_listed(name, sorted(known)) or '(none)'}")
+        near = difflib.get_close_matches(str(name)[:_LONGEST], known, 1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        super().__init__(f"unknown {kind} {shown(name)}{hint}; known: {_listed(name, sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:

@@ -107,7 +107,7 @@ def _check(value: Any, allowed: Range, name: str) -> None:
     elif isinstance(value, Real):
         if float(value) not in allowed:
             raise ValueError(f"{name} must be {allowed.text}, found {value}")
-    elif value is not None:
+    elif value is not None and not isinstance(value, str):  # a name in place of a number
         value.check_within(allowed, name)
 
 

@@ -8,7 +8,7 @@ from warehouse_sim.resources import data_folder
 
 
 def test_a_scene_that_stands_shows_its_numbers_beside_the_limits(capsys) -> None:
-    assert main(["check-scene", "smoke", "--scene", "1", "--seed", "2"]) == 0
+    assert main(["preview", "--check", "smoke", "--scene", "1", "--seed", "2"]) == 0
     out = capsys.readouterr().out
     for word in ("speed", "overlap", "floating", "lowest point", "drift", "tilt", "limit 0.002"):
         assert word in out
@@ -20,7 +20,7 @@ def test_a_breach_exits_with_1_and_names_the_objects(capsys, tmp_path: Path) -> 
     plain["settle"] |= {"max_drift_mm": 0.01}
     path = tmp_path / "strict.yaml"
     path.write_text(yaml.safe_dump(plain))
-    assert main(["check-scene", str(path)]) == 1
+    assert main(["preview", "--check", str(path)]) == 1
     out = capsys.readouterr().out
     assert "attempt 0: FAIL  object" in out
     assert "breaks a limit in all of 5 attempts" in out
@@ -31,7 +31,7 @@ def test_what_does_not_fit_is_a_breach_too(capsys, tmp_path: Path) -> None:
     plain["scene"]["staging"] = {"count": 40}
     path = tmp_path / "crowded.yaml"
     path.write_text(yaml.safe_dump(plain))
-    assert main(["check-scene", str(path)]) == 1
+    assert main(["preview", "--check", str(path)]) == 1
     assert "attempt 4: rejected: scene 0 of seed 0" in capsys.readouterr().out
 
 
@@ -42,7 +42,7 @@ def test_contacts_that_break_the_crush_rule_are_named_in_text_and_json(capsys, t
         plain["scene"]["loads"] |= fragile | {"stacking": {"crush_rule": rule}}
         path = tmp_path / "fragile.yaml"
         path.write_text(yaml.safe_dump(plain))
-        assert main(["check-scene", str(path), "--json", str(tmp_path / "state.json")]) == code
+        assert main(["preview", "--check", str(path), "--json", str(tmp_path / "state.json")]) == code
         found = json.loads((tmp_path / "state.json").read_text())["crush"]["faults"]
         assert bool(found) is not rule
         assert "crush rule" in capsys.readouterr().out

@@ -1,3 +1,4 @@
+import json
 import re
 import subprocess
 import sys
@@ -6,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.toy import make_dataset
-from warehouse_sim.cli.main import COMMANDS, main
+from warehouse_sim.cli.commands import COMMANDS, GROUPS
+from warehouse_sim.cli.main import main
 
 KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
@@ -28,10 +30,64 @@ def test_list_shows_every_kind_of_name(capsys) -> None:
         assert name in out
 
 
-def test_list_shows_what_each_estimator_reads_and_how_large_it_is(capsys) -> None:
+def test_list_names_every_preset_and_folds_sizes(capsys) -> None:
     _, out, _ = run(capsys, "list")
-    (line,) = [line for line in out.splitlines() if line.startswith("densefusion-pointcloud ")]
-    assert re.search(r"point cloud +\d\.\d M, \d\.\d M, \d\.\d M", line)
+    for name in ("d435_720p", "os1_64", "night", "forklift_mast", "segment-densefusion-depth", "kraft", "occlusion"):
+        assert re.search(rf"(?<![\w-]){name}(?![\w-])", out), name
+    assert re.search(r"carton\* \(\d\d\)", out)
+    assert len(out.splitlines()) < 60
+    _, whole, _ = run(capsys, "list", "objects")
+    assert "carton_600x400x300" in whole.split()
+
+
+def test_list_gives_json(capsys) -> None:
+    names = json.loads(run(capsys, "list", "--json")[1])
+    assert "carton_600x400x300" in names["objects"]
+    assert json.loads(run(capsys, "list", "lidars", "--json")[1]) == {"lidars": names["lidars"]}
+
+
+def test_list_says_how_well_bundled_weights_do(capsys) -> None:
+    _, out, _ = run(capsys, "list", "estimators")
+    assert re.search(r"^densefusion-depth +bundled: .*docked \d\d\.\d %", out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("genrate", "demo"), "'genrate' is not a command; did you mean generate?"),
+        (("generate", "demo", "--out", "x", "--sceness", "3"), "--sceness is not an option; did you mean --scenes?"),
+        (("generate", "demo"), "--out DIR is missing"),
+        (("generate", "demo", "--out", "x", "--scenes", "many"), "--scenes takes N, found 'many'"),
+        (("predict", "a", "--data", "d", "--out", "o", "--refine", "icpp"), "found 'icpp', did you mean icp?"),
+        (("generate", "--out", "x"), "takes a recipe or --merge"),
+        (("generate", "demoo", "--out", "x"), "(did you mean 'demo'?)"),
+        (("preview", "demo", "--json", "x"), "--json belongs to --check"),
+    ],
+)
+def test_a_slip_gets_one_line_with_a_remedy(capsys, words, message) -> None:
+    code, _, err = run(capsys, *words)
+    assert code == 2
+    (line,) = err.splitlines()
+    assert line.startswith("error: ")
+    assert message in line
+
+
+def test_help_groups_the_commands_and_version_is_a_line(capsys) -> None:
+    code, out, _ = run(capsys, "--help")
+    assert code == 0
+    assert len(COMMANDS) <= 16
+    assert all(re.search(rf"^  {name} ", out, re.MULTILINE) for name in COMMANDS)
+    assert [line for line in out.splitlines() if line.endswith(":") and not line.startswith(" ")] == [
+        f"{title}:" for title in GROUPS.values()
+    ]
+    assert re.fullmatch(r"warehouse-sim \d+\.\d+\.\d+\n", run(capsys, "--version")[1])
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_help_is_plain(capsys, command) -> None:
+    _, out, _ = run(capsys, command, "--help")
+    assert not re.search(r"\bSTR\b|\bINT\b|\{None\}|None\)|╭", out)
+    assert out.count("\n  warehouse-sim ") == 2  # its examples
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))

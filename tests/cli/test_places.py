@@ -17,13 +17,13 @@ from warehouse_sim.cli.main import main
 FOLDER_COMMANDS = {
     "generate": "generate smoke --scenes 1 --workers 1",
     "convert": "convert {theirs} --to bop",
-    "inspect": "inspect {data}",
+    "summary": "view {data} --summary",
     "train": "train densefusion-pointcloud --data {data} --cache none",
     "evaluate": "evaluate {predictions} --data {data}",
     "demo": "demo --recipe smoke",
 }
 FILE_COMMANDS = {
-    "catalog": "catalog epal1",
+    "sheet": "list objects epal1",
     "preview": "preview smoke",
     "predict": "predict {run} --data {data}",
     "report": "report {data}",

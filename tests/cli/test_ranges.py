@@ -11,7 +11,7 @@ from warehouse_sim.cli.main import main
         (["generate", "smoke", "--scenes", "0"], "scenes must be 1-1,000,000, found 0"),
         (["generate", "smoke", "--scenes", "1000000000"], "scenes must be 1-1,000,000, found 1000000000"),
         (["generate", "smoke", "--seed", "-1"], "seed must be 0-9,223,372,036,854,775,807, found -1"),
-        (["generate", "smoke", "--workers", "-4"], "workers must be 1-256, found -4"),
+        (["generate", "smoke", "--workers", "-4"], "--workers must be at least 1, found -4"),
         (["train", "densefusion", "--data", "none", "--batch", "0"], "batch must be 1-65,536, found 0"),
         (["train", "densefusion", "--data", "none", "--learning-rate", "nan"], "learning_rate must be "),
         (["train", "densefusion", "--data", "none", "--max-minutes", "None"], "training never ends"),

@@ -47,7 +47,7 @@ def test_missing_mesh_says_what_to_do(tmp_path: Path) -> None:
 
 def test_each_geometry_needs_its_own_number(tmp_path: Path) -> None:
     with pytest.raises(
-        DatasetError, match="obj_id 1 of 'paired variant' must be >= 1 and its own, 'toy-pallet' has it"
+        DatasetError, match="obj_id 1 of 'paired_variant' must be >= 1 and its own, 'toy-pallet' has it"
     ):
         write_objects(tmp_path, [PALLET, replace(PALLET, name="paired_variant")])
     with pytest.raises(DatasetError, match="obj_id 0 of 'toy-pallet' must be >= 1"):

@@ -4,8 +4,7 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.estimators import ESTIMATORS, trained_names
-from warehouse_sim.estimators import overview as module
-from warehouse_sim.estimators.overview import describe_model, overview
+from warehouse_sim.estimators.overview import describe_model
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 
 
@@ -17,11 +16,11 @@ def test_parameters_are_those_of_the_network(name: str) -> None:
 
 def test_sizes_grow() -> None:
     for name in trained_names():
-        nano, small, full = overview(name).parameters.values()
+        nano, small, full = ESTIMATORS.get(name).parameters().values()
         assert nano < small < full
 
 
-def test_a_model_is_described_by_its_card_else_by_its_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_is_described_by_its_card_else_by_its_training(tmp_path: Path) -> None:
     folder = tmp_path / "densefusion"
     folder.mkdir()
     assert describe_model(folder) == "bundled"
@@ -29,7 +28,3 @@ def test_a_model_is_described_by_its_card_else_by_its_training(tmp_path: Path, m
     assert describe_model(folder) == "val: 97.2 % within 5 % of the diameter"
     (folder / "card.yaml").write_text("score: 99 % docked\nspeed: 12 ms for 8 objects\nmore: 1\n")
     assert describe_model(folder) == "99 % docked; 12 ms for 8 objects"
-    monkeypatch.setattr(module, "model_names", lambda: ["densefusion"])
-    monkeypatch.setattr(module, "model_dir", lambda name: tmp_path / name)
-    assert overview("densefusion").bundled == "99 % docked; 12 ms for 8 objects"
-    assert overview("object-coordinates").bundled == ""

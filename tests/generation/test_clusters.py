@@ -46,7 +46,7 @@ def run(command: list[str], environment: dict[str, str]) -> None:
 
 
 def merged(out: Path, environment: dict[str, str]) -> dict[str, str]:
-    script = re.search(r"`(warehouse-sim merge \"\$OUT\".*?)`", DOCS.read_text())
+    script = re.search(r"`(warehouse-sim generate --merge \"\$OUT\".*?)`", DOCS.read_text())
     assert script is not None
     run(["bash", "-c", script.group(1)], environment | {"OUT": str(out)})
     return hashes(out / "merged")

@@ -13,6 +13,8 @@ from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import find_recipe
+from warehouse_sim.scene.distribution import Distribution
+from warehouse_sim.scene.lighting.presets import PRESETS
 
 BASE = """
 description: The base.
@@ -173,3 +175,16 @@ def test_a_dataset_of_an_extended_recipe_has_the_bytes_of_a_copys(tmp_path: Path
         found.append({str(path.relative_to(out)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files})
     assert found[0] == found[1]
     assert len(found[0]) > 10
+
+
+def test_a_light_preset_replaces_what_the_extended_recipe_says_of_light(tmp_path: Path) -> None:
+    """The demo asks for 180-320 lx; night has its own 0.5-2 lx, and luminaires stay where they hang."""
+    path = tmp_path / "dark.yaml"
+    path.write_text("extends: demo\nscene: {lights: {preset: night}}\n")
+    lights, demo = load_recipe(str(path)).scene.lights, load_recipe("demo").scene.lights
+    assert lights.resolved() == PRESETS["night"]
+    assert (lights.luminaires, lights.mounting_height) == (demo.luminaires, demo.mounting_height)
+    path.write_text("extends: demo\nscene: {lights: {preset: night, lux: 5}}\n")
+    assert load_recipe(str(path)).scene.lights.resolved().lux == Distribution.constant(5.0)
+    path.write_text("extends: demo\nscene: {lights: {luminaires: 5}}\n")
+    assert load_recipe(str(path)).scene.lights.lux == demo.lux

@@ -61,7 +61,7 @@ def by_name(checks: list[Check]) -> dict[str, Check]:
 
 @pytest.mark.gl
 def test_what_was_made_here_is_made_again_to_the_byte(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(made), "--samples", "1"]) == 0
+    assert main(["validate", str(made), "--regenerate", "1"]) == 0
     out = capsys.readouterr().out
     assert "FAIL" not in out
     assert "which drew it; bytes are compared" in out
@@ -105,7 +105,7 @@ def test_another_driver_may_draw_a_little_otherwise_and_place_nothing_otherwise(
 
 @pytest.mark.gl
 def test_a_second_driver_draws_what_the_first_drew(made: Path) -> None:
-    command = [sys.executable, "-m", "warehouse_sim", "verify", str(made), "--samples", "1"]
+    command = [sys.executable, "-m", "warehouse_sim", "validate", str(made), "--regenerate", "1"]
     run = subprocess.run(command, env=os.environ | SOFTPIPE, capture_output=True, text=True, check=False)
     if "opens no OpenGL" in run.stderr:
         pytest.skip(f"no softpipe here: {run.stderr.strip()}")

@@ -54,7 +54,7 @@ def demo(
     with clock.stage("preview"):
         preview(recipe, seed=seed, out=out / "preview.png")
     with clock.stage("generate"):
-        generate(recipe, data, scenes=scenes, seed=seed, workers=workers, resume=data.exists())
+        generate(recipe, out=data, scenes=scenes, seed=seed, workers=workers, resume=data.exists())
     with clock.stage("validate"):
         if validate(data) != 0:
             raise DatasetError(f"{data}: the generated dataset fails its own checks; please report this as a bug")

@@ -43,4 +43,4 @@ def _evaluate_kitti(results: Path, data: Path, out: Path, split: str) -> None:
 
     scores = evaluate_kitti_results(results, data, split)
     print("\n".join(kitti_lines(scores)))
-    finish(write_kitti_scores(scores, out), "inspect", data, "--out", out / "inspect")
+    finish(write_kitti_scores(scores, out), "view", data, "--summary", "--out", out / "summary")

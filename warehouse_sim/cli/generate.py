@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from warehouse_sim.cli.console import count_progress, finish, say
-from warehouse_sim.errors import WarehouseSimError
+from warehouse_sim.errors import InputError, WarehouseSimError
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 
 def generate(
-    recipe: tyro.conf.Positional[str],
+    recipe: tyro.conf.Positional[str | None] = None,
+    *,
     out: Path,
+    merge: tuple[Path, ...] = (),
     scenes: int | None = None,
     seed: int = 0,
     formats: tuple[str, ...] = ("kitti", "bop"),
@@ -33,12 +35,17 @@ def generate(
     shard: str | None = None,
     scene_limit: float | None = None,
     skip_failed: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Sample, settle, render and label scenes; ``manifest.json`` is written last.
+
+    With --merge the shards that several machines made become one dataset: the same bytes as one run, files linked
+    where the disk can.
 
     Args:
         recipe: Name of a shipped recipe or path of a recipe file.
         out: Dataset folder to make.
+        merge: In place of a recipe, the folders of all shards, in any order.
         scenes: Number of scenes; the recipe's own number by default.
         seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
         formats: Dataset formats to write.
@@ -49,10 +56,25 @@ def generate(
         difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         workers: Processes; one per processor by default.
         resume: Go on with a run that was interrupted; finished scenes are kept.
-        shard: Make only every n-th scene, as ``i/n`` with i from 0, into a folder that ``merge`` puts together.
+        shard: Make only every n-th scene, as ``i/n`` with i from 0, into a folder that ``--merge`` puts together.
         scene_limit: Seconds that a try of a scene may take; by default 600 for each of its observations.
         skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
+        overwrite: Remove the dataset that stands in the folder first.
     """
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers must be at least 1, found {workers}; leave it out for one per processor")
+    if (recipe is None) == (not merge):
+        raise InputError("generate takes a recipe or --merge DIR [...]; see warehouse-sim list recipes")
+    if overwrite and resume:
+        raise InputError("--overwrite begins again and --resume goes on; give one of them")
+    if overwrite:
+        from warehouse_sim.dataset.discard import discard_dataset
+
+        discard_dataset(out)
+    if merge:
+        _merge(merge, out, resume, skip_failed)
+        return
+    assert recipe is not None
     require_extra("generate", "to make scenes")
     from warehouse_sim.dataset.shards.shard import parse_shard
     from warehouse_sim.generation.difficulty import with_difficulty
@@ -87,7 +109,16 @@ def generate(
     if shard is None:
         finish(out, "validate", out)
     else:
-        finish(out, "merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
+        finish(out, "generate", "--merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
+
+
+def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool) -> None:
+    """Put shards together into one dataset."""
+    from warehouse_sim.dataset.shards.merge import merge as run
+
+    with count_progress("shards") as progress:
+        run(tuple(shards), out, resume, progress, skip_failed)
+    finish(out, "validate", out)
 
 
 def _name(scenes: Sequence[int], alone: Callable[[int], str]) -> None:

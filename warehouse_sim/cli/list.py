@@ -1,55 +1,64 @@
-"""``warehouse-sim list``: the names that other commands take."""
+"""``warehouse-sim list``: the names that recipes and commands take."""
 
+import json as json_text
+import shutil
 import sys
+import textwrap
+from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
+import tyro
 
-from warehouse_sim.catalog import CATALOG
-from warehouse_sim.dataset.formats import FORMATS
-from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS
-from warehouse_sim.optional import missing
-from warehouse_sim.render import BACKENDS
-from warehouse_sim.resources import recipe_names, suite_names
-from warehouse_sim.sensors import SENSORS
-from warehouse_sim.sensors.rig import rig_names
+from warehouse_sim.cli.console import finish
+from warehouse_sim.cli.names import folded, kinds, names_of
+from warehouse_sim.errors import InputError
+from warehouse_sim.optional import require_extra
 
 
-def list_names() -> None:
-    """Show recipes, catalog objects, sensors, rigs, backends, formats, suites, estimators and detectors."""
-    kinds = {
-        "recipes": recipe_names(),
-        "catalog objects": CATALOG.names(),
-        "sensors": SENSORS.names(),
-        "rigs": rig_names(),
-        "backends": BACKENDS.names(),
-        "formats": FORMATS.names(),
-        "suites": suite_names(),
-        "estimators": ESTIMATORS.names(),
-        "detectors": ["gt", *DETECTORS.names()],
-        "segmenters": SEGMENTERS.names(),
-    }
-    # A file or a pipe has no width; tables are wider than the 80 columns that are taken for it.
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    for kind, names in ((kind, names) for kind, names in kinds.items() if names):
-        table.add_row(kind, ", ".join(names))
-    console.print(table)
-    if not missing("learn"):
-        console.print(_estimators())
-    print("next:   warehouse-sim preview demo")
+def list_names(
+    kind: tyro.conf.Positional[str | None] = None,
+    objects: tyro.conf.Positional[tuple[str, ...]] = (),
+    json: bool = False,
+    out: Path | None = None,
+) -> None:
+    """Show recipes, rigs, sensors, presets, catalog objects, estimators, formats, backends and suites by name.
+
+    With a kind, every name gets a line: recipes, rigs, cameras, depth, color, lidars, sensors, light, viewpoints,
+    materials, objects, estimators, detectors, segmenters, formats, backends, suites.
+
+    Args:
+        kind: Show one kind; all by default, with the sizes of catalog objects folded to families.
+        objects: With kind objects and --out, which ones; all by default.
+        json: Print JSON: a list of names by kind.
+        out: With kind objects, PNG file with a picture of each and its size.
+    """
+    if out is not None or objects:
+        if kind != "objects" or out is None:
+            raise InputError("--out draws catalog objects: warehouse-sim list objects [OBJECT ...] --out FILE")
+        _draw(out, objects)
+        return
+    if json:
+        print(json_text.dumps({name: sorted(names_of(name)) for name in ([kind] if kind else kinds())}, indent=1))
+        return
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 140
+    if kind is not None:
+        found = names_of(kind)
+        left = max((len(name) for name in found), default=0)
+        for name, text in found.items():
+            print(textwrap.shorten(f"{name:{left}}  {text}", width, placeholder=" ...") if text else name)
+        return
+    for name in kinds():
+        names = folded(names_of(name)) if name in ("objects", "materials") else list(names_of(name))
+        print(
+            textwrap.fill(
+                ", ".join(names), width, initial_indent=f"{name:12}", subsequent_indent=" " * 12, break_on_hyphens=False
+            )
+        )
+    print("next:   warehouse-sim list KIND, or warehouse-sim preview demo")
 
 
-def _estimators() -> Table:
-    from warehouse_sim.estimators.overview import overview
+def _draw(sheet: Path, objects: tuple[str, ...]) -> None:
+    require_extra("generate", "to draw objects")
+    from warehouse_sim.generation.catalog_sheet import render_catalog_sheet
 
-    rows = [overview(name) for name in ESTIMATORS.names()]
-    table = Table(box=None, padding=(0, 2, 0, 0))
-    bundled = "bundled weights: with ground-truth masks and the camera they know"
-    sizes = ", ".join(dict.fromkeys(size for row in rows for size in row.parameters))
-    for heading in ("estimator", "reads", f"parameters: {sizes}", bundled):
-        table.add_column(heading, no_wrap=heading == "estimator")
-    for row in rows:
-        counts = ", ".join(f"{count / 1e6:.1f} M" for count in row.parameters.values())
-        table.add_row(row.name, row.inputs, counts, row.bundled or "none")
-    return table
+    render_catalog_sheet(sheet, objects or None)
+    finish(sheet, "preview", "demo")

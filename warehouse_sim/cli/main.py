@@ -1,65 +1,19 @@
-"""The commands of ``warehouse-sim``, and how errors leave it: one clear line and exit code 2."""
+"""The command line: which command runs, and how errors leave it: one clear line and exit code 2."""
 
+import difflib
 import errno
 import io
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-import tyro
-
-from warehouse_sim.cli.bench import bench
-from warehouse_sim.cli.catalog import catalog
-from warehouse_sim.cli.check_scene import check_scene
-from warehouse_sim.cli.convert import convert
-from warehouse_sim.cli.demo import demo
-from warehouse_sim.cli.detect import detect
-from warehouse_sim.cli.evaluate import evaluate
-from warehouse_sim.cli.export import export
-from warehouse_sim.cli.export_scene import export_scene
-from warehouse_sim.cli.generate import generate
-from warehouse_sim.cli.inspect import inspect
-from warehouse_sim.cli.list import list_names
-from warehouse_sim.cli.merge import merge
-from warehouse_sim.cli.predict import predict
-from warehouse_sim.cli.preview import preview
-from warehouse_sim.cli.reach import reach
-from warehouse_sim.cli.renamed import reject_renamed
-from warehouse_sim.cli.report import report
-from warehouse_sim.cli.train import train, train_command
-from warehouse_sim.cli.validate import validate
-from warehouse_sim.cli.verify import verify
-from warehouse_sim.cli.view import view
-from warehouse_sim.errors import InputError, WarehouseSimError
+from warehouse_sim.cli.commands import COMMANDS
+from warehouse_sim.errors import InputError, WarehouseSimError, shown
+from warehouse_sim.version import __version__
 
 _NO_PATHS = (errno.ENAMETOOLONG, errno.ELOOP)
 """What no path can be, whoever asks first whether something is there."""
-
-COMMANDS: dict[str, Callable[..., Any]] = {
-    "list": list_names,
-    "catalog": catalog,
-    "preview": preview,
-    "check-scene": check_scene,
-    "generate": generate,
-    "merge": merge,
-    "convert": convert,
-    "validate": validate,
-    "reach": reach,
-    "verify": verify,
-    "view": view,
-    "inspect": inspect,
-    "train": train,
-    "detect": detect,
-    "predict": predict,
-    "export": export,
-    "export-scene": export_scene,
-    "evaluate": evaluate,
-    "report": report,
-    "bench": bench,
-    "demo": demo,
-}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,16 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(line_buffering=True)  # in a log file, results stand between the progress they belong to
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
-        if any("\0" in argument for argument in arguments or ()):  # a shell cannot pass one, a program can
-            raise InputError("an argument holds a zero byte; names and paths cannot")
-        given = sys.argv[1:] if arguments is None else arguments
-        reject_renamed(given)
-        result: int | None = tyro.extras.subcommand_cli_from_dict(
-            COMMANDS | {"train": train_command(given)},
-            prog="warehouse-sim",
-            description="Generate synthetic warehouse datasets; train and score 6D-pose estimators on them.",
-            args=arguments,
-        )
+        return int(_run(sys.argv[1:] if arguments is None else arguments) or 0)
     except WarehouseSimError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -101,4 +46,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted; the same command with --resume goes on where it stopped", file=sys.stderr)
         return 130
-    return int(result or 0)
+
+
+def _run(words: Sequence[str]) -> int | None:
+    if any("\0" in word for word in words):  # a shell cannot pass one, a program can
+        raise InputError("an argument holds a zero byte; names and paths cannot")
+    if not words or words[0] in ("-h", "--help"):
+        from warehouse_sim.cli.help_page import overview
+
+        print(overview())
+        return None if words else 2
+    if words[0] == "--version":
+        print(f"warehouse-sim {__version__}")
+        return None
+    if words[0] not in COMMANDS:
+        near = difflib.get_close_matches(words[0], COMMANDS, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]}?" if near else "see warehouse-sim --help"
+        raise InputError(f"{shown(words[0])} is not a command; {hint}")
+    from warehouse_sim.cli.arguments import call
+
+    command = COMMANDS[words[0]]
+    function = command.function()
+    if command.name == "train":
+        from warehouse_sim.cli.train import train_command
+
+        function = train_command(words)
+    return call(command, function, words[1:])

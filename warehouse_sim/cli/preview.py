@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, say
+from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
 
@@ -18,8 +19,13 @@ def preview(
     samples: int | None = None,
     denoise: bool = False,
     out: Path = Path("preview.png"),
-) -> None:
-    """Draw one contact sheet of a scene: RGB, depth, instance ids, boxes, LiDAR from above, any other sensors.
+    check: bool = False,
+    json: Path | None = None,
+) -> int:
+    """Render a contact sheet of a scene: RGB, depth, instance mask, boxes, LiDAR from above, any other sensors.
+
+    With --check nothing is rendered: it prints how the settled scene stands (overlap, floating, drift, crush) against
+    the recipe's limits; exit code 1 when it breaks one.
 
     Args:
         recipe: Name of a shipped recipe or path of a recipe file.
@@ -31,8 +37,16 @@ def preview(
         samples: As in ``generate``.
         denoise: As in ``generate``.
         out: PNG file to write.
+        check: Print how the settled scene stands, and render nothing.
+        json: With --check, file for the same numbers.
     """
     require_extra("generate", "to make scenes")
+    if check:
+        from warehouse_sim.cli.scene_check import check_scene
+
+        return check_scene(recipe, scene, seed, json)
+    if json is not None:
+        raise InputError("--json belongs to --check; add --check, or leave it out")
     from warehouse_sim.generation.contact_sheet import render_contact_sheet
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
@@ -49,3 +63,4 @@ def preview(
     same += [] if backend == "raster" else ["--backend", backend]
     same += ["--backend-options", *pairs] if pairs else []
     finish(out, "generate", recipe, "--out", f"out/{Path(recipe).stem}", "--seed", str(seed), *same)
+    return 0

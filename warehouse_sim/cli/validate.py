@@ -4,21 +4,29 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish, fraction_progress
+from warehouse_sim.cli.console import count_progress, finish, fraction_progress
 from warehouse_sim.dataset.checks.findings import Check
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, InputError
+from warehouse_sim.optional import require_extra
 
 _ADVICE = """\
 next:   if files were lost or changed since it was generated, generate it again into an empty folder; if not, that gives
         the same bytes: report the lines above together with {manifest}"""
 
 
-def validate(data: tyro.conf.Positional[Path]) -> int:
+def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) -> int:
     """Check a dataset folder; exit code 0 only if all checks hold, 1 otherwise.
+
+    With --regenerate its files are compared with their checksums, and some scenes with the same ones generated again.
+    Where the driver that rendered the dataset renders here, bytes are compared; where another one does, geometry and
+    labels exactly and pixels within a tolerance. A line says which was done.
 
     Args:
         data: Dataset folder.
+        regenerate: Generate at least so many observations again and compare, 1-1,000,000; whole scenes are made.
     """
+    if regenerate is not None:
+        return _regenerate(data, regenerate)
     from warehouse_sim.dataset.validate import validate as run
 
     if not data.is_dir():
@@ -42,3 +50,21 @@ def validate(data: tyro.conf.Positional[Path]) -> int:
 def word(check: Check) -> str:
     """Return how a line begins."""
     return ("ok  " if check.ok else "FAIL") if check.checked else "--  "
+
+
+def _regenerate(data: Path, samples: int) -> int:
+    """Compare a dataset with its checksums, and some of its scenes with the same ones generated again."""
+    require_extra("generate", "to make scenes again")
+    from warehouse_sim.generation.verify import verify as run
+
+    if not 1 <= samples <= 1_000_000:
+        raise InputError(f"--regenerate must be 1 to 1000000, found {samples}")
+    with count_progress("scenes") as progress:
+        checks = run(data, samples, progress)
+    for check in checks:
+        print(f"{word(check)}  {check.name}: {check.detail}")
+    if not all(check.ok for check in checks):
+        print(f"output: {data} is not the dataset that its recipe and seed make")
+        return 1
+    finish(data, "validate", data)
+    return 0

@@ -1,9 +1,13 @@
-"""Remove what a scene that could not be made has left in a dataset folder."""
+"""Remove from a dataset folder what a scene that could not be made has left, or the whole dataset."""
 
 import re
+import shutil
 from pathlib import Path
 
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import writing
 
 _SIX_DIGITS = re.compile(r"[0-9]{6}(?![0-9])")
@@ -30,3 +34,38 @@ def discard_scene(root: Path, manifest: Manifest, scene_index: int) -> None:
             continue
         with writing(path):
             path.rmdir() if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def discard_dataset(root: Path) -> None:
+    """Delete a dataset of this package, complete or not; a folder that does not exist or is empty stays as it is.
+
+    Raises:
+        DatasetError: The folder holds something else.
+        OutputError: A file cannot be deleted.
+    """
+    if not root.exists() or (root.is_dir() and not any(root.iterdir())):
+        return
+    layout = DatasetLayout(root)
+    if not (layout.manifest.is_file() or layout.unfinished.is_file()):
+        raise DatasetError(f"{root}: is not empty and holds no dataset of warehouse_sim; remove it yourself")
+    _empty(root)
+
+
+def discard_unstarted(root: Path) -> bool:
+    """Delete a dataset of this package of which no scene is finished, such as a failed run's; return whether it was."""
+    layout = DatasetLayout(root)
+    if layout.manifest.exists() or not layout.unfinished.is_file():
+        return False
+    if layout.scenes.is_dir() and any(layout.scenes.glob("*.json")):
+        return False
+    _empty(root)
+    return True
+
+
+def _empty(root: Path) -> None:
+    for path in sorted(root.iterdir()):
+        with writing(path):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            elif not is_lock(path):
+                path.unlink()

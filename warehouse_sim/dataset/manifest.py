@@ -178,7 +178,7 @@ def require_no_part(root: Path) -> None:
     if layout.shard.is_file():
         raise DatasetError(
             f"{root}: no manifest.json: this is one shard of a dataset, which is incomplete; "
-            "put all of them together with warehouse-sim merge"
+            "put all of them together with warehouse-sim generate --merge"
         )
     if layout.unfinished.is_file():
         raise DatasetError(

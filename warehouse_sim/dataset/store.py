@@ -13,7 +13,7 @@ from warehouse_sim.dataset.card.tally import tally_row
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.contents import ReadingContents
 from warehouse_sim.dataset.damaged_meshes import write_damaged_meshes
-from warehouse_sim.dataset.discard import discard_scene
+from warehouse_sim.dataset.discard import discard_scene, discard_unstarted
 from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
 from warehouse_sim.dataset.frame_files import ObservationFiles
@@ -277,8 +277,12 @@ class DatasetStore:
         with writing(self.root):
             if all(is_lock(path) for path in self.root.iterdir()):
                 return
+        if discard_unstarted(self.root):
+            return
         if not resume:
-            raise DatasetError(f"{self.root}: the folder is not empty; choose another one, or add --resume")
+            raise DatasetError(
+                f"{self.root}: the folder is not empty; choose another one, or add --resume to go on or --overwrite"
+            )
         self._require_shard(shard)
         if self._layout.manifest.is_file():
             stored = load_manifest(self._layout.manifest)

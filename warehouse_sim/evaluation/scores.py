@@ -156,7 +156,7 @@ class Scores:
         if unknown:
             lines.append(
                 f"asked:   of {unknown} pallets the dataset does not say whether a truck can reach them, they are "
-                "asked all the same; warehouse-sim reach adds it to what generate made"
+                "evaluated all the same; generate the dataset again to have it"
             )
         if self.docking_left_out:
             reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())

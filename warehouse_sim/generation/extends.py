@@ -20,6 +20,24 @@ _KINDS = {
     "depth": ("preset", "model"),
     "sensors": ("rig",),
 }
+# What a preset decides where the recipe is silent: naming a preset drops what the extended recipe says of it.
+_OF_PRESET = {
+    "lights": frozenset(
+        [
+            "lux",
+            "flux",
+            "beam_deg",
+            "photometry",
+            "photometry_flux",
+            "temperature",
+            "ambient_fraction",
+            "headlights",
+            "white_balance",
+            "exposure",
+            "compensation",
+        ]
+    ),
+}
 
 
 def read_chain(path: Path) -> list[tuple[Path, dict[str, Any]]]:
@@ -46,11 +64,14 @@ def overlay(base: dict[str, Any], settings: dict[str, Any]) -> dict[str, Any]:
     """Return ``base`` with ``settings`` in place of its own; mappings are merged key by key, at any depth.
 
     Lists and distributions are replaced as a whole, and so is a mapping of another kind: another layout, another
-    model of LiDAR or depth, another rig.
+    model of LiDAR or depth, another rig. ``lights`` that name a preset keep only where luminaires hang.
     """
     merged = dict(base)
     for key, value in settings.items():
-        merged[key] = overlay(base[key], value) if _can_merge(key, base.get(key), value) else value
+        own = base.get(key)
+        if isinstance(own, dict) and isinstance(value, dict) and "preset" in value:
+            own = {name: item for name, item in own.items() if name not in _OF_PRESET.get(key, ())}
+        merged[key] = overlay(own, value) if _can_merge(key, own, value) else value  # type: ignore[arg-type]
     return merged
 
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import ConvexHull
 
 
 def convex_hull(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
     """Return the corners of the smallest convex outline around ``points``, counter-clockwise from the least x."""
+    from scipy.spatial import ConvexHull  # slow to import, and few need it
+
     ordered = np.unique(np.round(points, 9), axis=0)
     corners = ConvexHull(ordered).vertices
     return ordered[np.roll(corners, -int(corners.argmin()))]

@@ -5,15 +5,15 @@ import pytest
 
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
-from warehouse_sim.catalog.textures.damaged import WIDE
 from warehouse_sim.catalog.textures.tile import normals
 from warehouse_sim.catalog.textures.used import LARGE
+from warehouse_sim.catalog.textures.worn import WIDE
 
 
 def edge(name: str) -> int:
     if name in ("slab", "coat", "precast"):
         return LARGE
-    return WIDE if name.endswith("_damaged") else SIZE
+    return WIDE if name.endswith("_worn") else SIZE
 
 
 def unit_normals(name: str) -> np.ndarray:
@@ -86,10 +86,10 @@ def test_wood_is_stretched_and_every_texture_is_used_or_offered() -> None:
     assert {item.texture for item in materials().values() if item.texture} <= set(TEXTURES)
 
 
-@pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_damaged")])
+@pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_worn")])
 def test_a_damaged_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) -> None:
     """It is twice as wide at the same grain: as much fine detail a texel, more that is coarse, no quarter twice."""
-    fresh, damaged = (paint(item).albedo.astype(float) for item in (name.removesuffix("_damaged"), name))
+    fresh, damaged = (paint(item).albedo.astype(float) for item in (name.removesuffix("_worn"), name))
     assert damaged.shape == (1024, 1024)
     fine = [np.diff(image, axis=1).std() for image in (fresh, damaged)]
     assert fine[1] > 0.8 * fine[0]

@@ -44,7 +44,7 @@ def test_shards_in_any_order_are_the_bytes_of_one_run_in_every_format(tmp_path: 
     one = make_dataset(tmp_path / "one", manifest)
     parts = [make_shard(tmp_path / str(index), index, 3, manifest) for index in (2, 0, 1)]
     before = [hashes(part) for part in parts]
-    assert main(["merge", *map(str, parts), "--out", str(tmp_path / "merged")]) == 0
+    assert main(["generate", "--merge", *map(str, parts), "--out", str(tmp_path / "merged")]) == 0
     assert hashes(tmp_path / "merged") == hashes(one)
     assert [hashes(part) for part in parts] == before
 
@@ -79,7 +79,7 @@ def test_missing_repeated_and_foreign_shards_are_named(shards: list[Path], tmp_p
     paired_variant = Path(shutil.copytree(shards[0], tmp_path / "paired_variant"))
     for parts, words in (
         ([shards[0]], "shards 1/2 are missing"),
-        ([shards[0], paired_variant], "paired variant: is shard 0/2, and so is .*; name each shard once"),
+        ([shards[0], paired_variant], "paired_variant: is shard 0/2, and so is .*; name each shard once"),
         ([shards[0], other], "seed: was made with another seed than"),
         ([shards[0], third], "third: is shard 1/3, .* is shard 0/2"),
         ([shards[0], toy_root], r"is no shard, it has no shard\.json"),

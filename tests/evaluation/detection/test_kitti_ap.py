@@ -135,4 +135,4 @@ def test_the_command_says_where_the_scores_are_and_what_comes_next(tmp_path, cap
     evaluate(results, data, tmp_path / "out")
     *_, where, then = capsys.readouterr().out.splitlines()
     assert where == f"output: {tmp_path / 'out' / 'kitti_scores.json'}"
-    assert then.startswith(f"next:   warehouse-sim inspect {data}")
+    assert then.startswith(f"next:   warehouse-sim view {data} --summary")

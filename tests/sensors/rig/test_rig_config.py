@@ -7,7 +7,9 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.sensors import SENSORS
-from warehouse_sim.sensors.rig import RigConfig
+from warehouse_sim.sensors.lidar import LidarConfig
+from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rig import CameraConfig, RigConfig
 
 
 def test_the_kitti_preset_is_the_default() -> None:
@@ -36,7 +38,7 @@ def test_what_is_written_is_read_back() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"camera": "kitty"}, "'kitty' is no camera preset; known: fisheye, kitti, kitti_raw, tele, ultra_wide, wide"),
+        ({"camera": "kitty"}, "'kitty' is no camera preset (did you mean 'kitti'?); known: azure_kinect, d435, "),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
         ({"camera": {"focal_px": -1}}, "focal_px must be 50-20,000 px"),
         ({"rgbd": {"depth": {"correlation_px": 2}}}, "correlation_px must be odd"),
@@ -91,7 +93,7 @@ def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:
     [
         ({"preset": "kitti", "distortion": {"k1": -0.37, "k2": 0.2, "k3": -0.07}}, "inside its borders"),
         ({"distortion": {"k4": 0.1}}, "here: camera: distortion: k4 is not a setting; known: k1, k2, p1, p2, k3"),
-        ({"preset": "gopro"}, "'gopro' is no camera preset; known: fisheye, kitti, kitti_raw, tele, ultra_wide, wide"),
+        ({"preset": "gopro"}, "'gopro' is no camera preset; known: azure_kinect, d435, "),
     ],
 )
 def test_a_lens_that_cannot_be_is_named_with_its_place(camera: dict, message: str) -> None:
@@ -116,3 +118,47 @@ def test_the_wide_preset_shows_equal_angles_as_equal_lengths() -> None:
     ends = rays[360, 0, 0], rays[360, -1, 0], rays[0, 640, 1], rays[-1, 640, 1]
     left, right, top, bottom = np.degrees(np.arctan(ends))
     assert (round(right - left), round(bottom - top)) == (95, 53)
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "hfov_deg", "baseline"),
+    [
+        ("d435", (848, 480), 87.0, 0.050),
+        ("d435_720p", (1280, 720), 87.0, 0.050),
+        ("d455", (848, 480), 87.0, 0.095),
+        ("d455_720p", (1280, 720), 87.0, 0.095),
+    ],
+)
+def test_a_stereo_camera_by_name_has_the_angle_of_its_sheet_and_its_own_depth(name, size, hfov_deg, baseline) -> None:
+    rig = RigConfig.from_plain({"camera": name}, "here")
+    assert (rig.camera.width, rig.camera.height) == size
+    assert np.degrees(2 * np.arctan(size[0] / 2 / rig.camera.focal_px)) == pytest.approx(hfov_deg, abs=0.05)
+    assert (rig.rgbd.depth.kind, rig.rgbd.depth.baseline) == ("active_stereo", baseline)
+    # The infrared cameras see 90 deg over the same width.
+    assert rig.rgbd.depth.focal_px == pytest.approx(size[0] / 2, rel=0.06)
+
+
+def test_a_camera_by_name_leaves_a_depth_that_is_given() -> None:
+    given = RigConfig.from_plain({"camera": "d435", "rgbd": {"depth": "flexx2"}}, "here")
+    assert given.rgbd.depth.kind == "time_of_flight"
+    plain = RigConfig.from_plain({"camera": "kitti"}, "here")
+    assert plain.rgbd == RgbdConfig()
+    over = RigConfig.from_plain({"rig": "forklift_mast", "camera": "d435_720p"}, "here")
+    assert over.rgbd.depth == RigConfig.from_plain({"camera": "d435_720p"}, "here").rgbd.depth
+
+
+def test_an_angle_stands_for_a_focal_length() -> None:
+    camera = CameraConfig.from_plain({"width": 1000, "height": 500, "hfov_deg": 90}, "here")
+    assert camera.focal_px == pytest.approx(500.0)
+    assert CameraConfig.from_plain(camera.to_plain(), "here") == camera
+    for wrong, words in (({"hfov_deg": 90, "focal_px": 500}, "give one of them"), ({"hfov_deg": 1.2}, "5-170 degrees")):
+        with pytest.raises(ConfigError, match=words):
+            CameraConfig.from_plain({"width": 1000, "height": 500} | wrong, "here")
+
+
+def test_os1_has_as_many_beams_as_its_name_says() -> None:
+    beams = {name: RigConfig.from_plain({"lidar": name}, "here").lidar for name in ("os1_128", "os1_64", "os1_32")}
+    assert [item.rays_per_turn // 2048 for item in beams.values()] == [128, 64, 32]
+    assert LidarConfig.from_plain(to_mapping(beams["os1_64"]), "here") == beams["os1_64"]
+    changed = LidarConfig.from_plain({"model": "os1_64", "max_range": 50.0}, "here")
+    assert (changed.every_nth_beam, changed.max_range) == (2, 50.0)

@@ -13,6 +13,7 @@ from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.planted import KINDS, planted
 from warehouse_sim.benchmark.docking.questions import Question, why_not
+from warehouse_sim.benchmark.docking.recorded_scene import recorded_scene
 from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.config import from_mapping
@@ -25,7 +26,6 @@ from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, nearest_symmetry
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.pairing import pair_up
-from warehouse_sim.generation.reach_later import recorded_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.sampled import sample_settled_scene
 from warehouse_sim.geometry.pose import Transform, invert

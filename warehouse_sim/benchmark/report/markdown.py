@@ -72,7 +72,7 @@ def size_lines(result: SuiteResult) -> Iterator[str]:
         left = ", ".join(f"{count} {why}" for why, count in item.left_out_of_docking.items())
         yield (
             f"{item.name}: {_counted(item.scenes, 'scene')}, {_counted(item.images, 'image')}, "
-            f"{_counted(item.ground_truths, 'ground gt')} ({source})"
+            f"{_counted(item.ground_truths, 'ground truth')} ({source})"
             f"{'; docking is not evaluated of: ' + left if left else ''}"
         )
 

@@ -9,14 +9,6 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog.textures.board import kraft
-from warehouse_sim.catalog.textures.damaged import (
-    concrete_worn,
-    epoxy_worn,
-    kraft_worn,
-    plastic_worn,
-    steel_worn,
-    wood_worn,
-)
 from warehouse_sim.catalog.textures.floors import concrete, epoxy
 from warehouse_sim.catalog.textures.metal import brushed, galvanised, steel
 from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
@@ -24,6 +16,14 @@ from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, TextureSet, Tile,
 from warehouse_sim.catalog.textures.used import blockwork, coat, enamel, liner, precast, slab
 from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.wood import wood
+from warehouse_sim.catalog.textures.worn import (
+    concrete_worn,
+    epoxy_worn,
+    kraft_worn,
+    plastic_worn,
+    steel_worn,
+    wood_worn,
+)
 
 TEXTURES: dict[str, Callable[[np.random.Generator], Tile]] = {
     painter.__name__: painter

@@ -24,6 +24,9 @@ class ViewpointsConfig:
     """From the camera to the aimed-at target's centre (m), 1-50: horizontally, for ``free`` along the line of sight."""
     height: Annotated[Distribution, Range(0.1, 20, "m")] | None = None
     """Height of the camera above the floor with forks lowered (m), 0.1-20; null = the kind's own. Not for ``free``."""
+    lift: Annotated[Distribution, Range(0, 12, "m")] | Literal["target"] | None = None
+    """How far forks raise the camera above ``height`` (m), 0-12, of forklift_mast and forklift_forks; ``target``: from
+    nothing to where they could enter the target. null = 0 where ``height`` is given, else target."""
     pitch_deg: Annotated[Distribution, Range(-90, 60, "deg")] | None = None
     """Tilt of the optical axis (deg), -90 to 60, negative = down; null = the kind's own. Not for ``free``."""
     roll_deg: Annotated[Distribution, Range(-10, 10, "deg")] = field(default=Distribution.constant(0.0))
@@ -56,6 +59,8 @@ class ViewpointsConfig:
             raise ValueError("a level camera has no pitch: leave pitch_deg out, or level and the kind level")
         if (self.roll_deg.low, self.roll_deg.high) != (0.0, 0.0) and (self.level or self.kind == "level"):
             raise ValueError("a level camera has no roll: leave roll_deg out, or level and the kind level")
+        if self.lift not in (None, "target") and self.mounting is not None and not self.mounting.lifts:
+            raise ValueError(f"a camera of the kind {self.kind} is not raised: leave lift out, or take forklift_mast")
         if self.kind == "ceiling" and (self.level or self.trajectory != "none"):
             raise ValueError("a ceiling camera neither looks along the horizon nor drives: take another kind")
         if self.kind == "free" and self.trajectory != "none":

@@ -123,7 +123,7 @@ class Planner:
 
     def _draw_mount(self, target: ObjectInstance | None) -> Mount:
         height, pitch, roll = draw_mount(self.mounting, self.config, self.rng)
-        lift = draw_lift(self.mounting, target, self.space, self.rng) if target else 0.0
+        lift = draw_lift(self.config, target, self.space, self.rng) if target else 0.0
         return Mount(self.config.kind, self.mounting, height + lift, pitch, lift, roll)
 
     def _end_before(self, target: ObjectInstance, gap: float) -> FloorPose | None:

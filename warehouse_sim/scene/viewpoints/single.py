@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import level_camera
+from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.framing import is_framed
@@ -66,7 +67,7 @@ def draw_view(
     else:
         (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
     height, pitch, roll = draw_mount(mounting, config, rng)
-    lift = draw_lift(mounting, target, space, rng)
+    lift = draw_lift(config, target, space, rng)
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
     T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch, roll)
     return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
@@ -81,9 +82,13 @@ def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Gene
     return height, float(np.deg2rad(pitch)), float(np.deg2rad(roll))
 
 
-def draw_lift(mounting: Mounting, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
-    """Return how far the forks are up (m): anywhere from travel height to where they could enter the target."""
-    if not mounting.lifts:
+def draw_lift(config: ViewpointsConfig, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
+    """Return how far the forks are up (m): as the recipe says, or anywhere up to where they could enter the target."""
+    if config.mounting is None or not config.mounting.lifts:
+        return 0.0
+    if isinstance(config.lift, Distribution):
+        return config.lift.draw(rng)
+    if config.lift is None and config.height is not None:
         return 0.0
     stands_at = target.T_world_object[2, 3] - space.models[target.model].size[2] / 2
     return float(rng.uniform(0.0, max(0.0, stands_at)))

@@ -107,7 +107,7 @@ class LidarConfig:
             preset, brightness = to_mapping(LIDAR_PRESETS[name]), settings.get("brightness")
             if isinstance(brightness, dict):
                 settings = settings | {"brightness": preset["brightness"] | brightness}
-            settings = preset | settings
+            settings = preset | {key: value for key, value in settings.items() if key != "model"}
         return from_mapping(cls, settings, where)
 
     @property
@@ -125,5 +125,5 @@ class LidarConfig:
         return replace(self, **none, divergence_mrad=(0.0, 0.0), azimuth_phase="fixed", brightness=even, film=False)
 
 
-LIDAR_PRESETS = {name: LidarConfig(**({"model": name} | changes)) for name, changes in PRESETS.items()}
+LIDAR_PRESETS = {name: LidarConfig(**changes) for name, changes in PRESETS.items()}
 """Settings of real LiDARs by name."""

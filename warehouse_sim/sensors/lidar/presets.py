@@ -58,7 +58,17 @@ _SAFETY2D: dict[str, Any] = dict(
     extinction=0.0,
     divergence_mrad=(10.0, 10.0),
 )
-PRESETS = {"hdl64e": _HDL64E, "hdl64e_s2": _HDL64E, "vlp16": _VLP16, "os1_128": _OS1_128, "safety2d": _SAFETY2D}
-"""What differs from the defaults, by the name of the model."""
+# OS1-64 and OS1-32: the same optics and 45 deg with 64 and 32 evenly spaced channels (data sheets): every second and
+# fourth beam of the 128.
+PRESETS = {
+    "hdl64e": _HDL64E,
+    "hdl64e_s2": {"model": "hdl64e_s2"} | _HDL64E,
+    "vlp16": {"model": "vlp16"} | _VLP16,
+    "os1_128": {"model": "os1_128"} | _OS1_128,
+    "os1_64": {"model": "os1_128", "every_nth_beam": 2} | _OS1_128,
+    "os1_32": {"model": "os1_128", "every_nth_beam": 4} | _OS1_128,
+    "safety2d": {"model": "safety2d"} | _SAFETY2D,
+}
+"""What differs from the defaults, by the name of the preset; ``model`` says whose lasers it has."""
 MOST_RETURNS = {"hdl64e": 2, "hdl64e_s2": 2, "vlp16": 2, "os1_128": 1, "safety2d": 1}
 """Of one pulse: two in the manuals of HDL-64E S2/S3 and VLP-16, one in the OS1's data sheet; SICK's is unknown."""

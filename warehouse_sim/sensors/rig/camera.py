@@ -1,5 +1,6 @@
 """The camera of a rig: image size, focal length and lens."""
 
+import difflib
 from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
@@ -16,12 +17,17 @@ _MOST_PIXELS = 4096 * 4096
 """An image has at most so many; some ten arrays of its size are in memory at once."""
 _LEAST_VIEW_DEG, _WIDEST_DEG = 2.0, 85.0
 """Least field of view along the longer side, and largest angle of what a pinhole shows to its optical axis."""
+_LEAST_HFOV, _WIDEST_HFOV = 5.0, 170.0
+"""Angles across an image (deg) that a recipe can give: radians are below them."""
 
 
 @dataclass(frozen=True)
 @ranged
 class CameraConfig:
-    """A camera with square pixels; in YAML also the name of a preset, or ``preset`` with what differs from it."""
+    """A camera with square pixels; in YAML also the name of a preset, or ``preset`` with what differs from it.
+
+    ``hfov_deg``, the angle between the left and the right border (deg, 5-170), may stand in place of ``focal_px``.
+    """
 
     width: Annotated[int, Range(16, 8192, "px")] = 1224
     """Image width (px), 16-8,192."""
@@ -56,19 +62,28 @@ class CameraConfig:
         """
         name = data.get("preset") if isinstance(data, dict) else data
         if not isinstance(name, str):
-            return from_mapping(cls, data, where)
+            return from_mapping(cls, _with_focal(data, cls().width, where), where)
         if name not in CAMERA_PRESETS:
-            raise ConfigError(f"{where}: {shown(name)} is no camera preset; known: {', '.join(sorted(CAMERA_PRESETS))}")
+            near = difflib.get_close_matches(name, CAMERA_PRESETS, 1)
+            hint = f" (did you mean {near[0]!r}?)" if near else ""
+            known = ", ".join(sorted(CAMERA_PRESETS))
+            raise ConfigError(f"{where}: {shown(name)} is no camera preset{hint}; known: {known}")
+        preset = CAMERA_PRESETS[name]
         if not isinstance(data, dict):
-            return CAMERA_PRESETS[name]
-        own = {key: value for key, value in data.items() if key != "preset"}
-        return from_mapping(cls, CAMERA_PRESETS[name].to_plain() | own, where)
+            return preset
+        own = _with_focal({key: value for key, value in data.items() if key != "preset"}, preset.width, where)
+        return from_mapping(cls, preset.to_plain() | own, where)
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; the lens only where there is one."""
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         lenses = ("distortion", "fisheye")
         return {name: value for name, value in plain.items() if name not in lenses or value is not None}
+
+    @property
+    def hfov_deg(self) -> float:
+        """Angle between the left and the right border of a pinhole image of this focal length (deg)."""
+        return float(np.degrees(2.0 * np.arctan(self.width / (2.0 * self.focal_px))))
 
     def make(self) -> PinholeCamera:
         """Return the camera."""
@@ -77,6 +92,25 @@ class CameraConfig:
         cy = centred.cy if self.cy is None else self.cy
         lens = self.fisheye or (None if self.distortion == Distortion() else self.distortion)
         return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, cx, cy, lens)
+
+
+def _with_focal(data: Any, width: int, where: str) -> Any:
+    """Return settings with ``focal_px`` in place of ``hfov_deg``, the angle across the image: f = w / (2 tan(a / 2)).
+
+    Raises:
+        ConfigError: Both are given, or the angle is out of range.
+    """
+    if not isinstance(data, dict) or "hfov_deg" not in data:
+        return data
+    if "focal_px" in data:
+        raise ConfigError(f"{where}: hfov_deg and focal_px say the same: give one of them")
+    angle, across = data["hfov_deg"], data.get("width", width)
+    if isinstance(angle, bool) or not isinstance(angle, (int, float)) or not _LEAST_HFOV <= angle <= _WIDEST_HFOV:
+        raise ConfigError(f"{where}: hfov_deg must be {_LEAST_HFOV:g}-{_WIDEST_HFOV:g} degrees, found {shown(angle)}")
+    if isinstance(across, bool) or not isinstance(across, int):
+        raise ConfigError(f"{where}: width must be int, found {shown(across)}")
+    focal = across / (2.0 * np.tan(np.radians(angle) / 2.0))
+    return {key: value for key, value in data.items() if key != "hfov_deg"} | {"focal_px": float(focal)}
 
 
 def _require_sane_view(camera: PinholeCamera) -> None:
@@ -93,6 +127,9 @@ def _require_sane_view(camera: PinholeCamera) -> None:
         )
 
 
+# Depth cameras see as their depth image does: D400 series 87 deg across and Flexx2 56 deg (data sheets), Kinect v1
+# 525 px (OpenNI's default), Azure Kinect 504 px at 640 x 576 and the industrial time-of-flight camera 463 px (as their
+# depth presets). A name that is a depth preset, too, brings that depth with it.
 # KITTI's rectified colour camera 2, whose images vary about 1242 x 375 and are often cut to 1224 x 370.
 CAMERA_PRESETS = {
     "kitti": CameraConfig(1224, 370, 721.5377),
@@ -115,6 +152,14 @@ CAMERA_PRESETS = {
     # A camera that sees all about its front, 130 x 73 deg: equal angles as equal lengths (equidistant), which is near
     # how lenses for surroundings are built; practical prior.
     "fisheye": CameraConfig(1280, 720, 564.0, fisheye=Fisheye()),
+    "d435": CameraConfig(848, 480, 446.8),
+    "d435_720p": CameraConfig(1280, 720, 674.4),
+    "d455": CameraConfig(848, 480, 446.8),
+    "d455_720p": CameraConfig(1280, 720, 674.4),
+    "azure_kinect": CameraConfig(640, 576, 504.0),
+    "kinect_v1": CameraConfig(640, 480, 525.0),
+    "flexx2": CameraConfig(224, 172, 210.6),
+    "tof_industrial": CameraConfig(640, 480, 462.6),
     # A camera that reads labels from afar, 45 x 26 deg, with the slight pincushion of long lenses; practical prior.
     "tele": CameraConfig(1280, 720, 1545.0, distortion=Distortion(k1=0.03)),
 }

@@ -15,6 +15,7 @@ from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.imu import ImuConfig
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
+from warehouse_sim.sensors.rgbd.depth.models import PRESETS as DEPTH_PRESETS
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
 from warehouse_sim.sensors.rig.choice import SensorChoice, rendered_choice
@@ -38,7 +39,7 @@ class RigConfig:
     """
 
     camera: CameraConfig = CAMERA_PRESETS["kitti"]
-    """A preset's name (kitti) or width, height, focal_px."""
+    """A preset's name (kitti, d435_720p) or width, height and focal_px or hfov_deg. A depth camera brings its depth."""
     rgbd: RgbdConfig = field(default_factory=RgbdConfig)
     """Noise of colour and depth."""
     choices: tuple[SensorChoice, ...] = ()
@@ -105,7 +106,7 @@ class RigConfig:
             raise ConfigError(f"{where}: expected a mapping of settings, found {shown(data)}")
         own = {key: value for key, value in data.items() if key != "rig"}
         shipped = rig_settings(data["rig"], f"{where}: rig") if "rig" in data else {}
-        return from_mapping(cls, shipped | own, where)
+        return from_mapping(cls, shipped | _with_depth(own), where)
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
@@ -142,6 +143,15 @@ class RigConfig:
         for name, other in self.more.items():
             found[name] = MountedSensor(other.sensor, other.settings, other.mount, f"sensor {name}")
         return found
+
+
+def _with_depth(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return settings whose camera brings its own depth where it is a depth camera and nothing says otherwise."""
+    camera, rgbd = settings.get("camera"), settings.get("rgbd", {})
+    name = camera.get("preset") if isinstance(camera, dict) else camera
+    if not isinstance(name, str) or name not in DEPTH_PRESETS or not isinstance(rgbd, dict) or "depth" in rgbd:
+        return settings
+    return settings | {"rgbd": rgbd | {"depth": name}}
 
 
 def _mounted(kind: str, settings: tuple[Any, ...], mount: Mount, stream: str) -> MountedSensor:

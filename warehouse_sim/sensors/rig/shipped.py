@@ -13,6 +13,16 @@ def rig_names() -> list[str]:
     return sorted(path.stem for path in _folder().glob("*.yaml"))
 
 
+def rig_comments() -> dict[str, str]:
+    """Return the first sentence of each shipped rig's comment, by name."""
+    found = {}
+    for name in rig_names():
+        text = (_folder() / f"{name}.yaml").read_text(encoding="utf-8")
+        lines = [line[1:].strip() for line in text.splitlines() if line.startswith("#")]
+        found[name] = " ".join(lines).split(". ")[0].rstrip(".")
+    return found
+
+
 def rig_settings(name_or_path: Any, where: str) -> dict[str, Any]:
     """Return the settings of a rig given by shipped name ("kitti") or by the path of a YAML file.
 

@@ -26,7 +26,7 @@ def _lines(stock: Stock) -> dict[str, Words]:
     data = str(stock.data)
     return {
         "preview": ("preview", _RECIPE, "--out"),
-        "catalog": ("catalog", "epal1", "--out"),
+        "list": ("list", "objects", "epal1", "--out"),
         "generate": ("generate", _RECIPE, "--scenes", "1", "--workers", "1", "--out"),
         "train": ("train", "densefusion-pointcloud", "--data", data, *_FEW, "--out"),
         "predict": ("predict", MODEL, "--data", data, "--out"),
@@ -78,9 +78,9 @@ def _inputs(stock: Stock) -> Iterator[Case]:
     }
     commands: dict[str, Callable[[str], Words]] = {
         "preview": lambda path: ("preview", path, "--out", "x.png"),
-        "check-scene": lambda path: ("check-scene", path),
+        "preview --check": lambda path: ("preview", path, "--check"),
         "generate": lambda path: ("generate", path, "--out", "x", "--workers", "1"),
-        "catalog": lambda path: ("catalog", path, "--out", "x.png"),
+        "list": lambda path: ("list", "objects", path, "--out", "x.png"),
         "validate": lambda path: ("validate", path),
         "train --data": lambda path: ("train", "densefusion-pointcloud", "--data", path, "--out", "x", *_FEW),
         "train --init": lambda path: (
@@ -127,13 +127,13 @@ def _numbers(stock: Stock) -> Iterator[Case]:
         ("preview", "--scene"),
         ("preview", "--seed"),
         ("preview", "--difficulty"),
-        ("check-scene", "--scene"),
+        ("preview --check", "--scene"),
     ):
-        out = ("--out", "sheet.png") if command == "preview" else ()
+        out = ("--out", "sheet.png") if command == "preview" else ("--check",)
         for value in ("-1", "nan", "1e300", "9" * 30, "1.5", "seven"):
             large = value == "9" * 30 and option != "--difficulty"
             yield _case(
-                command, f"{option} {value}", (command, _RECIPE, *out, option, value), "either" if large else "reject"
+                command, f"{option} {value}", ("preview", _RECIPE, *out, option, value), "either" if large else "reject"
             )
     settings = (
         *("--batch", "--max-steps", "--max-minutes", "--learning-rate", "--ema", "--devices", "--validations"),
@@ -187,7 +187,7 @@ def _names(stock: Stock) -> Iterator[Case]:
         "a split that climbs": (("predict", MODEL, "--data", data, "--out", "x.csv", "--split", "../test"), "reject"),
         "another split": (("evaluate", gt, "--data", data, "--out", "x", "--split", "val"), "reject"),
         "unknown selection": (("predict", MODEL, "--data", data, "--out", "x.csv", "--selection", "best"), "reject"),
-        "unknown catalog object": (("catalog", "spoon", "--out", "x.png"), "reject"),
+        "unknown catalog object": (("list", "objects", "spoon", "--out", "x.png"), "reject"),
         "no folder to report": (("report", "--out", "x.html"), "reject"),
         "a dataset twice": (("train", "densefusion-pointcloud", "--data", data, data, "--out", "x", *_FEW), "either"),
         "resume of nothing": ((*generate, "--resume"), "either"),

@@ -187,7 +187,7 @@ def _damage_case(stock: Stock, data: Path, file: str, damage: Damage, commands: 
     def write(folder: Path) -> None:
         damage.apply(stock.copy_data(folder, data) / file)
 
-    # Notes and pictures for people mean nothing to a reader, and lists of checksums are what ``verify`` looks at.
+    # Notes and pictures for people mean nothing to a reader, and ``validate --regenerate`` reads lists of checksums.
     apart = file.endswith((".md", "SHA256SUMS")) or file.startswith("card/")
     expect: Expectation = "either" if apart else damage.expect
     what = file if data == stock.data else f"rig/{file}"

@@ -15,7 +15,7 @@ from benchmarks.acceptance.hostile.meshes import SHAPES, write_mesh
 from benchmarks.acceptance.hostile.sane_image import image_problem
 from benchmarks.acceptance.hostile.stock import Stock
 
-_COMMANDS = ("catalog", "catalog", "preview", "generate", "check-scene")
+_COMMANDS = ("list", "list", "preview", "generate", "preview --check")
 
 
 def cases(stock: Stock) -> Iterator[Case]:
@@ -36,7 +36,7 @@ def cases(stock: Stock) -> Iterator[Case]:
 
             # In OBJ, a negative index counts from the end.
             expect = "either" if (ending, name) == ("obj", "a negative index") else shape.expect
-            for command in ("catalog", "generate"):
+            for command in ("list", "generate"):
                 yield _case(stock, f"crate.{ending}", name, write_shape, expect, ending, command)
         for damage in damages((stock.root / f"crate.{ending}").read_bytes(), f"crate.{ending}"):
 
@@ -91,8 +91,8 @@ def _drop_collision(path: Path) -> None:
 
 def _case(stock: Stock, what: str, mutation: str, write, expect, word: str, command: str = "") -> Case:  # type: ignore[no-untyped-def]
     command = command or one_of(_COMMANDS, what, mutation)
-    if command == "catalog":
-        step = ("catalog", "{folder}/crate.yaml", "--out", "sheet.png")
+    if command == "list":
+        step = ("list", "objects", "{folder}/crate.yaml", "--out", "sheet.png")
 
         def check(folder: Path, outcomes: object) -> str | None:
             problem = image_problem(folder / "sheet.png")

@@ -22,8 +22,8 @@ _OWN_PARTS: dict[str, tuple[tuple[str, ...], ...]] = {
     "dock": (("scene", "layout"), ("occlusion",), ("sensors", "rgbd"), ("sensors", "lidar")),
 }
 # One generates a whole dataset and is looked at most closely.
-_COMMANDS = ("generate", "generate", "preview", "check-scene")
-_QUICK_COMMANDS = ("preview", "check-scene")
+_COMMANDS = ("generate", "generate", "preview", "preview --check")
+_QUICK_COMMANDS = ("preview", "preview --check")
 
 
 def cases(stock: Stock) -> Iterator[Case]:
@@ -80,7 +80,7 @@ def _rig_cases(rig: dict[str, Any]) -> Iterator[Case]:
 def reading(command: str, recipe: str) -> tuple[tuple[str, ...], Check]:
     """Return the command line that reads a recipe, and what must be true when it succeeds."""
     return {
-        "check-scene": (("check-scene", recipe), _numbers_are_finite),
+        "preview --check": (("preview", recipe, "--check"), _numbers_are_finite),
         "preview": (("preview", recipe, "--out", "sheet.png"), _sheet_shows_something),
         "generate": (("generate", recipe, "--out", "made", "--scenes", "1", "--workers", "1"), _dataset_is_sane),
     }[command]

@@ -20,8 +20,11 @@ MODELS: dict[str, type[DepthModel]] = {
 PRESETS: dict[str, DepthModel] = {
     "kinect_v1": StructuredLight(),
     "d435": ActiveStereo(),
+    # The same module at 1280 x 720: 90 degrees over 1280 px.
+    "d435_720p": ActiveStereo(focal_px=640.0),
     # 87 degrees over 848 px, baseline 95 mm.
     "d455": ActiveStereo(focal_px=447.0, baseline=0.095, color_offset=0.059),
+    "d455_720p": ActiveStereo(focal_px=674.7, baseline=0.095, color_offset=0.059),
     "flexx2": TimeOfFlight(),
     # 0.61, 0.89 and 1.78 mm at 0.8, 1.5 and 3 m in the narrow unbinned mode: Tölgyessy et al. 2021, "Evaluation of the
     # Azure Kinect and its comparison to Kinect v1 and Kinect v2", second-hand; within Microsoft's 17 mm. Its growth

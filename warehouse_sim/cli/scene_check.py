@@ -1,21 +1,18 @@
-"""``warehouse-sim check-scene``: the verification that a scene is physically possible."""
+"""``warehouse-sim preview --check``: whether a settled scene is physically possible, in numbers."""
 
 from dataclasses import asdict
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import tyro
-
 from warehouse_sim.cli.console import say
-from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
     from warehouse_sim.physics import CrushState, SettleConfig, SettleReport
     from warehouse_sim.schema import SceneSpec
 
 
-def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0, json: Path | None = None) -> int:
+def check_scene(recipe: str, scene: int, seed: int, json: Path | None) -> int:
     """Sample and settle one scene and print how it stands; exit code 1 when it breaks a limit in every attempt.
 
     Contacts that break the crush rule are named, with the weights that the contacts of the settled scene give; they
@@ -27,7 +24,6 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
         seed: Seed of the dataset, >= 0.
         json: File for the same numbers, with each contact that breaks the rule.
     """
-    require_extra("generate", "to make scenes")
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
     from warehouse_sim.generation.recipe import load_recipe
@@ -45,7 +41,7 @@ def check_scene(recipe: tyro.conf.Positional[str], scene: int = 0, seed: int = 0
             continue
         settled, report = settle_scene(spec, loaded.settle)
         crush = crush_state(settled, report.struck)
-        for line in (*_verification(settled, report, loaded.settle), *_crush_lines(crush)):
+        for line in (*_measured(settled, report, loaded.settle), *_crush_lines(crush)):
             print(f"attempt {attempt}: {line}")
         if json is not None:
             write_json(json, {"attempt": attempt, "settled": asdict(report), "crush": crush.to_plain()})
@@ -69,7 +65,7 @@ def _crush_lines(crush: "CrushState") -> list[str]:
     ]
 
 
-def _verification(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
+def _measured(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
     """Return what was measured and, where there is one, the limit."""
     classes = [scene.model_of(item).class_name for item in scene.instances]
     loose = sum(item.dynamic for item in scene.instances)

@@ -1,0 +1,111 @@
+"""From words on a command line to a call of the command's function; what is wrong becomes one line."""
+
+import argparse
+import contextlib
+import difflib
+import io
+import re
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import tyro
+
+from warehouse_sim.cli.commands import Command
+from warehouse_sim.cli.help_page import page, placeholder
+from warehouse_sim.errors import InputError, shown
+
+_NUMBER = re.compile(r"-(\d|\.\d|inf|nan)")
+
+
+def call(command: Command, function: Callable[..., Any], words: Sequence[str]) -> int | None:
+    """Run a command.
+
+    Args:
+        command: Which one.
+        function: What runs it; its signature names the options.
+        words: What stands behind the command's name.
+
+    Returns:
+        The exit code, None for success.
+
+    Raises:
+        InputError: An option is unknown or missing, or a value is of another type.
+    """
+    parser = _parser(command, function)
+    if any(word in ("-h", "--help", "--help-all") for word in words):
+        print(page(command, parser, "--help-all" in words))
+        return None
+    _require_known(command, parser, words)
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint), contextlib.redirect_stdout(complaint):
+            ready = tyro.cli(_deferred(function), args=list(words), prog=f"warehouse-sim {command.name}")
+    except SystemExit as problem:
+        raise InputError(
+            f"{command.name}: {_one_line(complaint.getvalue(), command, parser)}; {_see(command)}"
+        ) from problem
+    result: int | None = ready()
+    return result
+
+
+def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
+    """Return a function of the same signature that only takes the arguments, so that output is not caught."""
+
+    def take(*positional: Any, **named: Any) -> Callable[[], Any]:
+        return lambda: function(*positional, **named)
+
+    take.__wrapped__ = function  # type: ignore[attr-defined]  # inspect.signature follows it
+    take.__doc__, take.__annotations__ = function.__doc__, function.__annotations__
+    take.__name__, take.__module__ = function.__name__, function.__module__
+    take.__defaults__, take.__kwdefaults__ = function.__defaults__, function.__kwdefaults__
+    return take
+
+
+def _parser(command: Command, function: Callable[..., Any]) -> argparse.ArgumentParser:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        found: Any = tyro.extras.get_parser(function, prog=f"warehouse-sim {command.name}")
+    return found
+
+
+def _require_known(command: Command, parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Reject options that the command does not have, and name those that it lacks.
+
+    Raises:
+        InputError: Names the nearest option.
+    """
+    actions = {name: action for action in parser._actions for name in action.option_strings}
+    given = {word.partition("=")[0].replace("_", "-") for word in words if word.startswith("--") and word != "--"}
+    for word in words:
+        option = word.partition("=")[0].replace("_", "-")
+        if not option.startswith("-") or option in actions or _NUMBER.match(word) or word in ("-", "--"):
+            continue
+        near = difflib.get_close_matches(option, actions, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]}?" if near else _see(command)
+        raise InputError(f"{command.name}: {shown(option)[1:-1]} is not an option; {hint}")
+    for name, action in actions.items():
+        if action.required and name not in given:
+            raise InputError(f"{command.name}: {name} {placeholder(action, command)} is missing; {_see(command)}")
+
+
+def _see(command: Command) -> str:
+    return f"see warehouse-sim {command.name} --help"
+
+
+def _one_line(text: str, command: Command, parser: argparse.ArgumentParser) -> str:
+    """Return a complaint of the parser in one line: what an option takes and what it got, where that is to be seen."""
+    lines = [re.sub(r"[╭╮╰╯│─┌┐└┘|]+", " ", line).strip() for line in text.splitlines()]
+    whole = " ".join(" ".join(line for line in lines if line).split())
+    actions = {name: action for action in parser._actions for name in action.option_strings or [action.dest]}
+    if found := re.search(r"Error parsing (?:argument )?'?([\w.-]+)'?: .*?\[(.*?)\]", whole):
+        name, given = found.groups()
+        if name in actions:
+            return f"{name} takes {placeholder(actions[name], command)}, found {given}"
+    whole = re.split(r" Argument helptext:| For full helptext| Got errors:", re.sub(r" ?-{5,} ?", " ", whole))[0]
+    if found := re.search(r"invalid choice '(.*?)' for argument '(--[\w.-]+)'", whole):
+        given, name = found.groups()
+        near = difflib.get_close_matches(given, list(map(str, actions[name].choices or ())), 1, cutoff=0.4)
+        hint = f", did you mean {near[0]}?" if near else ""
+        return f"{name} takes {placeholder(actions[name], command)}, found {given!r}{hint}"
+    return re.sub(r"^(?:Missing argument|Invalid (?:argument|choice)|Parsing error) ", "", whole.strip()).rstrip(".:")
