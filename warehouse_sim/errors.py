@@ -99,6 +99,15 @@ class InputError(WarehouseSimError):
     """Images, masks and a camera that were given to an estimator do not fit together."""
 
 
+class EstimatorError(InputError):
+    """A user's own estimator raised an error."""
+
+    def __init__(self, message: str, details: str = "") -> None:
+        super().__init__(message)
+        self.details = details
+        """The traceback, the user's frames alone, which the command line prints above the message."""
+
+
 class OutOfRangeError(DatasetError, IndexError):
     """A dataset has no observation of that number; loops that count up end at it."""
 

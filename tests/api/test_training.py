@@ -1,11 +1,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.training import load_estimator, train
 from warehouse_sim.errors import DatasetError, InputError, WarehouseSimError
+from warehouse_sim.estimators.rgbd_image import RgbdImage
 
 pytestmark = pytest.mark.gl
 
@@ -40,7 +42,8 @@ def test_an_estimator_is_loaded_by_name_or_as_it_is() -> None:
     def own(image: Any) -> list[Any]:
         return []
 
-    assert load_estimator(own).estimate(None) == []  # type: ignore[arg-type]
+    image = RgbdImage.from_arrays(np.ones((4, 4)), np.diag([5.0, 5.0, 1.0]))
+    assert load_estimator(own).estimate(image) == []
     assert hasattr(load_estimator("front-fit", refine="none"), "estimate")
     with pytest.raises(WarehouseSimError):
         load_estimator(3)

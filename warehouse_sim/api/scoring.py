@@ -7,7 +7,6 @@ from typing import Any
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset, as_dataset
-from warehouse_sim.api.own_estimator import opened_estimator
 from warehouse_sim.api.settings import settings_of
 from warehouse_sim.dataset.reader import ALL
 from warehouse_sim.dataset.results import predictions as prediction_file
@@ -65,9 +64,7 @@ def predict(
 
     opened = as_dataset(data)
     config = settings_of(PredictConfig(), settings, "predict")
-    estimates = estimate(
-        opened_estimator(estimator), opened.scored, named_split(opened, split), config, progress, pictures
-    )
+    estimates = estimate(estimator, opened.scored, named_split(opened, split), config, progress, pictures)
     if out is not None:
         prediction_file.write(Path(out), estimates)
     return estimates

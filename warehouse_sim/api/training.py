@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset
-from warehouse_sim.api.own_estimator import opened_estimator
 from warehouse_sim.api.settings import settings_of
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.learning.stream_settings import StreamConfig
@@ -41,9 +40,7 @@ def load_estimator(name: str | Path | Callable[..., Any] | object, **settings: A
     from warehouse_sim.estimators.load import load_estimator as load
     from warehouse_sim.estimators.settings import PredictConfig
 
-    estimator = opened_estimator(name)
-    config = settings_of(PredictConfig(), settings, "load_estimator")
-    return load(estimator, config) if isinstance(estimator, (str, Path)) else estimator
+    return load(name, settings_of(PredictConfig(), settings, "load_estimator"))
 
 
 @checked

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from warehouse_sim.cli.commands import COMMANDS
-from warehouse_sim.errors import InputError, WarehouseSimError, shown
+from warehouse_sim.errors import EstimatorError, InputError, WarehouseSimError, shown
 from warehouse_sim.version import __version__
 
 _NO_PATHS = (errno.ENAMETOOLONG, errno.ELOOP)
@@ -32,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(_run(sys.argv[1:] if arguments is None else arguments) or 0)
     except WarehouseSimError as error:
+        if isinstance(error, EstimatorError) and error.details:
+            print(error.details, file=sys.stderr)
         print(f"error: {error}", file=sys.stderr)
         return 2
     except BrokenPipeError:

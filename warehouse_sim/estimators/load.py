@@ -1,9 +1,11 @@
-"""Open an estimator by name: bundled weights, a run folder, or one that needs no training."""
+"""Open an estimator: bundled weights, a run folder, one that needs no training, or a user's own."""
 
 from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS, FAMILIES, FRONT_ENDS, Configurable, PoseEstimator, is_trainable
+from warehouse_sim.estimators.own_estimator import own_estimator
+from warehouse_sim.estimators.own_source import is_own_source, open_source
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
@@ -11,22 +13,32 @@ from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_dir, model_names
 
+_WHO = "estimator (a bundled name or a run folder, one that is not trained, file.py:Class or module:Class)"
 
-def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfig()) -> PoseEstimator:  # noqa: B008  frozen
+
+def load_estimator(
+    source: str | Path | object,
+    config: PredictConfig = PredictConfig(),  # noqa: B008  frozen
+) -> PoseEstimator:
     """Return a bundled estimator by name ("densefusion-pointcloud"), a trained one by its run folder, or another's.
 
     Args:
-        name_or_run: Which one: a run folder, a bundled name, or a registered one that needs no training.
+        source: Which one: a run folder, a bundled name, a registered one that needs no training, "file.py:Class",
+            "module:Class", an object with ``estimate(image)``, or a function that takes an ``RgbdImage`` and returns a
+            list of ``PoseEstimate``.
         config: How poses are selected and refined.
 
     Raises:
         UnknownNameError: None of these.
         TrainingError: The folder holds no complete run, or what is registered must be trained first.
-        InputError: The estimator has no stages that ``config`` could choose, or cannot reject.
+        InputError: The estimator has no stages that ``config`` could choose, or cannot reject; or a user's own one
+            cannot be opened.
     """
-    name = str(name_or_run)
-    if Path(name_or_run).is_dir() or name in model_names():
-        folder = model_dir(name_or_run)
+    if not isinstance(source, (str, Path)):
+        return own_estimator(source)
+    name = str(source)
+    if Path(name).is_dir() or name in model_names():
+        folder = model_dir(source)
         if (kind := read_kind(folder)) in FRONT_ENDS.names():
             raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
         if config.time_of_flight and config.refine == "none":
@@ -35,13 +47,15 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
         return _with_uncertainty(estimator, name, folder, config)
     registered = ESTIMATORS.names()
     if name not in registered:
+        if is_own_source(name):
+            return open_source(name)
         known = sorted({*model_names(), *registered})
-        raise UnknownNameError("estimator (a bundled name or a run folder, or one that is not trained)", name, known)
+        raise UnknownNameError(_WHO, name, known)
     target = ESTIMATORS.get(name)
     if is_trainable(target):
         raise TrainingError(f"{name} has no bundled weights: train it first, and predict with the run folder")
     if isinstance(target, Configurable):
-        return target.configured(config)
+        return own_estimator(target.configured(config), name)
     default = PredictConfig()
     own = default.selection, default.refine, default.refiner_iterations
     if (config.selection, config.refine, config.refiner_iterations) != own:
@@ -50,7 +64,7 @@ def load_estimator(name_or_run: str | Path, config: PredictConfig = PredictConfi
         )
     if config.time_of_flight:
         raise InputError(f"{name} weighs readings in its own way; leave --time-of-flight out")
-    made: PoseEstimator = target()
+    made = own_estimator(target if isinstance(target, type) else target(), name)
     return _with_uncertainty(made, name, data_folder("models") / name, config)
 
 

@@ -4,7 +4,6 @@ import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
@@ -35,8 +34,7 @@ def predict(
     enough.
 
     Args:
-        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training; or an
-            estimator.
+        run: What ``load_estimator`` takes: a name, a run folder, "file.py:Class", an object or a function.
         data: Dataset folder with BOP files, or an open reader of one.
         split: Name of a split, or "all".
         config: Settings.
@@ -51,6 +49,8 @@ def predict(
         UnknownNameError: No estimator, detector or segmenter has that name.
         TrainingError: The run is incomplete or knows none of the split's objects.
         DatasetError: The folder is no dataset with BOP files, or states no calibration, but is requested it.
+        EstimatorError: A user's own estimator raises an error.
+        InputError: A user's own estimator returns something else than estimates.
         InputError: Tracks are requested, but nothing has a covariance, or images do not say where the camera is.
     """
     reader = (
@@ -59,7 +59,7 @@ def predict(
         else DatasetReader(data, config.calibration)
     )
     estimator, finder = (
-        load_estimator(run, config) if isinstance(run, (str, Path)) else cast(PoseEstimator, run),
+        load_estimator(run, config),
         Finder(config.detections, config.gravity, config.depth, config.objects),
     )
     images = reader.images(split)
