@@ -9,7 +9,7 @@ help:
 	@echo "make test       the test suite (under 15 minutes on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
-	@echo "make lint       ruff, mypy, import-linter"
+	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
 	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
 	@echo "make setup      install only, into .venv, what tests need; make setup-demo: what the demo needs"
@@ -37,6 +37,8 @@ lint: .venv/.ready-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m docs.lint.words
+	$(BIN)/python -m docs.numbers.insert --check
 
 # REAL=FOLDER names recorded frames for the suite `real`, which scores nothing without them.
 bench: .venv/.ready-dev

@@ -1,4 +1,4 @@
-"""A BOP folder that others made, gray or without masks, goes the whole way: trained on, scored and reported."""
+"""A third-party BOP folder, gray or without masks, goes the whole way: trained on, scored and reported."""
 
 import json
 from pathlib import Path

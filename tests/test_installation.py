@@ -59,7 +59,7 @@ def installed_by(extra: str) -> set[str]:
 def needed_by(item: Requirement) -> list[Requirement]:
     try:
         return [Requirement(inner) for inner in requires(item.name) or ()]
-    except PackageNotFoundError:  # of another target; what it brings cannot be asked of this installation
+    except PackageNotFoundError:  # of another target; what it brings cannot be requested of this installation
         return []
 
 

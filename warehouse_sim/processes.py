@@ -20,7 +20,7 @@ def end_at_once_with_parent() -> None:
     if sys.platform != "linux" or parent is None:
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent.pid:  # It ended before the system was asked.
+    if os.getppid() != parent.pid:  # It ended before the check.
         os._exit(1)
 
 

@@ -98,7 +98,7 @@ def model_dir(name_or_path: str | Path) -> Path:
 
 
 def cache_folder(name: str) -> Path:
-    """Return the folder for what can be made again, such as "crops"; it may not exist yet.
+    """Return the folder for what can be regenerated, such as "crops"; it may not exist yet.
 
     It is ``warehouse-sim/<name>`` in the user's cache folder (XDG base directory specification), or ``<name>`` in the
     folder that the environment variable ``WAREHOUSE_SIM_CACHE`` names.

@@ -42,7 +42,7 @@ def main(folder: tyro.conf.Positional[Path], presets: tuple[str, ...] = FACE_PRE
 
     Args:
         folder: Of the recordings.
-        presets: Cameras that are compared with the recorded pallet fronts.
+        presets: Cameras that are compared with the recorded pallet faces.
         write: Whether to store the result.
     """
     rows = _face_rows(folder / "pallet_fronts", presets) if (folder / "pallet_fronts").is_dir() else []

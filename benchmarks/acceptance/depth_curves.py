@@ -64,7 +64,7 @@ def tolgyessy_2021(z: float, angle: float) -> float:
 
 
 def recorded_faces(z: float, angle: float) -> float:
-    """Return the sigma (m) of recorded pallet fronts: that over time, and a pattern of 0.7 % of z that stays."""
+    """Return the sigma (m) of recorded pallet faces: that over time, and a pattern of 0.7 % of z that stays."""
     over_time = float(np.interp(z, (0.5, 1.0, 1.5, 2.0), (0.0052, 0.011, 0.0178, 0.0246)))
     return float(np.hypot(over_time, 0.007 * z))
 
@@ -135,7 +135,7 @@ TIME_OF_FLIGHT_CURVES = (
         (0.8, 1.5, 3.0, 3.8),
     ),
     Curve(
-        "tof_industrial", "sigma", "recorded pallet fronts, medians over surfaces of 0.3 or so", recorded_faces,
+        "tof_industrial", "sigma", "recorded pallet faces, medians over surfaces of 0.3 or so", recorded_faces,
         (0.5, 1.0, 1.5, 2.0), material="kraft", own=True,
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A pallet front of the catalog where a recorded one stood, read by a depth camera of the project."""
+"""A pallet face of the catalog where a recorded one stood, read by a depth camera of the project."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What a depth camera makes of pallet fronts, in numbers: the same code for recordings and for simulated frames."""
+"""What a depth camera makes of pallet faces, in numbers: the same code for recordings and for simulated frames."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 Depth = Float[np.ndarray, "h w"]
 DISTANCES = (0.5, 1.0, 1.5, 2.0)
-"""Depths at which the spread over time is told (m), each within 0.1 m."""
+"""Depths at which the spread over time is given (m), each within 0.1 m."""
 OFF = 0.060
 """Pixels of a rim that are farther off the front's plane did not read the front (m)."""
 _ROBUST = 1.4826
@@ -20,7 +20,7 @@ _STILL = 0.010
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Frames of one pallet front from one place."""
+    """Frames of one pallet face from one place."""
 
     name: str
     K: Float[np.ndarray, "3 3"]

@@ -4,7 +4,7 @@
     python -m benchmarks.acceptance.film --write    # and stores results/film.json
 
 A board of grey cardboard (remission 0.3) stands 0.3 m behind a sheet of wound film (2.4 layers), 1.5 m from the sensor,
-so that what is read on film is told from what is read behind it; both are turned together. A tight load has its film a
+so that readings on film differ from readings behind it; both are turned together. A tight load has its film a
 few millimetres before the goods, where a reading pulled to the film is no error and only noise and holes remain.
 """
 

@@ -3,7 +3,7 @@
     python -m benchmarks.acceptance.placed                        # prints what each recipe shows and what none does
     python -m benchmarks.acceptance.placed --scenes 60 --write    # more scenes, and stores the result
 
-Drafts are asked, since settling adds and takes away nothing. A battered, worn or relabelled object counts as what it
+Drafts are read, since settling adds and takes away nothing. A battered, worn or relabelled object counts as what it
 was, and one that is built to size as the catalog's of the same number (obj_id) and of fixed size.
 """
 

@@ -3,7 +3,7 @@
     python -m benchmarks.acceptance.viewpoint_requests            # prints the rows
     python -m benchmarks.acceptance.viewpoint_requests --write    # and stores results/viewpoint_requests.json
 
-Nothing that chose the viewpoints is asked: rays (Embree) through the settled meshes say how near the nearest surface is
+Rays (Embree) through the settled meshes say how near the nearest surface is
 and which targets the KITTI camera shows at a quarter of its resolution; the separating axis test says how near vehicles
 come to collision boxes. A target counts as in view with at least 4 of those pixels (64 at full resolution).
 """

@@ -5,7 +5,7 @@
 DATA is a dataset with sweeps. Of each pallet at least 25 % visible that the sweep shows, the points in its true box are
 clustered and compared with the ids that the simulated LiDAR gives its points: the adjusted Rand index over all points
 (Hubert and Arabie 1985; 1 = the same partition, 0 = as by chance), and the overlap of the chosen cluster with the
-pallet. Methods that must be told how many clusters there are get the true number.
+pallet. Methods that need the number of clusters get the true one.
 """
 
 import time

@@ -105,7 +105,7 @@ def main(
 
     Args:
         recipe: Shipped recipe, or a file.
-        folder: Where data and runs are kept; what is complete is not made again.
+        folder: Where data and runs are kept; what is complete is not regenerated.
         scenes: Number of scenes, by default the recipe's.
         views: Observations of each scene, by default the recipe's.
         samples: Paths a pixel.

@@ -64,7 +64,7 @@ VERIFICATION = Setting("consensus + verification", PredictConfig(selection="cons
 def score(model: Path, data: Path, split: str, settings: Sequence[Setting], folder: Path) -> dict[str, Scores]:
     """Predict ``split`` with each of the settings, reading every image once; keep predictions and scores in ``folder``.
 
-    Predictions that are newer than the model's weights are not made again, nor are scores of them that are newer than
+    Predictions that are newer than the model's weights are not regenerated, nor are scores of them that are newer than
     the dataset's scene records and mean what they mean now.
 
     Returns:
@@ -94,7 +94,7 @@ def place_of(folder: Path, setting: Setting) -> Path:
 
 
 def _scores_in(place: Path, data: Path, split: str, method: str) -> Scores:
-    """Return the scores in a folder; made again of its predictions where they are of another format or older data."""
+    """Return the scores in a folder; regenerated of its predictions where they are of another format or older data."""
     records = data / "scenes"  # a record that is written there changes the folder's time
     if not records.is_dir() or _is_newer(place / "scores.json", records):
         with suppress(EvaluationError):

@@ -36,7 +36,7 @@ def estimates_of(
     """Return what an estimator says of a set's images.
 
     Where detections have no name, the objects of the set are the candidates: an estimator that was shown them decides
-    itself, as does one that goes by verification, which is told which they may be; of another trained one each
+    itself, as does one that goes by verification, which knows the candidates; of another trained one each
     candidate is requested, and the highest score counts.
     """
     if not shift.candidates or estimator.objects is None:

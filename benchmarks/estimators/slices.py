@@ -1,4 +1,4 @@
-"""Docking of a part of the ground truths: by distance, stacks apart, with room to spare, where depth failed."""
+"""Docking of a part of the ground truths: by distance, stacks apart, with clearance, where depth failed."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 
 MARGINS = (0.0, 0.01, 0.02)
-"""Room to spare beside and above the tines (m)."""
+"""Clearance beside and above the tines (m)."""
 TOUCHING = 0.02
 """Pallets nearer to another than this (m) stand in a stack, or against each other."""
 LEAST_READ = 0.25

@@ -32,7 +32,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "estimators.md"
 COMMAND = "python -m benchmarks.estimators.study --write"
 CARRIED = (
     "What these intervals carry, with Holm's correction for the number of questions (5 %) and the interval over scenes "
-    "on the same side of zero; nothing else in the table is told from chance:"
+    "on the same side of zero; no other difference in the table is beyond chance:"
 )
 METHODS = (
     "densefusion-pointcloud",

@@ -69,7 +69,7 @@ def _description(model: Path) -> list[str]:
     if (kind := read_kind(model)) == "segmenter":
         config = read_segmenter(model)
         size, seen = f"{config.network.width} filters and more", "boxes"
-        finds = "masks" + (" and key points of pallet fronts" if config.network.keypoints else "")
+        finds = "masks" + (" and key points of pallet faces" if config.network.keypoints else "")
     else:
         config = read_sweeper(model) if kind == "sweep-detector" else read_detector(model)
         size, seen, finds = config.train.size, "images", ", ".join(config.classes)

@@ -1,4 +1,4 @@
-"""Show estimators what looks like a pallet and is none, or none that can be taken: how much of it is accepted.
+"""Show estimators look-alikes of pallets, or none that can be taken: how much of it is accepted.
 
 python -m benchmarks.front_ends.negatives [--estimators densefusion-depth rectangle-fit] [--scenes 10] [--write]
 
@@ -107,7 +107,7 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
     mask = np.isin(ids, trial.ids)
     detections: tuple[Detection, ...] = ()
     if not getattr(estimator, "finds_objects", False):
-        # Who finds nothing is told that a pallet is there: all of the thing up to the height of one.
+        # An estimator without detector gets all of the thing up to a pallet's height as detection.
         mask &= _low(image, trial.observation.T_world_camera)
         box = mask_box_xyxy(mask)
         if box is None:
@@ -138,7 +138,7 @@ def main(
     """Measure all estimators on the same things, those that can also with `--reject-blocked`, and print.
 
     Args:
-        estimators: Chains that find pallets themselves, and estimators, which are told where the thing is.
+        estimators: Chains that find pallets themselves, and estimators, which get the place of the thing.
         refine: As of `predict`, of those that have stages.
         scenes: Halls; ten things stand in each.
         write: Store the result file.

@@ -107,7 +107,7 @@ def test_the_visible_fraction_of_a_half_covered_pallet_is_the_analytic_one() -> 
 
 
 @pytest.mark.gl
-def test_a_pallet_cut_by_the_border_is_truncated_by_the_analytic_share() -> None:
+def test_a_pallet_cut_by_the_border_is_truncated_by_the_analytic_fraction() -> None:
     """A slab 1 m wide whose middle projects onto the image's outer right border."""
     camera = PinholeCamera.from_focal(400, 300, 400.0)
     slab = replace(box_model("slab", (0.02, 1.0, 0.4), class_name="pallet"))

@@ -80,7 +80,7 @@ def test_what_does_not_fit_is_said_in_one_line(call: Callable[[], Any], words: s
 
 
 @pytest.mark.parametrize("path", ["", " ", "a\nb", "a\0b", 300 * "a", 2000 * "ab/"])
-def test_a_path_that_no_file_has_is_refused(path: str) -> None:
+def test_a_path_that_no_file_has_is_rejected(path: str) -> None:
     @checked
     def opened(folder: str | Path) -> str:
         return str(folder)

@@ -1,4 +1,4 @@
-"""Folders of others in the dissertation's protocol: what counts, what symmetric objects are forgiven."""
+"""Third-party folders in the dissertation's protocol: what counts, what symmetric objects are forgiven."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +89,7 @@ def test_of_linemod_thirteen_objects_count_in_a_protocol_of_their_own(tmp_path: 
 
 def test_a_folder_that_a_suite_does_not_take_is_rejected(tmp_path: Path) -> None:
     street = write_near_street(tmp_path / "kitti")
-    with pytest.raises(InputError, match="the suite robustness takes no folder of others"):
+    with pytest.raises(InputError, match="the suite robustness takes no third-party folder"):
         run("robustness", street, tmp_path / "out")
     with pytest.raises(InputError, match="fusion takes linemod"):
         run("fusion", street, tmp_path / "out")

@@ -1,4 +1,4 @@
-"""The faithful network against the original's own code, weight by weight.
+"""The network as in the paper against the original's own code, weight by weight.
 
 WAREHOUSE_SIM_DENSEFUSION names a checkout of github.com/j96w/DenseFusion (read at f7af2d9); without it the test is
 skipped.

@@ -106,7 +106,7 @@ def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -
         return np.array([float(item.obj_id) for item in seen])
 
     def nobody(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
-        raise AssertionError("asked of detections that are one object each")
+        raise AssertionError("requested of detections that are one object each")
 
     trusted = Chain(Stages(as_two, NearGroundTruth(gts), least_confident)).estimate(image)
     preferred = Chain(Stages(as_two, NearGroundTruth(gts), least_confident, prefer=the_second)).estimate(image)

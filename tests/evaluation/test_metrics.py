@@ -51,7 +51,7 @@ def test_gates_of_the_literature(errors, tight, loose):
     assert (got["dock_gate_20mm_2.9deg"], got["dock_gate_50mm_3deg"]) == (tight, loose)
 
 
-def test_posecnn_area_exceeds_the_mean_form_by_the_largest_error_share():
+def test_posecnn_area_exceeds_the_mean_form_by_the_largest_error_fraction():
     errors = np.array([0.01, 0.03, 0.02, 0.2, np.inf])
     mean_form = fractions(*[row(add=error) for error in errors])["auc_add_10cm"]
     assert mean_form == pytest.approx((0.9 + 0.7 + 0.8) / 5)
@@ -69,6 +69,6 @@ def test_medians_count_misses_as_infinite():
     assert median_values(table(row(pitch=-0.2)))["median_pitch_deg"] == pytest.approx(np.rad2deg(0.2))
 
 
-def test_accuracy_curve_rises_to_the_found_share():
+def test_accuracy_curve_rises_to_the_found_fraction():
     curve = accuracy_curve(np.array([0.01, 0.02, np.inf, 0.05]), np.array([0.0, 0.015, 0.05, 1.0]))
     assert curve.tolist() == [0.0, 0.25, 0.5, 0.75]

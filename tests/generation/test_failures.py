@@ -41,7 +41,7 @@ def test_a_scene_that_hangs_is_tried_twice_and_named(workers: int, caplog: pytes
     with pytest.raises(WorkerError, match=r"limit of 1 s for a scene \(--scene-limit\)") as problem:
         run(hang, range(4), workers, 1.0, None)
     assert problem.value.scenes == (1,)
-    assert caplog.text.count("scene 1 of seed 5") == caplog.text.count("the scene is made again") == 1
+    assert caplog.text.count("scene 1 of seed 5") == caplog.text.count("the scene is regenerated") == 1
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])

@@ -65,7 +65,7 @@ def test_what_was_made_here_is_made_again_to_the_byte(made: Path, capsys: pytest
     out = capsys.readouterr().out
     assert "FAIL" not in out
     assert "which drew it; bytes are compared" in out
-    assert "1 observations of 1 scenes made again, the same bytes in" in out
+    assert "1 observations of 1 scenes regenerated, the same bytes in" in out
 
 
 @pytest.mark.gl
@@ -77,7 +77,7 @@ def test_a_hidden_change_is_found_by_making_it_again(made: Path, tmp_path: Path)
     sealed_again(root)
     found = by_name(verify(root, 1))
     assert found["checksums"].ok
-    assert found["made again"].detail == f"{root / LABELS}: is not what is made now"
+    assert found["regenerated"].detail == f"{root / LABELS}: is not what is made now"
 
 
 @pytest.mark.gl
@@ -128,7 +128,7 @@ def test_checksums_are_those_of_coreutils_and_list_every_other_file(tmp_path: Pa
 
 
 def test_a_dataset_that_no_recipe_made_cannot_be_made_again(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="nothing can be made again"):
+    with pytest.raises(DatasetError, match="nothing can be regenerated"):
         verify(make_dataset(tmp_path / "toy", replace(make_manifest(), converted_from="theirs")), 1)
 
 

@@ -51,7 +51,7 @@ def test_items_are_made_evenly_though_the_window_strides() -> None:
     for step in range(100):
         moving.at(step)
         assert made == list(range(80 + step // 2))
-    # In the middle of a stride, only what the window shows and what waits is made again.
+    # In the middle of a stride, only what the window shows and what waits is regenerated.
     again: list[int] = []
     assert window(0.5, [], again, 80).at(70) == moving.at(70) == list(range(30, 110))
     assert again == list(range(30, 115))

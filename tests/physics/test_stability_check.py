@@ -1,4 +1,4 @@
-"""What is placed by proof against the simulation: it must stay where it was put."""
+"""What the stability check places against the simulation: it must stay where it was put."""
 
 from dataclasses import replace
 

@@ -165,7 +165,7 @@ def test_its_estimator_and_detector_are_scored_and_reported(made: Made) -> None:
     scores = {name: json.loads((made.folder / name / "scores.json").read_text()) for name in ("gt", "low_things")}
     page = (made.folder / "report.html").read_text(encoding="utf-8")
     assert [word for word in ("ultrasonic_ring", "distance", "rectangle") if word not in page] == []
-    assert scores["gt"]["method"] == "rectangle-truth"
+    assert scores["gt"]["method"] == "rectangle-gt"
     assert scores["gt"]["counts"]["found"] > scores["low_things"]["counts"]["found"] > 0
     assert scores["gt"]["overall"]["metrics"]["add_10pct"] > 0.5
 

@@ -104,7 +104,7 @@ def _check(name: str, parameter: inspect.Parameter, value: Any, hint: Any) -> No
 
 
 def _check_path(where: str, path: str) -> None:
-    """Refuse what no file can be called, and what would be the current folder or break messages into lines."""
+    """Reject what no file can be called, and what would be the current folder or break messages into lines."""
     if not path.strip() or not path.isprintable():
         raise InputError(f"{where} must be a path of printable characters, found {shown(path)}")
     if max(map(len, path.encode().split(b"/"))) > _LONGEST_NAME or len(path.encode()) > _LONGEST_PATH:

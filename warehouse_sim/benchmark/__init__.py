@@ -1,4 +1,4 @@
-"""Suites: which data to make, whom to ask, what to score, and the result that says so.
+"""Suites: which data, which estimators, which scores, and the result that says so.
 
 A suite is a YAML file of ``benchmarks/suites``. ``run_suite`` makes the data that are missing, asks each estimator,
 scores the answers as ``evaluate`` does, and writes a result with an interval beside every number.

@@ -1,4 +1,4 @@
-"""Folders of others in place of a suite's own data, in the protocol of the dissertation that the suites follow."""
+"""Third-party folders in place of a suite's own data, in the protocol of the dissertation that the suites follow."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ LINEMOD_OBJECTS = (1, 2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15)
 KITTI_CLASSES = ("Car", "Pedestrian")
 _NEAR, _ENOUGH_POINTS = 7.0, 100
 _ALWAYS = ("oracle", "shuffled", "rectangle-fit", "icp-multistart")
-"""Who is asked where nobody says: bundled networks know no object of others."""
+"""Estimators by default: bundled networks know no object of others."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Protocol:
 
 
 def kind_of(reader: DatasetReader) -> str:
-    """Return whether a folder of others is LINEMOD's or KITTI's by what stands for its objects; else ``other``."""
+    """Return whether a third-party folder is LINEMOD's or KITTI's by what stands for its objects; else ``other``."""
     infos = list(reader.objects.values())
     if infos and not any(info.has_cad for info in infos):
         return "kitti"
@@ -74,7 +74,7 @@ def protocol(suite: Suite, reader: DatasetReader, data: Path) -> Protocol:
     """
     kind = kind_of(reader)
     if kind not in suite.takes:
-        taken = ", ".join(suite.takes) or "no folder of others"
+        taken = ", ".join(suite.takes) or "no third-party folder"
         raise InputError(f"{data}: is {kind}, the suite {suite.name} takes {taken}")
     if kind == "linemod":
         return Protocol(kind, objects=LINEMOD_OBJECTS)

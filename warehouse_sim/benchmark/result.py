@@ -32,12 +32,12 @@ class DataFacts:
     ground_truths: int
     """Those that count: at least 10 % visible."""
     left_out_of_docking: dict[str, int] = field(default_factory=dict)
-    """Pallets that docking is not asked of, by reason."""
+    """Pallets that docking is not requested of, by reason."""
 
 
 @dataclass(frozen=True)
 class EstimatorFacts:
-    """Who was asked."""
+    """Estimators that ran."""
 
     name: str
     trainings: int

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from warehouse_sim.benchmark.ahead import Question, make_ahead
-from warehouse_sim.benchmark.entrants.entrant import GT, Entrant, Evaluated, Group, entrant, weights_digest
+from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.foreign import counted, on_folder
 from warehouse_sim.benchmark.groups import lidar_points, split_name
@@ -26,12 +26,19 @@ from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import DatasetError, InputError, MissingPackageError, TrainingError
+from warehouse_sim.errors import (
+    DatasetError,
+    EvaluationError,
+    InputError,
+    MissingPackageError,
+    TrainingError,
+    UnknownNameError,
+)
 from warehouse_sim.evaluation import ScoreConfig, Scores
 from warehouse_sim.output import write_bytes
 
 Progress = Callable[[float, str], None]
-_CANNOT = (TrainingError, InputError, DatasetError, MissingPackageError)
+_CANNOT = (TrainingError, InputError, DatasetError, EvaluationError, MissingPackageError, UnknownNameError)
 """Why an estimator is left out of a table by name, with the reason; all else ends the run."""
 
 
@@ -81,11 +88,11 @@ def run_suite(
 
     Args:
         suite: What is evaluated.
-        estimators: Who is asked; those of the suite by default.
+        estimators: Estimators to run; those of the suite by default.
         quick: Whether at small sizes.
         config: Where and how.
         progress: Called with the fraction that is done and what is going on.
-        data: Folder of others that is scored in place of the suite's own data.
+        data: Third-party folder that is scored in place of the suite's own data.
 
     Raises:
         UnknownNameError: There is no such recipe, estimator or disturbance.
@@ -97,7 +104,7 @@ def run_suite(
     run = _Run(quickened(suite) if quick else suite, config, progress)
     extra: list[Row] = []
     # Who is not known shall be said before anything is made.
-    run.groups = [entrant(name) for name in estimators or run.suite.estimators]
+    run.groups = list(_entrants(run, estimators)) if estimators else [entrant(name) for name in run.suite.estimators]
     if "recorded" in suite.takes:
         extra += _on_recorded(run, data)
     elif data is not None:
@@ -123,6 +130,17 @@ def run_suite(
     )
     store(result, result_file(config.out, suite.name, quick, data))
     return result
+
+
+def _entrants(run: _Run, names: Sequence[str]) -> Iterator[Group]:
+    """Yield the groups of a command line; what is none is left out, and an error where nothing else is there."""
+    for name in names:
+        try:
+            yield entrant(name)
+        except _CANNOT as problem:
+            if len(names) == 1:
+                raise
+            _leave_out(run, name, "all", problem)
 
 
 def result_file(out: Path, name: str, quick: bool, data: Path | None = None) -> Path:
@@ -180,7 +198,7 @@ def _train_ahead(run: _Run, roots: Mapping[str, Path]) -> None:
 
 
 def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
-    """Ask the suite's questions of a folder of others, by the protocol of the dissertation."""
+    """Ask the suite's questions of a third-party folder, by the protocol of the dissertation."""
     run.suite, opened, rules = on_folder(run.suite, data)
     run.opened[opened.made.name] = opened
     run.groups = [entrant(name) for name in estimators or run.suite.estimators]
@@ -342,7 +360,7 @@ def _detector_facts(run: _Run) -> Iterator[EstimatorFacts]:
     for name in run.suite.detectors:
         if name not in {group.name for group in run.groups}:
             digests = [weights_digest(part) for part in name.split("+")]
-            yield EstimatorFacts(name, int(name != GT), "+".join(item[:16] for item in digests if item))
+            yield EstimatorFacts(name, int(name != ORACLE), "+".join(item[:16] for item in digests if item))
 
 
 def _estimator_facts(run: _Run) -> Iterator[EstimatorFacts]:

@@ -1,4 +1,4 @@
-"""Predictions and scores of each entrant under each condition, kept, and made again only where inputs differ."""
+"""Predictions and scores of each entrant under each condition, kept, and regenerated only where inputs differ."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,7 +20,7 @@ from warehouse_sim.evaluation.scores import SCORES_FORMAT
 from warehouse_sim.output import make_folder
 
 SPLITS = ("test", "val", "train")
-"""Of folders of others the first that has poses is scored; of a suite's own data all is test."""
+"""Of third-party folders the first that has poses is scored; of a suite's own data all is test."""
 Fraction = Callable[[float, str], None]
 _CSV = "predictions.csv"
 

@@ -52,7 +52,7 @@ class ConditionConfig:
     predict: dict[str, Any] = field(default_factory=dict)
     """Settings of prediction that replace those of each estimator: detections, depth, gravity, calibration."""
     estimators: tuple[str, ...] = ()
-    """Who is asked; by default all of the suite."""
+    """Estimators to run; by default all of the suite."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class QuickConfig:
     """What ``--quick`` changes: sizes, never how a number is made."""
 
     estimators: tuple[str, ...] | None = None
-    """Who is asked; None for all of the suite."""
+    """Estimators to run; None for all of the suite."""
     data: dict[str, SizeConfig] = field(default_factory=dict)
     """Sizes of the data."""
     conditions: tuple[str, ...] | None = None

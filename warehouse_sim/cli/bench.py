@@ -25,15 +25,16 @@ def bench(
     """Run a suite: generate what is missing, predict, score, and write a result with an interval beside every number.
 
     What was made before is used again where recipe, weights and settings are the same, by their hashes; a run that was
-    stopped goes on where it was. Exit code 1 says that an estimator of the command line could not be scored, or that
-    one of all suites could not be run.
+    stopped goes on where it was. An estimator that cannot be scored is listed with the reason, and the rest goes on;
+    exit code 1 says that there was one on the command line, or that one of all suites could not be run.
 
     Args:
         suite: Name of a shipped suite, see ``warehouse-sim list``, the path of a .yaml file, or ``all``.
-        estimators: Who is asked: ground truth, shuffled, bundled names or run folders, perhaps with +verify, +argmax,
-            +lidar and so on (docs/benchmark.md), a CSV of poses or a folder of such; by default those of the suite.
+        estimators: Estimators to run: oracle, shuffled, bundled names or run folders, perhaps with +verify, +argmax,
+            +lidar and so on (docs/benchmark.md), file.py:Class, "exec:COMMAND", a CSV of poses or a folder of such; by
+            default those of the suite.
         quick: Small sizes: minutes on two cores, wide intervals.
-        data: Folder of others that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
+        data: Third-party folder that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
         out: Folder for data, predictions, scores and results.
         workers: Processes that generate, then train, predict and score side by side; one per processor by default.
         overwrite: Predict and score again, whatever is kept; data stay.
@@ -68,6 +69,7 @@ def bench(
             print(line)
         scored = {row.estimator for row in result.rows}
         failed = failed or any(item.name not in scored for item in result.estimators if estimators)
+        failed = failed or bool(estimators and result.left_out)
         path = result_file(out, loaded.name, quick, given)
         _draw(path)
         finish(path)

@@ -66,7 +66,7 @@ def demo(
     for method, config in methods.items():
         predictions, folder = out / "predictions" / f"{method}.csv", out / "scores" / method
         with clock.stage(f"predict {method}"):
-            predict(str(run), data, predictions, config=config)
+            predict(str(run), data=data, out=predictions, overwrite=True, config=config)
         with clock.stage(f"evaluate {method}"):
             evaluate(predictions, data, folder)
         scored.append(folder)

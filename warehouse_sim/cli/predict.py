@@ -1,39 +1,60 @@
-"""``warehouse-sim predict``: a trained estimator and a dataset become a file of poses."""
+"""``warehouse-sim predict``: an estimator and a dataset become a file of poses."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from warehouse_sim.cli.console import finish, fraction_progress
+from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.optional import require_extra
 
 
 def predict(
-    run: tyro.conf.Positional[str],
+    run: tyro.conf.Positional[str | None] = None,
+    *,
     data: Path,
     out: Path,
     split: str = "test",
     pictures: Path | None = None,
+    overwrite: bool = False,
+    exec: str | None = None,
+    exec_timeout: float = 60.0,
     config: Annotated[PredictConfig, tyro.conf.arg(name="")] = PredictConfig(),  # noqa: B008  frozen
 ) -> None:
     """Estimate the pose of every detected object and write the BOP pose CSV, with covariances and bounds beside it.
 
     Args:
-        run: Run folder of a trained estimator, the name of a bundled one, or of one that needs no training.
+        run: A bundled estimator, a run folder, one that needs no training, or your own: ``file.py:Class`` or
+            ``module:Class``.
         data: Dataset folder.
         out: CSV file to write.
         split: Split to predict on.
         pictures: Folder for a picture of each image with the poses in it.
+        overwrite: Replace the CSV file where there is one.
+        exec: In place of an estimator, a program that reads images and writes poses as JSON lines (docs/estimators.md).
+        exec_timeout: Seconds that the program may take for an image, above 0.
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
     from warehouse_sim.dataset.results import predictions
     from warehouse_sim.estimators.predict import predict as estimate
+    from warehouse_sim.estimators.program import ProgramEstimator
 
-    with fraction_progress("predicting") as progress:
-        estimates = estimate(run, data, split, config, progress, pictures)
+    if (run is None) == (exec is None):
+        raise InputError("predict takes an estimator or --exec COMMAND; see warehouse-sim list estimators")
+    if out.is_file() and not overwrite:
+        raise InputError(f"{out}: is there already; name another file, or add --overwrite")
+    if not 0.0 < exec_timeout <= 86_400.0:
+        raise InputError(f"--exec-timeout must be above 0 and at most 86400 s, found {exec_timeout:g}")
+    estimator: Any = run if exec is None else ProgramEstimator(exec, exec_timeout)
+    try:
+        with fraction_progress("predicting") as progress:
+            estimates = estimate(estimator, data, split, config, progress, pictures)
+    finally:
+        if isinstance(estimator, ProgramEstimator):
+            estimator.close()
     predictions.write(out, estimates)
     print(f"calibration: {config.calibration}")
     if config.reject is not None:

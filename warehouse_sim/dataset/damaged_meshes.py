@@ -1,4 +1,4 @@
-"""worn/epal1~1f00ba44.ply: the surface of each damaged target, which the CAD surface of its obj_id is not.
+"""damaged/epal1~1f00ba44.ply: the surface of each damaged target, which the CAD surface of its obj_id is not.
 
 Labels name the geometry as it was built: frame, size, pockets and symmetry stay. What a sensor sees, and what a fork
 can strike, has boards missing, broken or out of place.

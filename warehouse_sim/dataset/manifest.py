@@ -83,7 +83,7 @@ class Manifest:
     contents: Contents = field(default_factory=Contents)
     """The sensors, and what else of the recipe formats, readers and checks need to know."""
     converted_from: str = ""
-    """Name of the dataset that others made and this one holds in another format; empty = made from the recipe."""
+    """Name of the dataset made by third parties and this one holds in another format; empty = made from the recipe."""
     checksums: str = ""
     """SHA-256 of the folder's SHA256SUMS, which lists that of every file but the card; filled in at the end, empty in
     manifests of earlier versions."""

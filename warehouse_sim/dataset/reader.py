@@ -43,7 +43,7 @@ ALL = "all"
 
 
 class DatasetReader:
-    """A complete dataset in a format that can be read, or a folder in such a format that others made.
+    """A complete dataset in a format that can be read, or a folder in such a format made by third parties.
 
     Args:
         root: Folder of the dataset.
@@ -61,7 +61,7 @@ class DatasetReader:
         self._nominal: dict[int, tuple[NominalCalibration, ...]] = {}
         found = _external(self.root)
         self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
-        """What the dataset is; None of a dataset that others made."""
+        """What the dataset is; None of a third-party dataset."""
         reader = found if self.manifest is None else open_format(self.root, self.manifest.formats)
         if reader is None:
             raise DatasetError(
@@ -247,7 +247,7 @@ class DatasetReader:
 
 
 def is_dataset(root: str | Path) -> bool:
-    """Return whether a folder holds a complete dataset, or one that others made."""
+    """Return whether a folder holds a complete dataset, or one made by third parties."""
     root = Path(root)
     return DatasetLayout(root).manifest.is_file() or _external(root) is not None
 

@@ -24,11 +24,11 @@ _CHECKS = (
     NamedCheck("objects", structure.objects),
     NamedCheck("scene records", structure.scenes),
 )
-"""What is asked of every dataset, whatever its formats."""
+"""What is requested of every dataset, whatever its formats."""
 
 
 def validate(root: str | Path, progress: ProgressCallback = lambda fraction, note: None) -> list[Check]:
-    """Check a dataset folder from its manifest down to single pixels; of one that others made, what it holds.
+    """Check a dataset folder from its manifest down to single pixels; of one made by third parties, what it holds.
 
     Args:
         root: Folder of the dataset.

@@ -141,7 +141,7 @@ class Stages:
     agree: Agree | None = None
     """Says how far proposals agree with the pose; None where nobody asks."""
     prefer: Prefer | None = None
-    """Decides which object a detection of an unknown model is, and is asked where one may be several; None takes that
+    """Decides which object a detection of an unknown model is, and decides where one may be several; None takes that
     whose pose is trusted most."""
 
 

@@ -37,7 +37,8 @@ class WithFrontEnd:
         self._given = self._names = tuple(objects)
 
     def __getattr__(self, name: str) -> Any:
-        # What is asked of the estimator beyond the protocol (what it must see, whose depth) is the inner one's to say.
+        # What is requested of the estimator beyond the protocol (what it must see, whose depth) is the inner one's to
+        # say.
         return getattr(self.__dict__["_estimator"], name)
 
     @property

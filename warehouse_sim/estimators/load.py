@@ -9,6 +9,7 @@ from warehouse_sim.estimators.own_source import is_own_source, open_source
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
+from warehouse_sim.estimators.program import PROGRAM, ProgramEstimator
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_dir, model_names
@@ -47,6 +48,8 @@ def load_estimator(
         return _with_uncertainty(estimator, name, folder, config)
     registered = ESTIMATORS.names()
     if name not in registered:
+        if name.startswith(PROGRAM):
+            return own_estimator(ProgramEstimator(name.removeprefix(PROGRAM)), name)
         if is_own_source(name):
             return open_source(name)
         known = sorted({*model_names(), *registered})

@@ -120,7 +120,7 @@ class ErrorTable:
 
     @property
     def dockable(self) -> Bool[np.ndarray, " n"]:
-        """Which ground truths are asked to be docked: a truck can take them, as far as the dataset says, and alone."""
+        """Which ground truths docking is evaluated of: a truck can take them, as far as the dataset says, and alone."""
         return self.has_pockets & np.isin(self.verdict, ("", FREE)) & (self.stacked == 0)
 
     def evaluated(self, margin: float = 0.0) -> Bool[np.ndarray, " n"]:

@@ -63,7 +63,7 @@ class Scores:
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
     docking_left_out: dict[str, int]
-    """Ground truths with pockets that docking is not asked of, by reason; "no clearance for 20 mm" is of that
+    """Ground truths with pockets that docking is not requested of, by reason; "no clearance for 20 mm" is of that
     margin."""
     trust: Trust
     """What scores, bounds and rejections are worth."""
@@ -147,7 +147,7 @@ class Scores:
         return lines + self._left_out_lines()
 
     def _left_out_lines(self) -> list[str]:
-        """Return what docking is not asked of, and why."""
+        """Return what docking is not requested of, and why."""
         pockets, evaluated = int(self.table.has_pockets.sum()), self.overall.dockable_count
         if not pockets:
             return []

@@ -118,7 +118,7 @@ def docking_failures(table: ErrorTable) -> dict[str, int]:
 
 
 def docking_left_out(table: ErrorTable, margins_mm: Sequence[int]) -> dict[str, int]:
-    """Count the ground truths with pockets that docking is not asked of by the reason, the most frequent first.
+    """Count the ground truths with pockets that docking is not requested of by the reason, the most frequent first.
 
     Those in stacks come under "stacked" whatever their faces; those that a truck can take and that do not leave a
     margin at the true pose under "no clearance for 20 mm", which holds for that margin alone.

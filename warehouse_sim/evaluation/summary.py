@@ -40,7 +40,7 @@ class Summary:
     found_count: int
     """Ground truths with an estimate."""
     dockable_count: int
-    """Ground truths that are asked to be docked: a truck can take them, as far as the dataset says, and alone."""
+    """Ground truths that docking is evaluated of: a truck can take them, as far as the dataset says, and alone."""
     metrics: dict[str, float]
     """By name; inf is a median among misses, nan is a metric that applies to nothing in the group."""
     intervals: dict[str, tuple[float, float]]

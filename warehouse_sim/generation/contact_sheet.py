@@ -63,7 +63,7 @@ def contact_sheet(observation: Observation) -> Image:
     panels = {
         "RGB": rgb.copy(),
         "depth as the sensor reads it, 0.5-20 m": colorize_depth(observation.rgbd.depth),
-        "instance ids": colorize_ids(observation.buffers.instance_ids),
+        "instance mask": colorize_ids(observation.buffers.instance_ids),
         f"boxes of {len(visible)} visible targets": _boxes(observation),
         "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
         "LiDAR in the image": _lidar_in_image(observation),

@@ -41,12 +41,12 @@ class Failures:
         self._made += 1
 
     def died(self, scene_index: int, cause: str) -> bool:
-        """Take note of a worker that was lost; return whether its scene is to be made again."""
+        """Take note of a worker that was lost; return whether its scene is to be regenerated."""
         worker = f"the worker that made scene {scene_index} of seed {self._seed}"
         return self._again(scene_index, f"{worker} was ended by {cause}")
 
     def raised(self, scene_index: int, problem: Exception) -> bool:
-        """Take note of what a scene raised; return whether it is to be made again."""
+        """Take note of what a scene raised; return whether it is to be regenerated."""
         last = self._tries[scene_index] + 1 >= _TRIES and self._skip is None
         if not last and not isinstance(problem, _NOT_OF_A_SCENE):
             return self._again(scene_index, f"scene {scene_index} of seed {self._seed} failed: {_one_line(problem)}")
@@ -76,7 +76,7 @@ class Failures:
     def _again(self, scene_index: int, text: str) -> bool:
         self._tries[scene_index] += 1
         if self._tries[scene_index] < _TRIES:
-            _log.warning("%s; the scene is made again", text)
+            _log.warning("%s; the scene is regenerated", text)
             return True
         self._lost[scene_index] = f"{text}, {_TRIES} times"
         if self._skip is not None:

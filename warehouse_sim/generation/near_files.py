@@ -33,7 +33,7 @@ _READINGS = ("depth", "depth_2")
 """Folders of what a depth camera has read; ground truth and disparities take no step."""
 _SAMPLED_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
 _EXACT_SUFFIXES = (".json", ".txt", ".bin", ".npz", ".md", ".yaml")
-_EXACT_FOLDERS = ("models/", "models_eval/", "worn/")
+_EXACT_FOLDERS = ("models/", "models_eval/", "damaged/")
 _RUNS = "scene_gt_coco.json"
 
 

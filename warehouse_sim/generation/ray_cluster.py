@@ -31,7 +31,7 @@ def generate_on_ray(
 ) -> None:
     """Make every scene of a dataset that ``place`` does not hold yet, as ``shard-NNNNNN.tar``.
 
-    A node that is lost costs the scenes that it was making; they are made again elsewhere. ``merge_packed`` makes the
+    A node that is lost costs the scenes that it was making; they are regenerated elsewhere. ``merge_packed`` makes the
     dataset of the archives.
 
     Args:
@@ -43,7 +43,7 @@ def generate_on_ray(
 
     Raises:
         MissingPackageError: Ray is not installed.
-        WorkerError: Scenes could not be made; all others are kept, and are not made again.
+        WorkerError: Scenes could not be made; all others are kept, and are not regenerated.
     """
     ray = require("ray", "cluster", "to make scenes on a cluster")
     if not ray.is_initialized():

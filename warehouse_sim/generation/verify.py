@@ -32,13 +32,13 @@ from warehouse_sim.generation.workers import keep_freed_memory
 from warehouse_sim.render import open_renderer
 
 ProgressCallback = Callable[[int, int], None]
-"""Called with the number of scenes that are made again and of all that will be."""
+"""Called with the number of scenes that are regenerated and of all that will be."""
 _PIECES = "parts"
 """Folders of formats in which scenes wait to be put together; they are gone from a complete dataset."""
 
 
 def verify(root: Path, samples: int, progress: ProgressCallback = lambda done, total: None) -> list[Check]:
-    """Compare a dataset with its checksums, and some of its scenes with the same ones made again.
+    """Compare a dataset with its checksums, and some of its scenes with the same ones regenerated.
 
     Where the same renderer draws here, every byte must be the same. Where another driver does, geometry and labels
     are compared exactly and pixels within a tolerance, see ``near_files``.
@@ -49,7 +49,7 @@ def verify(root: Path, samples: int, progress: ProgressCallback = lambda done, t
         progress: Called after each scene.
 
     Raises:
-        DatasetError: The folder is no complete dataset, or one that others made.
+        DatasetError: The folder is no complete dataset, or one made by third parties.
         RenderError: No renderer can be opened.
     """
     manifest = read_manifest(root)
@@ -72,7 +72,7 @@ def verify(root: Path, samples: int, progress: ProgressCallback = lambda done, t
             make_scene(job, index, renderer)
         progress(len(indices), len(indices))
         checks.append(_driver(manifest, renderer.description, others))
-        made = f"{len(indices) * manifest.observations_per_scene} observations of {len(indices)} scenes made again"
+        made = f"{len(indices) * manifest.observations_per_scene} observations of {len(indices)} scenes regenerated"
         step = DEPTH_STEP if manifest.contents.depth_bias else 0.0
         checks += _near(root, again, made, step) if others else [_same(root, again, made)]
     return checks
@@ -94,7 +94,7 @@ def _recipe(root: Path, manifest: Manifest) -> Recipe:
     """
     where = f"{DatasetLayout(root).manifest}: recipe"
     if manifest.converted_from or not manifest.recipe:
-        raise DatasetError(f"{root}: was converted from other data, nothing can be made again; see validate")
+        raise DatasetError(f"{root}: was converted from other data, nothing can be regenerated; see validate")
     try:
         return from_mapping(Recipe, manifest.recipe, where)
     except ConfigError as problem:
@@ -139,7 +139,7 @@ def _same(root: Path, again: Path, made: str) -> Check:
         findings.count += 1
         findings.require(equal_bytes(root / name, again / name), f"{root / name}: is not what is made now")
     findings.examined = f"{made}, the same bytes in {findings.count} files"
-    return findings.outcome("made again")
+    return findings.outcome("regenerated")
 
 
 def _near(root: Path, again: Path, made: str, step: float) -> list[Check]:

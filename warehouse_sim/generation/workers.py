@@ -20,7 +20,7 @@ def prepare_worker() -> None:
 
 
 def keep_freed_memory() -> None:
-    """Let the process keep the memory of freed arrays for the next ones, where the C library can be told to.
+    """Let the process keep the memory of freed arrays for the next ones, where the C library can do so.
 
     Images and sweeps are made of arrays of some hundred kilobytes. By default the C library gives each of them back
     when it is freed, and the system fills the next one's pages with zeros again: a tenth of an observation's time.

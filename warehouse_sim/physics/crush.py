@@ -1,4 +1,4 @@
-"""Does anything stand on what cannot bear it? Asked of a settled scene, without asking what packed it.
+"""Does anything stand on what cannot bear it? Judged from a settled scene alone.
 
 The rule of goods on goods: nothing bears more than its strength, and what is fragile nothing; what is heavy stands low;
 what stands on a layer rests on most of it; stacks of three loads and more are secured.

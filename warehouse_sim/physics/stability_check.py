@@ -24,7 +24,7 @@ Block = list[ObjectInstance]
 
 
 def bring_stack_to_rest(scene: SceneSpec, stack: Stack, solids: Sequence[OrientedBox], limits: RestLimits) -> Rest:
-    """Let a stack come to rest among fixed ``solids``, with no more simulation than its proofs leave."""
+    """Let a stack come to rest among fixed ``solids``, with no more simulation than its checks leave."""
     blocks: list[Block] = []
     loose: list[ObjectInstance] = []
     for _, members in groupby(stack, key=lambda item: item.group or -item.instance_id):
@@ -41,7 +41,7 @@ def bring_stack_to_rest(scene: SceneSpec, stack: Stack, solids: Sequence[Oriente
 
 
 def _placed(scene: SceneSpec, blocks: list[Block], below: BoxStack) -> dict[int, Transform] | None:
-    """Lower loads onto what is ``below`` and onto each other; None where one has no proof."""
+    """Lower loads onto what is ``below`` and onto each other; None where one is not sure to stand."""
     poses: dict[int, Transform] = {}
     boxes = [Solids.of(block, scene.models) for block in blocks]
     order = sorted(range(len(blocks)), key=lambda number: float(boxes[number].extents[0][:, 2].min()))

@@ -73,12 +73,12 @@ def _holds(contact: Float[np.ndarray, "n 2"], middle: Float[np.ndarray, " 2"]) -
 
 
 def lowered_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[tuple[ObjectModel, Transform]]:
-    """Return a unit load with its pallet on z = 0 and each piece on what carries it; pieces without proof stay."""
+    """Return a unit load with its pallet on z = 0 and each piece on what carries it; others stay."""
     return [(model, T) for (model, _), T in zip(pieces, _lowered(pieces)[0], strict=True)]
 
 
 def proved_load(pieces: Sequence[tuple[ObjectModel, Transform]]) -> list[Transform] | None:
-    """Return the poses of a load's pieces, lowered onto each other and not onto z = 0; None where one lacks proof."""
+    """Return the poses of a load's pieces, lowered onto each other and not onto z = 0; None where one may fall."""
     poses, proved = _lowered(pieces, on_floor=False)
     return poses if proved else None
 

@@ -9,7 +9,7 @@ from warehouse_sim.geometry.pose import Transform
 
 @dataclass(frozen=True, eq=False)
 class NominalCalibration:
-    """The calibration of one observation that an estimator is told; images and labels are those of the true one."""
+    """The calibration of one observation that an estimator gets; images and labels are those of the true one."""
 
     camera: PinholeCamera
     """Intrinsics and lens of the rig's camera."""

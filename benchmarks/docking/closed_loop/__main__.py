@@ -16,7 +16,7 @@ from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row
 from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
-from warehouse_sim.benchmark.docking.closed_loop.run import GT, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import GT_MASKS, ORACLE, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.render import open_renderer
@@ -28,10 +28,10 @@ def main(
     recipes: Annotated[tuple[str, ...], tyro.conf.Positional],
     /,
     episodes: int = 20,
-    methods: tuple[str, ...] = (GT, "rectangle-fit", "densefusion-depth"),
+    methods: tuple[str, ...] = (ORACLE, "rectangle-fit", "densefusion-depth"),
     levels: tuple[str, ...] = tuple(CONDITIONS),
     seed: int = 0,
-    masks: str = GT,
+    masks: str = GT_MASKS,
     least_score: float = 0.2,
     folder: Path = FOLDER,
     pictures: int = 0,
@@ -45,7 +45,7 @@ def main(
         methods: "ground truth", or estimators as tables name them.
         levels: Names of conditions (``settings.CONDITIONS``).
         seed: Of the scenes.
-        masks: "ground truth" for the ground-truth mask of the pallet in each image, or a front end by name.
+        masks: "gt" for the ground-truth mask of the pallet in each image, or a front end by name.
         least_score: Below this an estimate does not count; several in a row stop the truck.
         folder: Where episodes and pictures are kept.
         pictures: How many starts of each recipe to draw, under the first level, all methods in one picture.

@@ -71,7 +71,7 @@ def test_the_family_of_the_training_sets_is_wide() -> None:
 
 
 @pytest.mark.parametrize("index", [0, 1])
-def test_drawn_pallets_stand_and_carry_in_the_physics(index: int) -> None:
+def test_sampled_pallets_stand_and_carry_in_the_physics(index: int) -> None:
     recipe = load_recipe("robust_pallets")
     loads = recipe.scene.loads
     only = replace(loads, sampled_pallets=replace(loads.sampled_pallets, fraction=1.0))

@@ -1,4 +1,4 @@
-"""Datasets of others in our formats; what was read is held against the files of others, opened here by hand."""
+"""Third-party datasets in our formats, compared with the third-party files, which the test opens itself."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The same faults in the BOP files alone, which then are a folder of others: those that such a folder shows."""
+"""The same faults in the BOP files alone, which then are a third-party folder: those that such a folder shows."""
 
 import json
 import zlib
@@ -44,7 +44,7 @@ FOREIGN_FAULTS = (
 
 
 def strip(root: Path) -> Path:
-    """Leave what BOP folders of others hold."""
+    """Leave what BOP third-party folders hold."""
     for path in root.glob("*/*/scene_gt_info.json"):
         table = json.loads(path.read_text())
         for row in (row for rows in table.values() for row in rows):

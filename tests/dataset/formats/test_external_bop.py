@@ -1,4 +1,4 @@
-"""A BOP folder that others made, written here by hand, read through the same reader as our own datasets."""
+"""A third-party BOP folder, written here by hand, read through the same reader as our own datasets."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A KITTI folder that others made, written by hand or recorded, read through the same reader as our own datasets."""
+"""A third-party KITTI folder, written by hand or recorded, read as our own datasets are."""
 
 import logging
 import shutil

@@ -1,4 +1,4 @@
-"""DenseFusion's LINEMOD layout: read here as DenseFusion's own loader takes it apart, and a folder of others."""
+"""DenseFusion's LINEMOD layout: read here as DenseFusion's own loader takes it apart, and a third-party folder."""
 
 import json
 from itertools import chain

@@ -67,7 +67,7 @@ def test_a_drive_ends_better_than_its_single_shots() -> None:
     assert tracks <= 43
 
 
-def test_the_bound_keeps_what_all_images_share() -> None:
+def test_the_bound_keeps_what_images_have_in_common() -> None:
     tracker = Tracker({1: HALF}, TrackConfig(common_fraction=0.3))
     for step in range(50):
         at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)

@@ -1,4 +1,4 @@
-"""Presets can be told apart in the images: by brightness, contrast, colour or how colour varies."""
+"""Presets can be distinguished in the images: by brightness, contrast, colour or how colour varies."""
 
 from dataclasses import replace
 from itertools import combinations

@@ -13,7 +13,7 @@ from warehouse_sim.scene.packing.sampled_pallets import SampledPalletsConfig
 LOADS = UnitLoadConfig(pallets=("epal1", "epal3"), sampled_pallets=SampledPalletsConfig(count=5, fraction=0.4))
 
 
-def test_the_share_of_drawn_pallets_is_as_requested() -> None:
+def test_the_fraction_of_sampled_pallets_is_as_requested() -> None:
     rng = np.random.default_rng(0)
     names = Counter(draw_pallet(LOADS, rng).name for _ in range(2000))
     sampled = sum(count for name, count in names.items() if name.startswith("sampled_pallet"))
@@ -21,7 +21,7 @@ def test_the_share_of_drawn_pallets_is_as_requested() -> None:
     assert len(names) == 7
 
 
-def test_without_drawn_pallets_the_stream_is_that_of_a_choice_of_names() -> None:
+def test_without_sampled_pallets_the_stream_is_that_of_a_choice_of_names() -> None:
     loads = UnitLoadConfig(pallets=("epal1", "epal2", "epal3"))
     first, second = np.random.default_rng(7), np.random.default_rng(7)
     assert [draw_pallet(loads, first).name for _ in range(20)] == [str(second.choice(loads.pallets)) for _ in range(20)]
@@ -35,7 +35,7 @@ def test_what_does_not_fit_is_not_drawn() -> None:
         draw_pallet(LOADS, rng, (0.3, 0.3))
 
 
-def test_loads_can_be_kept_to_one_drawn_pallet() -> None:
+def test_loads_can_be_kept_to_one_sampled_pallet() -> None:
     one = all_pallets(LOADS)[4]
     only = on_these(LOADS, [one])
     assert {draw_pallet(only, np.random.default_rng(i)).name for i in range(9)} == {one.name}

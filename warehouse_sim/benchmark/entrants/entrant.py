@@ -17,12 +17,14 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecor
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.own_source import is_own_source
+from warehouse_sim.estimators.program import PROGRAM
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
 from warehouse_sim.version import __version__
 
-GT, SHUFFLED = "oracle", "shuffled"
+ORACLE, SHUFFLED = "oracle", "shuffled"
 Fraction = Callable[[float, str], None]
 _SEED = 20_260
 """Of the shuffling."""
@@ -57,12 +59,12 @@ class Entrant(Protocol):
 class Oracle:
     """The labels themselves: what a metric gives to whoever is right."""
 
-    name: str = GT
+    name: str = ORACLE
     trainings: int = 0
 
     def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
         """Return its name: the data decide the rest."""
-        return {"kind": GT}
+        return {"kind": ORACLE}
 
     def estimates(
         self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
@@ -141,7 +143,7 @@ class Evaluated:
 
 @dataclass(frozen=True)
 class ResultFile:
-    """A file of poses that others made: one CSV, or a folder with one for each condition or dataset by its name."""
+    """Third-party poses: one CSV, or a folder with one for each condition or dataset by its name."""
 
     name: str
     path: Path
@@ -184,17 +186,19 @@ def entrant(name: str) -> Group:
 
     Raises:
         UnknownNameError: Nobody does.
-        InputError: It is told what it does not take.
+        InputError: It gets an option that it does not take.
     """
-    if name in (GT, SHUFFLED):
-        return Group(name, (Oracle() if name == GT else Shuffled(),))
+    if name in (ORACLE, SHUFFLED):
+        return Group(name, (Oracle() if name == ORACLE else Shuffled(),))
     path = Path(name)
     if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
         return Group(path.stem, (ResultFile(path.stem, path),))
+    if is_own_source(name) or name.startswith(PROGRAM):
+        return Group(name, (Evaluated(name, Way(name, PredictConfig())),))
     way = way_of(name)
     known = {*model_names(), *ESTIMATORS.names()}
     if way.model not in known and not Path(way.model).is_dir():
-        raise UnknownNameError(_WHO, name, [GT, SHUFFLED, *known])
+        raise UnknownNameError(_WHO, name, [ORACLE, SHUFFLED, *known])
     shown = path.name if path.is_dir() else name
     return Group(shown, (Evaluated(shown, way, trainings=int(way.is_trained)),))
 

@@ -34,7 +34,7 @@ def masked(mask: np.ndarray, kind: str, model: str | None) -> Detection:
 
 
 def gravity_of(recorded: RecordedFace, kind: str, rng: np.random.Generator) -> np.ndarray | None:
-    """Return what is told of gravity."""
+    """Return what is known of gravity."""
     if kind == "none":
         return None
     if kind == "label":

@@ -1,4 +1,4 @@
-"""A leaderboard: who is how good by the headline metric of a table, and who cannot be told from whom."""
+"""A leaderboard: who is how good by the headline metric of a table, and who are too close to rank."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

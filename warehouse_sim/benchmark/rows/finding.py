@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.entrants.entrant import GT, weights_digest
+from warehouse_sim.benchmark.entrants.entrant import ORACLE, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.rows.row import Row, Table
 from warehouse_sim.benchmark.rows.scores import DRAWS
@@ -43,7 +43,7 @@ def found_by(name: str, opened: Opened, out: Path, overwrite: bool = False) -> l
         UnknownNameError: There is no such detector.
     """
     reader = opened.reader
-    if name == GT:
+    if name == ORACLE:
         return [item for image in reader.images(opened.split) for item in _labelled(reader, image)]
     weights = {part: weights_digest(part) for part in name.split("+")}
     inputs = {"kind": "detector", "names": list(weights), "weights_sha256": weights, "data": reader.digest}
@@ -67,7 +67,7 @@ def detection_rows(name: str, condition: str, found: Sequence[FoundObject], open
     """
     reader, evaluated = opened.reader, Evaluated()
     images = reader.images(opened.split)
-    trainings = int(name != GT)
+    trainings = int(name != ORACLE)
     for class_name, parts in sorted(seen_by_class(found, reader, images, evaluated).items()):
         if not wanted_in(parts):
             continue

@@ -106,7 +106,7 @@ class _Dent:
 
 @dataclass(frozen=True, eq=False)
 class _Corner:
-    """A corner that was knocked in."""
+    """A dented corner."""
 
     place: Points
     radius: float

@@ -89,7 +89,7 @@ def _classes(tally: Tally) -> str:
         )
     note = (
         "*Labels*: of objects in images. *Seen*: objects with a pixel in any image. *Meshes* differ in shape, *looks* "
-        "in shape or paint; both are told apart by their data, whatever their names."
+        "in shape or paint; both are distinguished by their data, whatever their names."
     )
     return f"{_table(head, rows)}\n\n{note}"
 

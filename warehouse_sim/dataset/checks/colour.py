@@ -27,7 +27,7 @@ _DARK, _WHITE = 30.0, 245.0
 _LEAST_ALIKE = 0.5
 """Correlation of brightness; glare, noise and saturation leave 0.9 and more."""
 _ENOUGH_COLOUR = 2.0
-"""Mean difference of red and blue (codes) from which their order can be told."""
+"""Mean difference of red and blue (codes) that shows their order."""
 
 
 def shows_edges_of(rgb: UInt8[np.ndarray, "h w 3"], depth: Float32[np.ndarray, "h w"]) -> bool:

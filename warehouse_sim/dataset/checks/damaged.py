@@ -7,7 +7,7 @@ from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.damaged_meshes import read_damaged_mesh
 
 _MOST_OUT = 0.03
-"""How far (m) boards that were knocked out of place, and nails, may stand out of the nominal box."""
+"""How far (m) boards out of place, and nails, may stand out of the nominal box."""
 
 
 def damaged_surfaces(subject: Subject) -> Findings:

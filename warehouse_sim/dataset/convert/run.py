@@ -50,7 +50,7 @@ def convert(
     """Make the dataset folder ``out`` with the same observations as ``source`` in other formats.
 
     Scenes, seed and recipe of a dataset of this package stay, so that its files are those that ``generate`` would have
-    written. Of a dataset of others every image becomes a scene of its own, whose record says where it came from.
+    written. Of a third-party dataset every image becomes a scene of its own, whose record says where it came from.
 
     Args:
         source: A dataset in any format that can be read.
@@ -137,7 +137,7 @@ class _Ours:
 
 @dataclass
 class _Theirs:
-    """A dataset of others: every image a scene of one observation."""
+    """A third-party dataset: every image a scene of one observation."""
 
     reader: DatasetReader
     formats: Sequence[str]
@@ -185,7 +185,7 @@ def _first(reader: DatasetReader) -> ImageRecord:
 
 
 def _contents(reader: DatasetReader, images: Sequence[ImageRecord], classes: Sequence[str]) -> Contents:
-    """Return what a dataset of others holds: a camera, if all images have one pinhole, a LiDAR, if there are sweeps."""
+    """Return what a third-party dataset holds: a camera, if all images share one, and a LiDAR, if there are sweeps."""
     camera = images[0].camera
     alike = camera.fx == camera.fy and camera.distortion is None and all(image.camera == camera for image in images)
     return Contents(

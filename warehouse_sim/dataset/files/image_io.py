@@ -137,7 +137,7 @@ def depth_of_png(data: bytes, where: str) -> UInt16[np.ndarray, "h w"]:
 
 
 def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
-    """Read an 8-bit image that others made, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
+    """Read an 8-bit image, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
     return any_rgb(_content(path), str(path))
 
 
@@ -152,7 +152,7 @@ def any_rgb(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def decode_any_depth(path: Path) -> np.ndarray:
-    """Read a depth image that others made, PNG or TIFF, in the file's own steps, 0 = no reading."""
+    """Read a depth image made by third parties, PNG or TIFF, in the file's own steps, 0 = no reading."""
     return any_depth(_content(path), str(path))
 
 
@@ -165,14 +165,14 @@ def any_depth(data: bytes, where: str) -> np.ndarray:
 
 
 def decode_any_mask(path: Path) -> Bool[np.ndarray, "h w"]:
-    """Read a mask that others made: set where any channel is not 0."""
+    """Read a mask made by third parties: set where any channel is not 0."""
     image = _any_pixels(_content(path), str(path))
     found: Bool[np.ndarray, "h w"] = np.any(image.reshape(*image.shape[:2], -1), axis=2)
     return found
 
 
 def image_size_wh(path: Path) -> tuple[int, int]:
-    """Return width and height of an image that others made."""
+    """Return width and height of an image made by third parties."""
     if path.suffix.lower() == ".png":
         return png_size_wh(path)
     return any_size_wh(_content(path), str(path))

@@ -160,7 +160,7 @@ def has_depth(reader: FormatReader) -> bool:
 
 
 def foreign_checks(item: Format) -> Sequence[NamedCheck]:
-    """Return what ``validate`` asks of a folder that others made in a format, beyond what it asks of every one.
+    """Return what ``validate`` asks of a third-party folder in a format, beyond what it asks of every one.
 
     Such checks take the ``ForeignSubject``; a format states them as the attribute ``foreign_checks``, or has none.
     """

@@ -1,4 +1,4 @@
-"""What a person who looks at a dataset of others should be told: not errors, but what may surprise."""
+"""What a person who looks at a third-party dataset should know: not errors, but what may surprise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -50,7 +50,7 @@ class BoxTrainingConfig(LoopConfig):
     size: str = ""
     """Widths and depths of the network by name."""
     labels: Labels = "class"
-    """What is told apart: classes (pallet, carton), or objects (epal1, epal2)."""
+    """What is distinguished: classes (pallet, carton), or objects (epal1, epal2)."""
     classes: tuple[str, ...] = ()
     """Only these classes, or objects; all targets by default."""
     calm_fraction: Fraction = 0.15

@@ -40,7 +40,7 @@ class AnyTrainableDetector:
         return model_dir(self.name)
 
     def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
-        """Do nothing: scores of detections rank, and nothing more is asked of them."""
+        """Do nothing: scores of detections rank, and nothing more is requested of them."""
         return ""
 
 

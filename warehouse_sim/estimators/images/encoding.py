@@ -15,7 +15,7 @@ CANONICAL_FOCAL_PX = 400.0
 FARTHEST = 25.0
 """Depth beyond this (canonical m) is this."""
 _RELIEFS = ((5, 0.1), (25, 0.5))
-"""Windows (px) whose mean depth is taken off, and the largest difference that is told (canonical m)."""
+"""Windows (px) whose mean depth is taken off, and the largest difference that is encoded (canonical m)."""
 CHANNELS: dict[Reading, int] = {"rgb": 3, "depth": 2 + len(_RELIEFS)}
 
 

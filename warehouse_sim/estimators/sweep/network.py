@@ -19,7 +19,7 @@ _FARTHEST = 45.0
 _LOW, _HIGH = 0.4, 3.0
 """Heights (m) at which the two channels of height are 1: of a pallet, and of a rack's levels."""
 _BLOCK = 2
-"""Pixels along an edge of the blocks that are told together ..."""
+"""Pixels along an edge of the blocks that are judged together ..."""
 _SPREAD = 8
 """... and channels that features of cells bring to each block."""
 DEPTH_CHANNELS = CHANNELS["depth"]

@@ -24,7 +24,7 @@ FailureAxis = Literal[
 ]
 FAILURE_AXES: tuple[FailureAxis, ...] = get_args(FailureAxis)
 _MEASURED = 7
-"""The first of them are measured against the clearance that there is; the others are told otherwise."""
+"""The first of them are measured against the clearance that there is; the others otherwise."""
 _LEAST_CLEARANCE = 1e-3
 """Metres. Where the fork does not fit at all, every estimate fails, and the fractions still compare."""
 

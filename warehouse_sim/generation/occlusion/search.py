@@ -211,7 +211,7 @@ class Search:
         return self._put(view.viewpoint, occluder, T_world_occluder)
 
     def _put(self, viewpoint: Viewpoint, occluder: Occluder, T_world_occluder: Transform) -> RequestedView | None:
-        """Put an occluder into the scene if it does for this view what was asked, and to no other what was not."""
+        """Put an occluder into the scene if it does for this view what was requested, and nothing to another."""
         before = self._measured(viewpoint)
         if self.request.off(fraction_behind(before.sight, occluder, T_world_occluder)) > 0.0:
             self.failures[NO_FIT] += 1

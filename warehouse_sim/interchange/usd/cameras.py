@@ -1,7 +1,7 @@
 """Cameras as UsdGeom.Camera: focal length, apertures and offsets that show what ours shows.
 
 USD looks along -z with y up; only ratios of focal length and aperture count, so the image is taken for 36 mm wide. A
-lens is told by Omniverse's schemas (omni.usd.schema.omni_lens_distortion), which take over from the focal length there.
+lens follows Omniverse's schemas (omni.usd.schema.omni_lens_distortion), which take over from the focal length there.
 """
 
 from typing import Any

@@ -137,7 +137,7 @@ def read_material(path: Path, prim: Any) -> Material:
     record = Record(path, prim)
     base = np.array(value("diffuseColor", (0.18, 0.18, 0.18)), float)  # the specification's own default
     glow = np.array(value("emissiveColor", (0.0, 0.0, 0.0)), float)
-    # Black emits nothing that could be seen: what was asked of it stands in the record alone.
+    # Black emits nothing that could be seen: what was requested of it stands in the record alone.
     emission = float(glow.max() / base.max()) if base.max() > 0.0 else record.number("emission", 0.0)
     numbers = {name: float(value(name, default)) for name, default in (("roughness", 0.5), ("metallic", 0.0))}
     opacity = float(value("opacity", 1.0))

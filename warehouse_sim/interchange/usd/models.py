@@ -188,7 +188,7 @@ def read_model(path: Path, prim: Any, data: Any, meshes: MeshReader, materials: 
     shown = {part.material for part in parts}
     recorded = zip(record.texts("paint_from"), record.texts("paint_to"), strict=False)
     paint |= {key: value for key, value in recorded if key not in shown or key == value}
-    # What stands still has no body whose mass could be told.
+    # What stands still has no body that has a mass.
     own_mass = pxr.Physics.MassAPI(data).GetMassAttr().Get() if data.HasAPI(pxr.Physics.MassAPI) else None
     names = {item.name: item for item in materials.values()}
     symmetry = record.numbers("symmetry", -1, 4, 4)

@@ -1,4 +1,4 @@
-"""What a denoiser is told of a view beside its colours: albedo and normals of what the camera sees, without noise.
+"""What a denoiser reads of a view beside its colours: albedo and normals of what the camera sees, without noise.
 
 They are means over the pixel's square, like the colours, so that edges and print lie where they lie in the image. Film
 is a layer of its own albedo over what shines through, in the fractions in which it scatters and lets pass.
@@ -18,7 +18,7 @@ from warehouse_sim.render.pathtrace.camera_rays import camera_rays
 from warehouse_sim.render.pathtrace.film import clear_fraction
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
 
-_LAYERS = 2  # sheets of film that are told apart; those behind them count as clear
+_LAYERS = 2  # sheets of film that are distinguished; those behind them count as clear
 
 
 @dataclass(frozen=True, eq=False)

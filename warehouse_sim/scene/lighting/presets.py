@@ -18,7 +18,8 @@ class Preset:
     lux: Distribution
     """Mean illuminance of the aisle's free floor (lx)."""
     temperatures: tuple[Distribution, ...] = (Distribution.uniform(4000.0, 5200.0),)
-    """Colour temperature of luminaires (K), drawn once a scene: of one row after the other, or in parts of one row."""
+    """Colour temperature of luminaires (K), sampled once a scene: of one row after the other, or in parts of one
+    row."""
     beam_deg: float = 110.0
     """Full angle of half intensity (deg)."""
     distribution: IntensityDistribution | None = None

@@ -1,4 +1,4 @@
-"""How the calibration that a rig states differs from the true one; drawn once a scene, as for another vehicle."""
+"""How the calibration that a rig states differs from the true one; sampled once a scene, as for another vehicle."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -32,5 +32,5 @@ def test_robust_fills_in_what_is_not_given() -> None:
 
 
 def test_the_original_has_neither() -> None:
-    with pytest.raises(TrainingError, match="--faithful"):
+    with pytest.raises(TrainingError, match="--paper"):
         network_of(METHOD, replace(TrainConfig(), paper=True, upright=True))

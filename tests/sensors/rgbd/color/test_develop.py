@@ -30,7 +30,7 @@ def test_colour_speckle_goes() -> None:
         assert difference.std() < 1.1 * fraction * 6.0 * np.sqrt(2)
 
 
-def test_edges_are_amplified_by_their_share() -> None:
+def test_edges_are_amplified_by_their_fraction() -> None:
     edge = np.full((60, 80, 3), 80, np.uint8)
     edge[:, 40:] = 160
     base = cv2.GaussianBlur(edge[..., 0].astype(float), (5, 5), 0)

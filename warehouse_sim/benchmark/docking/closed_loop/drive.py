@@ -27,7 +27,7 @@ COLLIDED = "collided"
 _THERE, _CREEP = 1e-3, 0.01
 """So near (m) the truck has arrived, and it never drives slower (m/s) before."""
 _LOOK_AROUND = 0.1
-"""Way (m) after which it is asked again whether the truck touches something."""
+"""Way (m) after which it is checked again whether the truck touches something."""
 
 
 class Glance(NamedTuple):
@@ -219,8 +219,7 @@ class Approacher:
     def _driven_in(self) -> Transform:
         """Return the dock frame along which the truck goes in: its own axis, as far as odometry takes it for needed.
 
-        Height and pitch of the forks are those that it believes in; its heading, and where it stops, are the ground
-        truth.
+        Height and pitch of the forks are those that it believes in; its heading and where it stops are true.
         """
         T_odom_dock, pose = self.entries[-1], self.motion.pose
         heel = FORKLIFT.front

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS
-from warehouse_sim.benchmark.docking.closed_loop.run import GT, LEFT_OUT, Runner
+from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT, ORACLE, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS
 from warehouse_sim.benchmark.docking.kept_rows import Kept
 from warehouse_sim.benchmark.entrants.ways import Way
@@ -34,7 +34,7 @@ def drives(config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str,
     kept = Kept(out / "episodes.jsonl")
     with open_renderer("raster") as renderer:
         for recipe in config.recipes:
-            runner = Runner(recipe, config.seed, (GT, *ways), levels, renderer, kept, ways=ways, inputs=inputs)
+            runner = Runner(recipe, config.seed, (ORACLE, *ways), levels, renderer, kept, ways=ways, inputs=inputs)
             for row in runner.rows(config.episodes):
                 if row["outcome"] != LEFT_OUT:
                     ended = row["outcome"]

@@ -21,7 +21,7 @@ from warehouse_sim.schema import ObjectInstance, ObjectModel, PoseEstimate
 _LEAST_PIXELS = 32
 """As estimators ask of a dataset's ground-truth masks."""
 _TOLD, _NEAR = 0.5, 0.4
-"""What a front end finds is the truck's if it lies within this (m) of where it was told to go, or believes it."""
+"""What a front end finds is the truck's if it lies within this (m) of where it was sent, or believes it."""
 
 
 def nominal(sigma: float, turn_deg: float) -> Float[np.ndarray, "6 6"]:
@@ -60,7 +60,7 @@ class Seen:
         pallet: The truck's.
         model: Its geometry.
         front_end: What finds objects in the image, one after the other; none takes the ground-truth mask of the pallet.
-        told: Where the truck was told that the pallet is (m, world), for what a front end finds.
+        told: Where the truck was sent (m, world), for what a front end finds.
         number: Of the approach; images of one scene have numbers of their own.
         least_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
             uncertainty is no probability, and counts whatever it is.

@@ -30,8 +30,8 @@ from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
 
-GT = "oracle"
-"""The method that knows, and the masks that are the true ones."""
+ORACLE, GT_MASKS = "oracle", "gt"
+"""The method that knows the pose, and the masks of the ground truth."""
 _MOST_BARREN = 20
 """After so many scenes without a start a recipe is given up."""
 LEFT_OUT = "left out"
@@ -49,7 +49,7 @@ class Runner:
         conditions: Levels.
         renderer: Draws.
         kept: Rows so far.
-        masks: "ground truth", or a front end by name.
+        masks: "gt", or a front end by name.
         least_score: Below this an estimate does not count.
         starts: Of each scene, at most.
         drive: The truck's motion.
@@ -64,7 +64,7 @@ class Runner:
     conditions: Sequence[Condition]
     renderer: Renderer
     kept: Kept
-    masks: str = GT
+    masks: str = GT_MASKS
     least_score: float = 0.2
     starts: int = 2
     drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
@@ -120,7 +120,7 @@ class Runner:
 
     def _eyes(self, method: str) -> list[object]:
         more = [self.inputs[method]] if method in self.inputs else []
-        return [] if method == GT else [self.masks, self.least_score, *more]
+        return [] if method == ORACLE else [self.masks, self.least_score, *more]
 
     def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
         place = {"source": self.source, "scene": scene, "start": number}
@@ -146,11 +146,13 @@ class Runner:
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
-        return {name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != GT}
+        return {
+            name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != ORACLE
+        }
 
     @cached_property
     def _front_end(self) -> list[FindObjects]:
-        return [] if self.masks == GT else open_stages(self.masks)
+        return [] if self.masks == GT_MASKS else open_stages(self.masks)
 
     _sampled_of: tuple[int, SampledScene, list[Start]] | None = None
     _live_of: tuple[tuple[object, ...], LiveScene] | None = None
@@ -174,7 +176,7 @@ class Runner:
         """Return who estimates, or why the level cannot be had here."""
         scene, pallet = start.station.scene, start.pallet
         model = scene.model_of(pallet)
-        if method == GT:
+        if method == ORACLE:
             return Oracle(pallet, model, self._setting.camera)
         live = self._live(start, condition)
         if isinstance(live, str):

@@ -56,7 +56,7 @@ class Start:
     pose: FloorPose
     mount: Mount
     told: np.ndarray
-    """Where the truck is told that the pallet is (m, world)."""
+    """Where the truck is sent (m, world)."""
 
     @property
     def pallet(self) -> ObjectInstance:

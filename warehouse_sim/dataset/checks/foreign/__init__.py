@@ -1,1 +1,1 @@
-"""What ``validate`` asks of a dataset that others made: whatever its format, through its reader."""
+"""What ``validate`` asks of a third-party dataset: whatever its format, through its reader."""

@@ -1,4 +1,4 @@
-"""The checks of every dataset that others made."""
+"""The checks of every dataset made by third parties."""
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.checks.foreign import images, labels, masks, objects, poses
@@ -16,5 +16,5 @@ _CHECKS = (
 
 
 def checks_of(subject: ForeignSubject) -> tuple[NamedCheck, ...]:
-    """Return what is asked of a dataset, in order: of every one, then of one in its format."""
+    """Return what is requested of a dataset, in order: of every one, then of one in its format."""
     return (*_CHECKS, *foreign_checks(dataset_format(subject.format_name)))

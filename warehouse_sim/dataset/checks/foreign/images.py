@@ -1,4 +1,4 @@
-"""Checks of the images that others made: whole files, the camera's size, depth that goes with colour."""
+"""Checks of the third-party images: whole files, the camera's size, depth that goes with colour."""
 
 import numpy as np
 

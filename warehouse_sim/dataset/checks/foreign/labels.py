@@ -1,4 +1,4 @@
-"""Checks of cameras and labels that others made: plausible numbers that go together, nothing listed twice."""
+"""Checks of cameras and labels made by third parties: plausible numbers that go together, nothing listed twice."""
 
 from collections import Counter
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Checks of the masks that others made, against each other, their boxes and their counts."""
+"""Checks of the masks made by third parties, against each other, their boxes and their counts."""
 
 import numpy as np
 from jaxtyping import Bool

@@ -28,7 +28,7 @@ class BopFormat:
 
     @property
     def foreign_checks(self) -> Sequence[NamedCheck]:
-        """Checks of what only folders of others are asked."""
+        """Checks of third-party folders only."""
         from warehouse_sim.dataset.formats.bop.checks.foreign import FOREIGN_CHECKS
 
         return FOREIGN_CHECKS
@@ -46,7 +46,7 @@ class BopFormat:
         return BopWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader:
-        """Return a reader of ``root/bop``, or of a folder that others made."""
+        """Return a reader of ``root/bop``, or of a third-party folder."""
         if DatasetLayout(root).manifest.is_file():
             from warehouse_sim.dataset.formats.bop.reader import BopReader
 

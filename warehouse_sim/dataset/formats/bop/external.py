@@ -1,4 +1,4 @@
-"""Read a BOP folder that others made: no manifest, any depth scale, grey or JPEG images, with or without masks.
+"""Read a third-party BOP folder: no manifest, any depth scale, grey or JPEG images, with or without masks.
 
 What the folder lacks is taken from what it has: without masks the boxes of scene_gt_info.json stand for them, without
 boxes the masks give them. Without a split "val" every tenth image of "train" is kept apart as one.

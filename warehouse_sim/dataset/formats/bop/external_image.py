@@ -1,4 +1,4 @@
-"""The labels of one image of a BOP folder that others made: rows that may be short, masks that may be missing."""
+"""The labels of one image of a third-party BOP folder: rows that may be short, masks that may be missing."""
 
 import logging
 from collections.abc import Callable, Collection

@@ -1,4 +1,4 @@
-"""Images of a BOP folder that others made whose files bear their scene and image: imagewise, or in shards."""
+"""Images of a third-party BOP folder whose files bear their scene and image: imagewise, or in shards."""
 
 from collections.abc import Collection
 from functools import partial

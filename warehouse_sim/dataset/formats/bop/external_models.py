@@ -1,4 +1,4 @@
-"""The objects of a BOP folder that others made: models_info.json and meshes in millimetres."""
+"""The objects of a third-party BOP folder: models_info.json and meshes in millimetres."""
 
 import re
 from functools import partial

@@ -1,4 +1,4 @@
-"""Scenes of a BOP folder that others made: a folder a scene, tables beside its images."""
+"""Scenes of a third-party BOP folder: a folder a scene, tables beside its images."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

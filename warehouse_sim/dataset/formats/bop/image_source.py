@@ -1,4 +1,4 @@
-"""Where the images of one split lie in a BOP folder of others: scene by scene, side by side, or in shards."""
+"""Where the images of one split lie in a BOP third-party folder: scene by scene, side by side, or in shards."""
 
 from collections.abc import Collection
 from pathlib import Path

@@ -36,7 +36,7 @@ class CocoFormat:
         return CocoWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader:
-        """Return a reader of ``root/coco``, or of a folder that others made."""
+        """Return a reader of ``root/coco``, or of a third-party folder."""
         from warehouse_sim.dataset.formats.coco.reader import CocoReader
         from warehouse_sim.dataset.objects import read_objects
 

@@ -52,7 +52,7 @@ class CocoWriter:
         return CocoSceneWriter(self._layout, self._manifest, scene.scene_index, class_of)
 
     def finish(self) -> None:
-        """Put the parts of all scenes together; they stay, so that a scene can be made again."""
+        """Put the parts of all scenes together; they stay, so that a scene can be regenerated."""
         merge_tables(self._layout, self._manifest)
 
 

@@ -28,7 +28,7 @@ class FolderFormat:
         self.reject(manifest)
 
     def reader(self, root: Path) -> FormatReader | None:
-        """Return a reader of a folder that others made."""
+        """Return a reader of a third-party folder."""
         from warehouse_sim.dataset.formats.folder.reader import FolderReader
 
         return None if DatasetLayout(root).manifest.is_file() else FolderReader(root)

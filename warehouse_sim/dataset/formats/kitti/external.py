@@ -1,4 +1,4 @@
-"""Read a KITTI object detection folder that others made, or our own without its manifest: no masks, no CAD.
+"""Read a KITTI object detection folder made by third parties, or our own without its manifest: no masks, no CAD.
 
 Each frame is a scene of its own, with the frame's number and one image: frames of KITTI are single shots of many
 drives, so that one says little of the next, and an interval over scenes counts each of them.

@@ -1,4 +1,4 @@
-"""One frame of a KITTI folder that others made: its camera, labels, sweep and images."""
+"""One frame of a KITTI folder made by third parties: its camera, labels, sweep and images."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which frames a KITTI folder that others made has, and which split each belongs to."""
+"""Which frames a KITTI folder made by third parties has, and which split each belongs to."""
 
 from pathlib import Path
 

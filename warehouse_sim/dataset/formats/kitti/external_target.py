@@ -1,4 +1,4 @@
-"""A label row of a KITTI folder that others made as a target with masks: there are none, its 2D box stands for them."""
+"""A label row of a third-party KITTI folder as a target, whose 2D box stands for its masks."""
 
 import numpy as np
 from jaxtyping import Bool

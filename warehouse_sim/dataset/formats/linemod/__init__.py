@@ -39,7 +39,7 @@ class LinemodFormat:
         return LinemodWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader:
-        """Return a reader of ``root/linemod``, or of a folder that others made."""
+        """Return a reader of ``root/linemod``, or of a third-party folder."""
         from warehouse_sim.dataset.formats.linemod.layout import linemod_layout
         from warehouse_sim.dataset.formats.linemod.reader import LinemodReader, dataset_of, folder_of_others
 

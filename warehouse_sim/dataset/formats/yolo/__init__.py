@@ -36,7 +36,7 @@ class YoloFormat:
         return YoloWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader | None:
-        """Return a reader of a folder that others made; None of a dataset of ours: nothing in it is only here."""
+        """Return a reader of a third-party folder; None of a dataset of ours: nothing in it is only here."""
         if DatasetLayout(root).manifest.is_file() or not self.recognises(root):
             return None
         from warehouse_sim.dataset.formats.yolo.reader import YoloReader

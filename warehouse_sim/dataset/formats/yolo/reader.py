@@ -1,4 +1,4 @@
-"""Read a YOLO folder of others (or of one task of ours): images, classes, boxes and the masks of polygons; no poses."""
+"""Read a third-party YOLO folder (or of one task of ours): images, classes, boxes masks of polygons; no poses."""
 
 from functools import cached_property
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""data.yaml and label files of a YOLO folder that others made."""
+"""data.yaml and label files of a YOLO folder made by third parties."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -64,12 +64,12 @@ class AugmentConfig:
     masks: MaskNoiseConfig = field(default_factory=MaskNoiseConfig)
     """How masks are disturbed, where crops hold what is around them."""
     gravity_drop: Fraction = 0.0
-    """Fraction of samples whose gravity is kept from a network that is told of it, 0-1."""
+    """Fraction of samples whose gravity is kept from a network that reads it, 0-1."""
     gravity_error_deg: Annotated[float, Range(0, 45, "deg")] = 0.0
     """Standard deviation of the error of gravity about each horizontal axis, 0-45; such samples are not tilted by
     ``tilt``."""
     lean_fraction: Fraction = 0.0
-    """Fraction of the samples whose gravity is told that lean against it all the same, as a pallet on debris does,
+    """Fraction of the samples with gravity that lean against it all the same, as a pallet on debris does,
     0-1."""
     lean_deg: Annotated[float, Range(0, 45, "deg")] = 2.5
     """Standard deviation of how far they lean about each horizontal axis, 0-45."""
@@ -93,7 +93,7 @@ class LossConfig:
     symmetry: SymmetryLoss = "group"
     """group: nearest equivalent of the true pose over the declared group, or over that of the shape where the network
     sees no colour; shape: over that of the shape in any case, for crops too small to tell print; none: symmetric looks
-    are told apart; nearest: nearest surface point for symmetric classes, as the original."""
+    are distinguished; nearest: nearest surface point for symmetric classes, as the original."""
     confidence_weight: Annotated[float, Range(0.000001, 1000)] = 0.08
     """Error up to which full confidence pays, in ``unit``, 0.000001-1,000."""
     coordinate_weight: Annotated[float, Range(0, 1000)] = 0.01

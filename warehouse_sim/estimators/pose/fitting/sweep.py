@@ -35,7 +35,7 @@ _OUTER = 0.01
 _LEAST_SAMPLES = 50
 """With fewer of these on its box an object is no box, and all samples are looked at."""
 _EXPLAINED = 100
-"""Points of the mask that are asked whether the object's box holds them."""
+"""Points of the mask that are tested against the object's box."""
 
 _MOVED_BY = 0.07
 """Standard deviation (m) of how the best poses are moved; a third of it upwards."""

@@ -13,7 +13,7 @@ _SIDE = 4
 _FITTED = 6
 """Degrees of freedom of a pose, which takes away that much of what the cells share."""
 _LEAST = 3 * _SIDE**2
-"""With fewer readings than three a cell nothing is told."""
+"""With fewer readings than three a cell nothing is known."""
 _CLIP = 3.0
 """Residuals are cut at so many standard deviations: outliers are no noise."""
 

@@ -24,7 +24,7 @@ NINE_OF_TEN = 1.2815515655446004
 class WithUncertainty:
     """Estimate with another estimator, look at the result, and say what is thought of it.
 
-    Whatever else the other has is asked of it.
+    Whatever else the other has is requested of it.
 
     Args:
         inner: The other.

@@ -13,7 +13,7 @@ from warehouse_sim.ranges import Range, ranged
 
 CHANNELS: dict[Reading, int] = {"rgb": 3, "depth": 4}
 _NEAR, _FAR = 0.25, 1.5
-"""Depth relative to the object that is told finely, and coarsely (m)."""
+"""Depth relative to the object that is encoded finely, and coarsely (m)."""
 
 
 @dataclass(frozen=True)

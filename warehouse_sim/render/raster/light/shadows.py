@@ -1,4 +1,4 @@
-"""Shadow maps of the most important spot lights, drawn once a scene into one depth atlas."""
+"""Shadow maps of the most important spot lights, rendered once a scene into one depth atlas."""
 
 import math
 from collections.abc import Sequence

@@ -51,7 +51,7 @@ def _fading(taken: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     """Return by how much more pixels take of both neighbours along an axis, which together cover ``taken`` of them.
 
     What is thinner than half a pixel lies in the centre of some pixels and not in that of others: a line of dots. It
-    goes before they can be told apart.
+    goes before they can be distinguished.
     """
     left = np.clip(1.0 - taken, 0.0, 0.5)
     rise = np.clip((left - _THINNEST) / (0.5 - _THINNEST), 0.0, 1.0)

@@ -26,6 +26,6 @@ def test_crops_need_no_weights() -> None:
     assert sampling_weights(OBJECTS, CLASSES, "crops") is None
 
 
-def test_a_class_without_crops_takes_no_share() -> None:
+def test_a_class_without_crops_takes_no_part() -> None:
     weights = sampling_weights(torch.tensor([0, 0, 1, 1]), ("pallet", "carton", "tote"), "classes")
     torch.testing.assert_close(weights, torch.ones(4))

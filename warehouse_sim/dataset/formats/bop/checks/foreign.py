@@ -1,4 +1,4 @@
-"""Checks of what only BOP folders of others hold: lists of targets, and files that belong to no label or image."""
+"""Checks of what only BOP third-party folders hold: lists of targets, and files that belong to no label or image."""
 
 import re
 from pathlib import Path

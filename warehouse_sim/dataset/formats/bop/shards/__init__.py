@@ -44,7 +44,7 @@ class ShardsFormat:
         return ShardsReader(root)
 
     def recognises(self, root: Path) -> bool:
-        """Return no: folders of others are the format ``bop``'s, whatever their images lie in."""
+        """Return no: third-party folders are the format ``bop``'s, whatever their images lie in."""
         return False
 
 

@@ -30,7 +30,7 @@ class Noise(NamedTuple):
     mask: Float[Tensor, "b k"] | None = None
     """How the mask is disturbed, where crops hold what is around it."""
     gravity: Float[Tensor, "b 1"] | None = None
-    """Whether gravity is told, where the network asks for it."""
+    """Whether gravity is given, where the network reads it."""
 
     def rows(self, fraction: slice) -> "Noise":
         """Return the numbers of some of the samples."""

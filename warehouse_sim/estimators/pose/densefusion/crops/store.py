@@ -61,7 +61,7 @@ def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
     """Return a text that changes with anything the crops depend on.
 
     That is the manifest, the way of cutting, the labels, and names and sizes of the images: a dataset that other code
-    made again may have the same manifest, but not images of the same sizes.
+    regenerated may have the same manifest, but not images of the same sizes.
     """
     digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, CUT_SEED, split, asdict(config)]).encode())
     for path in reader.files(split):

@@ -39,9 +39,9 @@ class DenseFusionConfig:
     fusion: AttentionConfig | None = None
     """How several images are fused at the points; without it their embeddings are joined channel-wise."""
     inliers: InlierConfig | None = None
-    """How points around the mask are told from the object's; without it all points are taken for the object's."""
+    """How points around the mask differ from the object's; without it all points are taken for the object's."""
     upright: bool = False
-    """Whether clouds stand upright where gravity is known, and the network is told where they do."""
+    """Whether clouds stand upright where gravity is known, and an input says where they do."""
 
     def __post_init__(self) -> None:
         if len({image.side_px for image in self.images}) > 1:
@@ -143,7 +143,7 @@ class DenseFusion(nn.Module):
             parts.append(inputs.inside[..., None])
         if self.config.upright:
             if inputs.level is None:
-                raise ValueError("this network is told where gravity is known, but the input does not say it")
+                raise ValueError("this network reads whether gravity is known, but the input lacks it")
             parts.append(inputs.level[:, None, None].expand(-1, inputs.points.shape[1], 1))
         return parts[0] if len(parts) == 1 else torch.cat(parts, dim=-1)
 

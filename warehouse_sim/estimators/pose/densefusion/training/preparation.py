@@ -113,7 +113,7 @@ def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
         TrainingError: The original's quirks are requested, and inputs that it does not have.
     """
     if config.paper and (config.surroundings or config.upright):
-        raise TrainingError("the original has neither surroundings nor gravity; leave out --faithful or those")
+        raise TrainingError("the original has neither surroundings nor gravity; leave out --paper or those")
     network = method.network(config.size, config.paper)
     return replace(network, inliers=InlierConfig() if config.surroundings else None, upright=config.upright)
 

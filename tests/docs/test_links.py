@@ -1,0 +1,66 @@
+"""Links, anchors, paths and commands of the pages lead somewhere; README is short; numbers are those of the results."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+from docs.numbers.insert import inserted, tables
+from warehouse_sim.cli.commands import COMMANDS
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted(
+    path
+    for pattern in ("*.md", "docs/*.md", "models/**/*.md", "scenes/*.md", "benchmarks/*.md", "examples/**/*.md")
+    for path in ROOT.glob(pattern)
+    if path.name != "CHANGELOG.md"
+)
+_LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+_PATH = re.compile(r"`((?:tests|docs|benchmarks|warehouse_sim|scenes|models|examples|locks)/[\w./-]+)`")
+_MODULE = re.compile(r"python -m ((?:benchmarks|docs|warehouse_sim)[\w.]*)")
+_COMMAND = re.compile(r"warehouse-sim ([a-z][a-z-]*)\b")
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_of_a_page_lead_somewhere(page: Path) -> None:
+    text, dead = page.read_text(encoding="utf-8"), []
+    for link in _LINK.findall(text):
+        place, _, anchor = link.partition("#")
+        if re.match(r"[a-z]+:", link):
+            continue
+        target = (page.parent / place).resolve() if place else page
+        if not target.exists() or (anchor and target.suffix == ".md" and anchor not in anchors(target)):
+            dead.append(link)
+    dead += [path for path in _PATH.findall(text) if not (ROOT / path.rstrip("/.")).exists()]
+    for name in _MODULE.findall(text):
+        if importlib.util.find_spec(name.rstrip(".")) is None:
+            dead.append(f"python -m {name}")
+    dead += [f"warehouse-sim {name}" for name in _COMMAND.findall(text) if name not in COMMANDS]
+    assert dead == []
+
+
+def test_the_readme_is_short() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.split("## Links")[0].split()) <= 700
+    assert len(text.split("```")[0].split()) <= 60
+
+
+@pytest.mark.parametrize("name", sorted(tables()))
+def test_numbers_are_those_of_the_stored_results(name: str) -> None:
+    table = tables()[name]
+    text = (ROOT / table.page).read_text(encoding="utf-8")
+    assert inserted(text, name, table.text()) == text, "run python -m docs.numbers.insert"
+
+
+def test_the_worst_case_of_the_readme_stands_first() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = [float(number) for number in re.findall(r"\*\*([\d.]+) %\*\*", text)]
+    assert len(shown) >= 5
+    assert shown == sorted(shown)
