@@ -84,7 +84,7 @@ class RenderError(WarehouseSimError):
 
 
 class DatasetError(WarehouseSimError):
-    """A dataset on disk is incomplete, inconsistent or cannot hold what was asked."""
+    """A dataset on disk is incomplete, inconsistent or cannot hold what was requested."""
 
 
 class OutputError(WarehouseSimError):

@@ -1,5 +1,6 @@
 """Links, anchors, paths and commands of the pages lead somewhere; README is short; numbers are those of the results."""
 
+import importlib
 import importlib.util
 import re
 from pathlib import Path
@@ -7,7 +8,13 @@ from pathlib import Path
 import pytest
 
 from docs.numbers.insert import inserted, tables
+from warehouse_sim.benchmark.rows.simulated import CLOSED_LOOPS, SIMULATIONS
+from warehouse_sim.catalog import CATALOG
 from warehouse_sim.cli.commands import COMMANDS
+from warehouse_sim.dataset.formats import FORMATS
+from warehouse_sim.estimators import DETECTORS, ESTIMATORS, FAMILIES, SEGMENTERS
+from warehouse_sim.render import BACKENDS
+from warehouse_sim.sensors import SENSORS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(
@@ -17,7 +24,10 @@ PAGES = sorted(
     if path.name != "CHANGELOG.md"
 )
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-_PATH = re.compile(r"`((?:tests|docs|benchmarks|warehouse_sim|scenes|models|examples|locks)/[\w./-]+)`")
+_FOLDERS = "tests|docs|benchmarks|warehouse_sim|scenes|models|examples|locks"
+_PATH = re.compile(rf"(?<![\w/.-])((?:{_FOLDERS})/[\w./-]*\w\.(?:py|md|yaml|json|jpg|png|txt|toml))\b")
+_DOTTED = re.compile(r"`(warehouse_sim(?:\.\w+)+)`")
+_IN_DATASETS = ("scenes/000000.json",)
 _MODULE = re.compile(r"python -m ((?:benchmarks|docs|warehouse_sim)[\w.]*)")
 _COMMAND = re.compile(r"warehouse-sim ([a-z][a-z-]*)\b")
 
@@ -26,6 +36,28 @@ def anchors(page: Path) -> set[str]:
     """Return the anchors of a page's headings, as GitHub makes them."""
     heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+
+
+def groups() -> set[str]:
+    """Return the entry-point groups of all registries."""
+    registries = (ESTIMATORS, DETECTORS, SEGMENTERS, FAMILIES, FORMATS, SENSORS, BACKENDS, CATALOG)
+    return {item.group for item in registries} | {SIMULATIONS.group, CLOSED_LOOPS.group}
+
+
+def found(name: str) -> bool:
+    """Return whether a dotted name is a module, or something in one."""
+    parts = name.split(".")
+    for count in range(len(parts), 0, -1):
+        try:
+            place = importlib.import_module(".".join(parts[:count]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[count:]:
+            if not hasattr(place, part):
+                return False
+            place = getattr(place, part)
+        return True
+    return False
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -38,7 +70,8 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
         target = (page.parent / place).resolve() if place else page
         if not target.exists() or (anchor and target.suffix == ".md" and anchor not in anchors(target)):
             dead.append(link)
-    dead += [path for path in _PATH.findall(text) if not (ROOT / path.rstrip("/.")).exists()]
+    dead += [path for path in _PATH.findall(text) if not (ROOT / path).exists() and path not in _IN_DATASETS]
+    dead += [name for name in _DOTTED.findall(text) if not found(name) and name not in groups()]
     for name in _MODULE.findall(text):
         if importlib.util.find_spec(name.rstrip(".")) is None:
             dead.append(f"python -m {name}")

@@ -67,7 +67,7 @@ def predict(
         raise TrainingError(f"{reader.root}: the split {split!r} has no images; generate more scenes")
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
-    # Numbers of objects in a folder of others are that folder's own, and of no matter to what finds objects itself.
+    # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.
     if reader.manifest is not None or finder.takes_gt(estimator):
         require_known(estimator, reader, images)
     estimates: list[PoseEstimate] = []
