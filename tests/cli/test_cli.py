@@ -151,6 +151,14 @@ def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys,
     assert "that gives\n        the same bytes: report the lines above" in out
 
 
+def test_validate_says_that_a_folder_is_a_part_of_a_dataset(capsys, tmp_path: Path) -> None:
+    root = make_dataset(tmp_path / "data")
+    code, _, err = run(capsys, "validate", str(root / "kitti"))
+    assert code == 0
+    assert f"warning: {root / 'kitti'} is a part of a dataset; to check all of it, name {root}" in err
+    assert "warning" not in run(capsys, "validate", str(root))[2]
+
+
 def test_an_unknown_option_exits_with_2(capsys) -> None:
     code, _, _ = run(capsys, "generate", "smoke", "--out", "x", "--speed", "9")
     assert code == 2

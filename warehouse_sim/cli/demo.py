@@ -68,10 +68,10 @@ def demo(
         with clock.stage(f"predict {method}"):
             predict(str(run), data=data, out=predictions, overwrite=True, config=config)
         with clock.stage(f"evaluate {method}"):
-            evaluate(predictions, data, folder)
+            evaluate(predictions, data, folder, overwrite=True)
         scored.append(folder)
     with clock.stage("report"):
-        report((data, run, *scored), out / "report.html")
+        report((data, run, *scored), out / "report.html", overwrite=True)
     write_bytes(out / "timing.json", (json.dumps(clock.seconds, indent=1) + "\n").encode("utf-8"))
     say(f"the demo took {sum(clock.seconds.values()) / 60:.1f} minutes")
     finish(out / "report.html", "preview", "demo", "--seed", "1", "--out", out / "another.png")

@@ -26,7 +26,7 @@ def detect(
         detector: Detector or segmenter by name or run folder, or a file of detections, or several joined by +.
         data: Dataset folder.
         out: JSON file to write; ``predict --detections FILE`` takes it.
-        split: Split to look at.
+        split: Split to look at, or all of them.
         labels: Folder for the same as YOLO's label files, with scores.
         visible: Least visible fraction of what is to be found, 0-1.
         height_px: Least height of what is to be found (px).
@@ -53,4 +53,5 @@ def detect(
         table.add_row(row.class_name, str(row.wanted), *cells)
     Console(highlight=False, width=140).print(table)
     print(f"{len(found)} found in {len(seconds)} images, {1000 * float(np.median(seconds)):.0f} ms an image (median)")
-    finish(out, "predict", "densefusion-depth", "--data", data, "--out", out.with_suffix(".csv"), "--detections", out)
+    poses = "--split", split, "--out", out.with_suffix(".csv"), "--detections", out
+    finish(out, "predict", "densefusion-depth", "--data", data, *poses)

@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish
+from warehouse_sim.cli.replacing import write_beside
 
 
 def evaluate(
@@ -14,6 +15,7 @@ def evaluate(
     split: str = "test",
     bop: bool = False,
     vsd: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
 
@@ -21,26 +23,28 @@ def evaluate(
         predictions: BOP pose CSV, or a folder of KITTI result files, which get KITTI's average precision.
         data: Dataset folder that holds the ground truth.
         out: Folder for ``scores.json`` (``kitti_scores.json``).
-        split: Split to score on.
+        split: Split to score on, or all of them.
         bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
         vsd: Add to these the recall by VSD and the average recall of BOP 2019; it draws every pose.
+        overwrite: Replace scores with other content that stand in the folder.
     """
     if predictions.is_dir():
-        _evaluate_kitti(predictions, data, out, split)
+        _evaluate_kitti(predictions, data, out, split, overwrite)
         return
     from warehouse_sim.evaluation import evaluate as run
     from warehouse_sim.evaluation import write_scores
 
     scores = run(predictions, data, split, bop=bop, vsd=vsd)
-    path = write_scores(scores, out)
+    path = write_beside(out, lambda folder: write_scores(scores, folder), overwrite)
     for line in scores.summary():
         print(line)
     finish(path, "report", data, out, "--out", out / "report.html")
 
 
-def _evaluate_kitti(results: Path, data: Path, out: Path, split: str) -> None:
+def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite: bool) -> None:
     from warehouse_sim.evaluation.detection.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
 
     scores = evaluate_kitti_results(results, data, split)
     print("\n".join(kitti_lines(scores)))
-    finish(write_kitti_scores(scores, out), "view", data, "--summary", "--out", out / "summary")
+    path = write_beside(out, lambda folder: write_kitti_scores(scores, folder), overwrite)
+    finish(path, "view", data, "--summary", "--out", out / "summary")

@@ -14,6 +14,7 @@ from warehouse_sim.errors import InputError, WarehouseSimError
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
+    from warehouse_sim.dataset.manifest import Manifest
     from warehouse_sim.generation.plan import GenerateConfig
 
 
@@ -106,6 +107,7 @@ def generate(
         _name(problem.scenes, alone)
         raise
     _name(manifest.missing, alone)
+    _tell(out, manifest)
     if shard is None:
         finish(out, "validate", out)
     else:
@@ -114,11 +116,24 @@ def generate(
 
 def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool) -> None:
     """Put shards together into one dataset."""
+    from warehouse_sim.dataset.manifest import read_manifest
     from warehouse_sim.dataset.shards.merge import merge as run
 
     with count_progress("shards") as progress:
         run(tuple(shards), out, resume, progress, skip_failed)
+    _tell(out, read_manifest(out))
     finish(out, "validate", out)
+
+
+def _tell(out: Path, manifest: "Manifest") -> None:
+    """Print what the scenes came out as."""
+    from warehouse_sim.dataset.realised import missing_test, realised
+
+    for line in realised(out, manifest):
+        print(line)
+    warning = missing_test(manifest)
+    if warning is not None:
+        say(warning)
 
 
 def _name(scenes: Sequence[int], alone: Callable[[int], str]) -> None:

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.manifest import Manifest, load_manifest
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import writing
@@ -46,8 +46,13 @@ def discard_dataset(root: Path) -> None:
     if not root.exists() or (root.is_dir() and not any(root.iterdir())):
         return
     layout = DatasetLayout(root)
-    if not (layout.manifest.is_file() or layout.unfinished.is_file()):
-        raise DatasetError(f"{root}: is not empty and holds no dataset of warehouse_sim; remove it yourself")
+    stated = layout.manifest if layout.manifest.is_file() else layout.unfinished
+    try:
+        load_manifest(stated)  # Projects of others have a manifest.json, too.
+    except DatasetError as problem:
+        raise DatasetError(
+            f"{root}: is not empty and holds no dataset of warehouse_sim; remove it yourself or choose another folder"
+        ) from problem
     _empty(root)
 
 

@@ -210,3 +210,15 @@ def load_manifest(path: Path) -> Manifest:
     if "contents" in data:
         return manifest
     return replace(manifest, contents=recipe_contents(manifest.recipe, f"{path}: recipe"))
+
+
+def dataset_around(root: Path) -> Path | None:
+    """Return the complete dataset of this package that a folder is a part of, such as ``DATA`` of ``DATA/kitti``."""
+    around = Path(os.path.realpath(root)).parent
+    if DatasetLayout(root).manifest.is_file() or not DatasetLayout(around).manifest.is_file():
+        return None
+    try:
+        manifest = read_manifest(around)
+    except DatasetError:
+        return None
+    return around if Path(os.path.realpath(root)).name in manifest.formats else None

@@ -9,7 +9,7 @@ import pytest
 
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
-from warehouse_sim.errors import EvaluationError
+from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.detection.kitti_ap import kitti_scores
 from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects
 from warehouse_sim.evaluation.detection.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
@@ -136,3 +136,21 @@ def test_the_command_says_where_the_scores_are_and_what_comes_next(tmp_path, cap
     *_, where, then = capsys.readouterr().out.splitlines()
     assert where == f"output: {tmp_path / 'out' / 'kitti_scores.json'}"
     assert then.startswith(f"next:   warehouse-sim view {data} --summary")
+
+
+def test_all_splits_are_scored_together(tmp_path):
+    data, results = made_folder(tmp_path / "data", 45), tmp_path / "results"
+    results.mkdir()
+    (data / "training" / "label_2").mkdir(parents=True)
+    (data / "ImageSets" / "train.txt").write_text("000045\n000046\n")
+    for frame in range(47):
+        (results / f"{frame:06d}.txt").write_text(line(pallet(frame), 0.8) + "\n")
+    for frame in (45, 46):
+        (data / "training" / "label_2" / f"{frame:06d}.txt").write_text(line(pallet(frame)) + "\n")
+    assert {row.wanted for row in evaluate_kitti_results(results, data, "all")} == {47}
+    with pytest.raises(EvaluationError, match=r"000045\.txt: is of no frame of split 'test', see .*test\.txt"):
+        evaluate_kitti_results(results, data, "test")
+    for name in ("train", "test"):
+        (data / "ImageSets" / f"{name}.txt").unlink()
+    with pytest.raises(DatasetError, match=r"all\.txt"):
+        evaluate_kitti_results(results, data, "all")

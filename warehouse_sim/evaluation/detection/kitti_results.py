@@ -9,6 +9,8 @@ from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, kitti_layout
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels, read_text
+from warehouse_sim.dataset.reader import ALL
+from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.detection.kitti_ap import ENOUGH, KittiScore, kitti_scores
 from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects
@@ -27,25 +29,24 @@ def evaluate_kitti_results(results: Path, data: Path, split: str) -> list[KittiS
     Args:
         results: Folder of the files.
         data: A dataset with KITTI files, or a folder as KITTI's own.
-        split: "train", "val" or "test".
+        split: "train", "val" or "test", or "all" of those that there are.
 
     Raises:
         EvaluationError: A file is of no frame of the split, a row has no score, or there is nothing to be found.
         DatasetError: A file cannot be read.
     """
-    layout = next(
-        (one for one in (kitti_layout(data), KittiLayout(data)) if one.image_set(split).is_file()), kitti_layout(data)
-    )
-    frames = _frames(layout, split)
+    layout = _layout(data, split)
+    listed = [name for name in SPLITS if layout.image_set(name).is_file()]
+    parts = listed if split == ALL and listed else [split]
+    frames = {frame: part for part in parts for frame in _frames(layout, part)}
+    lists = " and ".join(str(layout.image_set(part)) for part in parts)
     paths = sorted(results.glob("*.txt"))
     if not paths:
         raise EvaluationError(f"{results}: holds no file of results, 000000.txt ...; a pose CSV is a file, no folder")
     for path in paths:
         if not path.stem.isdecimal() or int(path.stem) not in frames:
-            raise EvaluationError(
-                f"{path}: is of no frame of split {split!r}, which {layout.image_set(split)} lists; check --split"
-            )
-    gt = [_objects(layout.file(split, "label_2", frame), scored=False) for frame in frames]
+            raise EvaluationError(f"{path}: is of no frame of split {split!r}, see {lists}; check --split")
+    gt = [_objects(layout.file(part, "label_2", frame), scored=False) for frame, part in frames.items()]
     found = [_objects(results / f"{frame:06d}.txt", scored=True) for frame in frames]
     names = sorted({name for objects in gt for name in objects.type[~objects.is_dont_care].tolist()})
     scores = kitti_scores(gt, found, {name: _OVERLAPS.get(name.lower(), _OVERLAP) for name in names})
@@ -73,6 +74,13 @@ def kitti_lines(scores: Sequence[KittiScore]) -> list[str]:
             f"{100 * row.ap_11:>7.2f} {turn:>8}{few}"
         )
     return lines
+
+
+def _layout(data: Path, split: str) -> KittiLayout:
+    """Return where the KITTI files lie that have the split: in a dataset of this package, or as KITTI's own."""
+    names = SPLITS if split == ALL else (split,)
+    layouts = kitti_layout(data), KittiLayout(data)
+    return next((one for one in layouts if any(one.image_set(name).is_file() for name in names)), layouts[0])
 
 
 def _frames(layout: KittiLayout, split: str) -> list[int]:

@@ -1,0 +1,49 @@
+"""Files of an earlier run are not replaced by others, unless on request."""
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from warehouse_sim.errors import OutputError
+
+
+def write_one(path: Path, write: Callable[[Path], Path], overwrite: bool) -> Path:
+    """Let ``write`` make one file and return its path; a file that is there already must stay what it is.
+
+    Args:
+        path: File to write.
+        write: Takes the path and returns it; the same bytes whatever the folder.
+        overwrite: Replace what is there.
+
+    Raises:
+        OutputError: The file is there and would get other content.
+    """
+    if not overwrite and path.is_file():
+        with TemporaryDirectory() as place:
+            _require_same(path, write(Path(place) / path.name).read_bytes())
+    return write(path)
+
+
+def write_beside(folder: Path, write: Callable[[Path], Path], overwrite: bool) -> Path:
+    """Let ``write`` fill a folder and return what it returns; files that are there already must stay what they are.
+
+    Args:
+        folder: Where to write.
+        write: Takes the folder and returns the file that it wrote last; the same bytes whatever the folder.
+        overwrite: Replace what is there.
+
+    Raises:
+        OutputError: A file that is there would get other content.
+    """
+    if not overwrite and folder.is_dir() and any(folder.iterdir()):
+        with TemporaryDirectory() as place:
+            write(Path(place))
+            for made in sorted(path for path in Path(place).rglob("*") if path.is_file()):
+                _require_same(folder / made.relative_to(place), made.read_bytes())
+    return write(folder)
+
+
+def _require_same(path: Path, data: bytes) -> None:
+    if not path.is_file() or (path.stat().st_size == len(data) and path.read_bytes() == data):
+        return
+    raise OutputError(f"{path}: is there with other content; name another --out, or add --overwrite")
