@@ -10,52 +10,69 @@ from warehouse_sim.optional import require_extra
 from warehouse_sim.version import __version__
 
 if TYPE_CHECKING:
+    from warehouse_sim.api.camera import Camera
     from warehouse_sim.api.dataset import Dataset
     from warehouse_sim.api.folders import convert, validate
+    from warehouse_sim.api.generate import generate
     from warehouse_sim.api.observation import Observation
+    from warehouse_sim.api.recipe import Recipe, recipe
+    from warehouse_sim.api.rig import Rig
+    from warehouse_sim.api.scene import Scene
     from warehouse_sim.api.scoring import evaluate, predict, report
     from warehouse_sim.api.training import load_estimator, train
+    from warehouse_sim.api.writer import Writer
     from warehouse_sim.errors import WarehouseSimError
     from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
-    from warehouse_sim.generation.generate import generate
     from warehouse_sim.schema import PoseEstimate
 
 __all__ = [
+    "Camera",
     "Dataset",
     "Detection",
     "Observation",
     "PoseEstimate",
+    "Recipe",
     "RgbdImage",
+    "Rig",
+    "Scene",
     "WarehouseSimError",
+    "Writer",
     "__version__",
     "convert",
     "evaluate",
     "generate",
     "load_estimator",
     "predict",
+    "recipe",
     "report",
     "train",
     "validate",
 ]
 
 _PUBLIC = {
+    "Camera": "warehouse_sim.api.camera",
     "Dataset": "warehouse_sim.api.dataset",
     "Detection": "warehouse_sim.estimators.rgbd_image",
     "Observation": "warehouse_sim.api.observation",
     "PoseEstimate": "warehouse_sim.schema",
+    "Recipe": "warehouse_sim.api.recipe",
     "RgbdImage": "warehouse_sim.estimators.rgbd_image",
+    "Rig": "warehouse_sim.api.rig",
+    "Scene": "warehouse_sim.api.scene",
     "WarehouseSimError": "warehouse_sim.errors",
+    "Writer": "warehouse_sim.api.writer",
     "convert": "warehouse_sim.api.folders",
     "evaluate": "warehouse_sim.api.scoring",
-    "generate": "warehouse_sim.generation.generate",
+    "generate": "warehouse_sim.api.generate",
     "load_estimator": "warehouse_sim.api.training",
     "predict": "warehouse_sim.api.scoring",
+    "recipe": "warehouse_sim.api.recipe",
     "report": "warehouse_sim.api.scoring",
     "train": "warehouse_sim.api.training",
     "validate": "warehouse_sim.api.folders",
 }
 """Where each public name is imported from when it is first used."""
-_EXTRA = {"generate": "generate"}
+_EXTRA = dict.fromkeys(("Camera", "Recipe", "Rig", "Scene", "Writer", "generate", "recipe"), "generate")
 """Names whose module cannot be imported without an extra of this package."""
 
 

@@ -4,6 +4,7 @@ import pytest
 from warehouse_sim.geometry.pose import (
     invert,
     level_camera,
+    look_at,
     make_transform,
     matrix_from_quat_wxyz,
     quat_wxyz_from_matrix,
@@ -63,3 +64,18 @@ def test_level_camera_looks_along_its_heading_with_image_down_being_world_down()
 
 def test_positive_pitch_looks_up() -> None:
     assert level_camera(np.zeros(3), yaw=0.0, pitch=0.1)[2, 2] == pytest.approx(np.sin(0.1))
+
+
+@pytest.mark.parametrize("target", [(3.0, 1.0, 0.2), (-2.0, 5.0, 1.0), (1.0, 2.0, 0.0), (1.0, 2.0, 9.0)])
+def test_a_camera_looks_at_a_point_upright(target: tuple[float, float, float]) -> None:
+    position = np.array([1.0, 2.0, 1.5])
+    T = look_at(position, np.array(target))
+    np.testing.assert_array_equal(T[:3, 3], position)
+    np.testing.assert_allclose(T[:3, 2], (target - position) / np.linalg.norm(target - position), atol=1e-12)
+    assert T[2, 0] == pytest.approx(0.0, abs=1e-12)  # no roll: the image's rows are level
+    assert T[2, 1] <= 1e-12  # and its upper border is up
+
+
+def test_a_camera_cannot_look_at_itself() -> None:
+    with pytest.raises(ValueError, match="where it is"):
+        look_at(np.ones(3), np.ones(3))

@@ -47,7 +47,7 @@ def catalog_object(name: str) -> ObjectModel:
     """Return the catalog object called ``name``; the same object each time, so that scenes share geometry.
 
     Args:
-        name: Registered name, or the .yaml file of a user's own object (docs/custom_objects.md).
+        name: Registered name, or the .yaml or mesh file of a user's own object (docs/custom_objects.md).
 
     Raises:
         UnknownNameError: The name is not registered.
@@ -58,6 +58,11 @@ def catalog_object(name: str) -> ObjectModel:
         from warehouse_sim.catalog.custom import load_custom_object
 
         return load_custom_object(Path(name))
+    if "." in name:
+        from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object
+
+        if is_mesh_name(name):
+            return load_mesh_object(name)
     model: ObjectModel = CATALOG.get(name)(name)
     if name not in SHIPPED:
         require_fitting(name, model)

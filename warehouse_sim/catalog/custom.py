@@ -41,7 +41,21 @@ def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectMo
         ConfigError: The file, a key of it or the mesh file cannot be used; the message names file and key.
         MissingPackageError: The package that reads this kind of mesh file is not installed.
     """
-    config = load_yaml(CustomObjectConfig, path)
+    return object_of(load_yaml(CustomObjectConfig, path), path, brought)
+
+
+def object_of(config: CustomObjectConfig, path: Path, brought: Sequence[Material] = ()) -> ObjectModel:
+    """Return the object that settings describe.
+
+    Args:
+        config: What the mesh file does not say.
+        path: The file that says it, beside which the mesh file lies.
+        brought: As in ``load_custom_object``.
+
+    Raises:
+        ConfigError: A setting or the mesh file cannot be used; the message names file and key.
+        MissingPackageError: The package that reads this kind of mesh file is not installed.
+    """
     if config.name in SHIPPED:
         raise ConfigError(f"{path}: name: {config.name!r} is an object of the catalog; choose another")
     try:

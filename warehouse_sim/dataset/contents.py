@@ -1,9 +1,10 @@
 """What a dataset holds, as its manifest says it: what formats, readers and checks know of it without its recipe."""
 
 import re
-from dataclasses import dataclass, field
-from typing import Annotated
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any
 
+from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens, lens_of
@@ -25,7 +26,7 @@ class CameraContents:
     width: Annotated[int, Range(1, 65_535, "px")]
     height: Annotated[int, Range(1, 65_535, "px")]
     focal_px: Annotated[float, Range(0.001, 1_000_000, "px")]
-    """Focal length along both axes (px)."""
+    """Focal length along u (px)."""
     cx: Coefficient
     """Optical axis (px), as ``cy``."""
     cy: Coefficient
@@ -33,6 +34,13 @@ class CameraContents:
     """k1, k2, p1, p2, k3 of the lens as in OpenCV; null = a pinhole or a fisheye."""
     fisheye: Annotated[tuple[float, float, float, float], Range(-10, 10)] | None = None
     """k1, k2, k3, k4 of a fisheye as in OpenCV; null = none."""
+    focal_y_px: Annotated[float, Range(0.001, 1_000_000, "px")] | None = None
+    """Focal length along v (px) where pixels are not square; null = that along u."""
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return what is read back; the second focal length only where there is one."""
+        plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
+        return {name: value for name, value in plain.items() if name != "focal_y_px" or value is not None}
 
     @property
     def lens(self) -> Lens | None:
@@ -42,7 +50,8 @@ class CameraContents:
 
     def make(self) -> PinholeCamera:
         """Return the camera."""
-        return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, self.cx, self.cy, self.lens)
+        focal_y_px = self.focal_px if self.focal_y_px is None else self.focal_y_px
+        return PinholeCamera(self.width, self.height, self.focal_px, focal_y_px, self.cx, self.cy, self.lens)
 
 
 @dataclass(frozen=True)

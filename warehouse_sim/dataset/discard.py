@@ -43,7 +43,7 @@ def discard_dataset(root: Path) -> None:
         DatasetError: The folder holds something else.
         OutputError: A file cannot be deleted.
     """
-    if not root.exists() or (root.is_dir() and not any(root.iterdir())):
+    if not root.exists() or (root.is_dir() and all(is_lock(path) for path in root.iterdir())):
         return
     layout = DatasetLayout(root)
     stated = layout.manifest if layout.manifest.is_file() else layout.unfinished

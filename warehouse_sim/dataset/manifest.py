@@ -17,6 +17,8 @@ from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import ConfigError, DatasetError
 
 FORMAT_VERSION = 1
+BY_HAND = "by_hand"
+"""Key of ``Manifest.recipe``, which says nothing but sensors, targets and viewpoints then."""
 _MOST_OBSERVATIONS = 1_000_000
 """Of one scene: BOP's image numbers have six digits."""
 # What can change a byte of a dataset.
@@ -116,6 +118,11 @@ class Manifest:
             raise ValueError("every scene is missing")
 
     @property
+    def by_hand(self) -> bool:
+        """Whether its scenes were put together in Python, so that no recipe makes them again."""
+        return bool(self.recipe.get(BY_HAND, False))
+
+    @property
     def scene_indices(self) -> list[int]:
         """The scenes that there are, in order."""
         return sorted(index for indices in self.splits.values() for index in indices)
@@ -179,6 +186,11 @@ def require_no_part(root: Path) -> None:
         raise DatasetError(
             f"{root}: no manifest.json: this is one shard of a dataset, which is incomplete; "
             "put all of them together with warehouse-sim generate --merge"
+        )
+    if layout.unfinished.is_file() and load_manifest(layout.unfinished).by_hand:
+        raise DatasetError(
+            f"{root}: no manifest.json: the dataset is incomplete; run the script that writes it again, with "
+            "ws.Writer(..., overwrite=True)"
         )
     if layout.unfinished.is_file():
         raise DatasetError(

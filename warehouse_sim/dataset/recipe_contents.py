@@ -109,6 +109,7 @@ def _camera(settings: dict[str, Any], where: str) -> CameraContents | None:
         (height - 1) / 2 if cy is None else cy,
         (k1, k2, p1, p2, k3) if any((k1, k2, p1, p2, k3)) else None,
         None if bent is None else _fisheye(bent, f"{where}.fisheye"),
+        take_if_given(settings, "focal_y_px", float, where, _FOCAL),
     )
 
 

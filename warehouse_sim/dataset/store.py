@@ -69,6 +69,15 @@ class DatasetStore:
             DatasetError: The folder holds something else, or a dataset or shard that differs from this one.
         """
         self.claim(resume, shard)
+        self.tell(models, camera)
+
+    def tell(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+        """Store the geometries that a label can name, as the second half of ``begin``; again where more have come.
+
+        Args:
+            models: Every geometry that a label can name, undamaged.
+            camera: The rig's camera.
+        """
         write_objects(self.root, models)
         for writer in self._writers:
             writer.begin(models, camera)
@@ -228,7 +237,7 @@ class DatasetStore:
 
     def _write_card(self, manifest: Manifest, records: Sequence[SceneRecord]) -> None:
         shown = shown_observations(manifest.scenes, manifest.observations_per_scene)
-        if manifest.recipe:
+        if manifest.recipe and not manifest.by_hand:
             write_recipe(self._layout.recipe, manifest)
         has_sheet = write_sheet(self._layout.card, shown)
         write_card(self.root, dataset_card(self.root, manifest, put_together(records), has_sheet))

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from warehouse_sim.catalog.mesh_files import SUFFIXES
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.licences import data_licences
 from warehouse_sim.resources import data_folder
 
-_BROUGHT = (".yaml", ".yml", ".ies")
+_BROUGHT = (".yaml", ".yml", ".ies", *SUFFIXES)
 """Endings by which a setting names a file instead of something that is shipped."""
 
 
@@ -18,7 +19,7 @@ def recipe_licences(recipe: dict[str, Any], plugins: Iterable[str]) -> dict[str,
         recipe: As plain data.
         plugins: Packages of others that take part.
     """
-    named = [text for text in _texts(recipe) if text.lower().endswith(_BROUGHT)]
+    named = [file for text in _texts(recipe) if (file := text.partition("#")[0]).lower().endswith(_BROUGHT)]
     return data_licences(texture_licence(), named, plugins)
 
 

@@ -1,9 +1,10 @@
 """A whole recipe file: the scene's distribution and what is done with each draw of it."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
-from warehouse_sim.config import from_mapping
+from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import ConfigError, RecipeError
 from warehouse_sim.generation.extends import overlay, read_chain
@@ -42,8 +43,13 @@ class Recipe:
     """Filled in from the file's name."""
 
 
-def load_recipe(name_or_path: str) -> Recipe:
+def load_recipe(name_or_path: str, changes: Mapping[str, Any] | None = None, instead: Collection[str] = ()) -> Recipe:
     """Read a recipe by shipped name ("demo") or path; what it ``extends`` is read and checked before it.
+
+    Args:
+        name_or_path: Which recipe.
+        changes: Settings in place of its own, as a recipe that extends it has them.
+        instead: Keys of ``changes`` that replace all that it says under them, instead of a part.
 
     Raises:
         UnknownNameError: Neither a shipped name nor a file.
@@ -55,8 +61,25 @@ def load_recipe(name_or_path: str) -> Recipe:
         # A name belongs to one file; all else is handed on.
         settings = overlay({key: value for key, value in settings.items() if key != "name"}, own)
         recipe = _checked(settings, str(file))
+    if changes:
+        recipe = _overlaid(settings, changes, instead)
     recipe = _at_camera_height(recipe)
     return recipe if recipe.name else replace(recipe, name=path.stem)
+
+
+def changed(recipe: Recipe, changes: Mapping[str, Any], instead: Collection[str] = ()) -> Recipe:
+    """Return a recipe with some of its settings replaced, as ``load_recipe`` does.
+
+    Raises:
+        RecipeError: A setting does not exist or does not fit.
+    """
+    plain: dict[str, Any] = to_mapping(recipe)
+    return _at_camera_height(_overlaid(plain, changes, instead)) if changes else recipe
+
+
+def _overlaid(settings: dict[str, Any], changes: Mapping[str, Any], instead: Collection[str]) -> Recipe:
+    kept = {key: value for key, value in settings.items() if key not in instead}
+    return _checked(overlay(kept, dict(changes)), "settings from Python")
 
 
 def _checked(settings: dict[str, Any], where: str) -> Recipe:

@@ -93,6 +93,8 @@ def _recipe(root: Path, manifest: Manifest) -> Recipe:
         DatasetError: It was made from none, or its recipe is not one of this version.
     """
     where = f"{DatasetLayout(root).manifest}: recipe"
+    if manifest.by_hand:
+        raise DatasetError(f"{root}: its scenes were put together in Python; run that script again, or see validate")
     if manifest.converted_from or not manifest.recipe:
         raise DatasetError(f"{root}: was converted from other data, nothing can be regenerated; see validate")
     try:

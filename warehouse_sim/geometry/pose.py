@@ -109,3 +109,20 @@ def level_camera(position: Float[np.ndarray, " 3"], yaw: float, pitch: float = 0
     forward_left_up_from_camera = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     R = rotation_z(yaw) @ rotation_y(-pitch) @ forward_left_up_from_camera @ rotation_z(roll)
     return make_transform(R, np.asarray(position, dtype=float))
+
+
+def look_at(position: Float[np.ndarray, " 3"], target: Float[np.ndarray, " 3"]) -> Transform:
+    """Return ``T_world_camera`` of an OpenCV camera that looks at a point, its image upright.
+
+    Args:
+        position: Optical centre in the world (m).
+        target: What the optical axis goes through (m), another point; straight up and down, +x is up in the image.
+
+    Raises:
+        ValueError: Both are the same point.
+    """
+    ahead = np.asarray(target, dtype=float) - np.asarray(position, dtype=float)
+    flat = float(np.hypot(ahead[0], ahead[1]))
+    if flat == 0.0 and ahead[2] == 0.0:
+        raise ValueError("a camera cannot look at the place where it is")
+    return level_camera(position, float(np.arctan2(ahead[1], ahead[0])), float(np.arctan2(ahead[2], flat)))

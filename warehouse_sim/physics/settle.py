@@ -51,10 +51,17 @@ class SettleConfig:
     """Loads that were run into: where leaning and fallen goods come from."""
 
 
-def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, SettleReport]:
+def settle_scene(
+    spec: SceneSpec, config: SettleConfig, reach: tuple[float, float, float] = _REACH
+) -> tuple[SceneSpec, SettleReport]:
     """Let each stack of loose objects come to rest alone among what is fixed, then check the scene as a whole.
 
     Stacks keep clear of each other, so one that has come to rest is fixed for the next; the check tells if not.
+
+    Args:
+        spec: Not settled yet.
+        config: When it is at rest.
+        reach: How far around a stack (m, along each axis) the fixed things are that it may touch: as far as it falls.
     """
     solids = Solids.of(spec.instances, spec.models)
     limits = RestLimits(config.rest_speed, config.rest_turn, config.max_time)
@@ -63,7 +70,7 @@ def settle_scene(spec: SceneSpec, config: SettleConfig) -> tuple[SceneSpec, Sett
     rests: list[Rest] = []
     bring = bring_stack_to_rest if config.stability_check else bring_to_rest
     for stack in stacks:
-        rest = bring(spec, stack, boxes_around(solids, stack, _REACH), limits)
+        rest = bring(spec, stack, boxes_around(solids, stack, reach), limits)
         solids = solids.moved(rest.moved(stack), spec.models)
         poses |= rest.poses
         rests.append(rest)

@@ -69,6 +69,8 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
         "seed": str(manifest.seed),
         "drawn by": "; ".join(manifest.renderers),
     }
+    if manifest.by_hand:
+        made["recipe"] = "none, its scenes were put together in Python"
     facts = {"converted from": manifest.converted_from} if manifest.converted_from else made
     facts |= {
         "formats": ", ".join(manifest.formats),
@@ -95,6 +97,8 @@ def _again(manifest: Manifest) -> str:
         return shlex.join(
             ["warehouse-sim", "convert", manifest.converted_from, "--to", *manifest.formats, "--out", "../again"]
         )
+    if manifest.by_hand:
+        return "python SCRIPT  # the script that put its scenes together with ws.Writer"
     command = ["warehouse-sim", "generate", "card/recipe.yaml", "--out", "../again"]
     command += ["--scenes", str(manifest.scenes), "--seed", str(manifest.seed), "--formats", *manifest.formats]
     if manifest.backend:

@@ -9,7 +9,7 @@ from warehouse_sim.scene.viewpoints.framing import shows
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.sequences import choose_drives
 from warehouse_sim.scene.viewpoints.single import TRIES, candidate_viewpoints
-from warehouse_sim.schema import Viewpoint
+from warehouse_sim.schema import SceneSpec, Viewpoint
 
 
 def choose_viewpoints(
@@ -25,7 +25,19 @@ def choose_viewpoints(
     Raises:
         PlacementError: There is no target, or none can be seen from a free place.
     """
-    space = FreeSpace.of(draft.instances, draft.models, targets, area)
+    return _choose(FreeSpace.of(draft.instances, draft.models, targets, area), count, config, rng)
+
+
+def views_of(scene: SceneSpec, count: int, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[Viewpoint, ...]:
+    """Return ``count`` viewpoints in the aisle of a scene as it stands, each with its targets well in view.
+
+    Raises:
+        PlacementError: There is no target, none can be seen from a free place, or the aisle is not known.
+    """
+    return _choose(FreeSpace.of_scene(scene), count, config, rng)
+
+
+def _choose(space: FreeSpace, count: int, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[Viewpoint, ...]:
     if config.trajectory != "none" and config.mounting is not None:
         return choose_drives(space, count, config, config.mounting, rng)
     return tuple(_choose_single(space, config, rng) for _ in range(count))

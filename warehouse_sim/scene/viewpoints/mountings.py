@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.pose import Transform, level_camera
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.viewpoints.vehicles import AMR, FORK_TRAVEL_HEIGHT, FORKLIFT, Vehicle
@@ -70,3 +71,16 @@ MOUNTINGS: dict[str, Mounting] = {
     "ceiling": Mounting(None, 0.0, Distribution.uniform(4.0, 8.0), Distribution.uniform(-90.0, -40.0), overhead=True),
 }
 """Kinds of cameras that stand on the floor; ``free`` is the one that nothing carries."""
+CARRIERS: dict[str, str] = {"forklift": "forklift_mast", **{name: name for name in (*MOUNTINGS, "free")}}
+"""What may carry a rig -> value of ``viewpoints.kind`` in a recipe."""
+
+
+def carried_by(name: str) -> str:
+    """Return the kind of viewpoints of what carries a rig.
+
+    Raises:
+        UnknownNameError: Nothing of that name carries one.
+    """
+    if name not in CARRIERS:
+        raise UnknownNameError("carrier of a rig", name, list(CARRIERS))
+    return CARRIERS[name]

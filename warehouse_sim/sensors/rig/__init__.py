@@ -2,10 +2,12 @@
 
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig, CalibrationError
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
+from warehouse_sim.sensors.rig.camera_file import read_camera_file
 from warehouse_sim.sensors.rig.choice import SensorChoice
 from warehouse_sim.sensors.rig.config import RigConfig
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
+from warehouse_sim.sensors.rig.named_camera import camera_settings, depth_of
 from warehouse_sim.sensors.rig.shipped import rig_names
 
 __all__ = [
@@ -19,5 +21,8 @@ __all__ = [
     "MountedSensor",
     "RigConfig",
     "SensorChoice",
+    "camera_settings",
+    "depth_of",
+    "read_camera_file",
     "rig_names",
 ]

@@ -24,7 +24,7 @@ _LEAST_HFOV, _WIDEST_HFOV = 5.0, 170.0
 @dataclass(frozen=True)
 @ranged
 class CameraConfig:
-    """A camera with square pixels; in YAML also the name of a preset, or ``preset`` with what differs from it.
+    """A camera; in YAML also the name of a preset, or ``preset`` with what differs from it.
 
     ``hfov_deg``, the angle between the left and the right border (deg, 5-170), may stand in place of ``focal_px``.
     """
@@ -43,6 +43,8 @@ class CameraConfig:
     """Brown-Conrady k1, k2, p1, p2, k3 of the lens as OpenCV has them; null = the image is rectified."""
     fisheye: Fisheye | None = None
     """Instead of ``distortion``: Kannala-Brandt k1, k2, k3, k4 of a fisheye as OpenCV has them; {} = equidistant."""
+    focal_y_px: Annotated[float, Range(50, 20_000, "px")] | None = None
+    """Focal length along v (px), 50-20,000, where pixels are not square; null = the same."""
 
     def __post_init__(self) -> None:
         if self.width * self.height > _MOST_PIXELS:
@@ -77,7 +79,7 @@ class CameraConfig:
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; the lens only where there is one."""
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
-        lenses = ("distortion", "fisheye")
+        lenses = ("distortion", "fisheye", "focal_y_px")
         return {name: value for name, value in plain.items() if name not in lenses or value is not None}
 
     @property
@@ -91,7 +93,8 @@ class CameraConfig:
         cx = centred.cx if self.cx is None else self.cx
         cy = centred.cy if self.cy is None else self.cy
         lens = self.fisheye or (None if self.distortion == Distortion() else self.distortion)
-        return PinholeCamera(self.width, self.height, self.focal_px, self.focal_px, cx, cy, lens)
+        focal_y_px = self.focal_px if self.focal_y_px is None else self.focal_y_px
+        return PinholeCamera(self.width, self.height, self.focal_px, focal_y_px, cx, cy, lens)
 
 
 def _with_focal(data: Any, width: int, where: str) -> Any:

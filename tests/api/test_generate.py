@@ -1,0 +1,66 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import warehouse_sim as ws
+from warehouse_sim.cli.main import main
+from warehouse_sim.errors import ConfigError, DatasetError, InputError, UnknownNameError
+
+
+def files(root: Path) -> dict[str, bytes]:
+    return {path.relative_to(root).as_posix(): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
+
+
+@pytest.mark.gl
+def test_python_writes_the_bytes_of_the_command(tmp_path: Path) -> None:
+    data = ws.generate("smoke", tmp_path / "python", scenes=2, seed=3)
+    command = ["generate", "smoke", "--out", str(tmp_path / "command"), "--scenes", "2", "--seed", "3"]
+    assert main([*command, "--workers", "1"]) in (0, None)
+    assert files(tmp_path / "python") == files(tmp_path / "command")
+    assert isinstance(data, ws.Dataset)
+    assert len(data) == 4
+
+
+@pytest.mark.gl
+def test_a_recipe_of_python_and_its_file_give_the_same_data(tmp_path: Path) -> None:
+    recipe = ws.recipe("smoke", light="dim", views=1)
+    recipe.save(tmp_path / "mine.yaml")
+    one = ws.generate(recipe, str(tmp_path / "a"), scenes=1, formats="bop")
+    two = ws.generate(tmp_path / "mine.yaml", tmp_path / "b", scenes=1, formats=["bop"])
+    assert files(one.path / "bop") == files(two.path / "bop")
+    assert len(one) == 1
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda out: ws.generate("dmo", out), UnknownNameError, ["'dmo'", "demo"]),
+        (lambda out: ws.generate(5, out), InputError, ["generate", "recipe", "5"]),
+        (lambda out: ws.generate("smoke", 5), InputError, ["out", "5"]),
+        (lambda out: ws.generate("smoke"), InputError, ["missing", "'out'"]),
+        (lambda out: ws.generate("smoke", out, scenes=0), InputError, ["scenes", "1-1,000,000"]),
+        (lambda out: ws.generate("smoke", out, scenes=1.5), InputError, ["scenes", "whole number", "1.5"]),
+        (lambda out: ws.generate("smoke", out, seed=-1), InputError, ["seed"]),
+        (lambda out: ws.generate("smoke", out, workers=0), InputError, ["workers", "1-256"]),
+        (lambda out: ws.generate("smoke", out, sceens=2), InputError, ["did you mean 'scenes'"]),
+        (lambda out: ws.generate("smoke", out, formats="bpo"), UnknownNameError, ["bpo"]),
+        (lambda out: ws.generate("smoke", out, formats=()), ConfigError, ["formats"]),
+    ],
+)
+def test_what_does_not_fit_is_said_before_a_folder_is_made(
+    call: Callable[[Path], Any], error: type[Exception], words: list[str], tmp_path: Path
+) -> None:
+    with pytest.raises(error) as caught:
+        call(tmp_path / "out")
+    assert all(word in str(caught.value) for word in words)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_with_something_else_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("kept")
+    with pytest.raises(DatasetError, match="not empty"):
+        ws.generate("smoke", tmp_path, scenes=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
