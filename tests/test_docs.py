@@ -12,7 +12,10 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 
 ROOT = Path(__file__).resolve().parents[1]
-SMALL = {'load_recipe("demo")': 'load_recipe("smoke")'}
+SMALL = {
+    'load_recipe("demo")': 'load_recipe("smoke")',
+    'ws.generate("demo", "out/dataset", scenes=2)': 'ws.generate("smoke", "out/dataset", scenes=2)',
+}
 """What stands in for what would take long."""
 
 
