@@ -1,5 +1,6 @@
 """Every Python sample of README and docs runs, on small data."""
 
+import io
 import re
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,7 @@ def test_samples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     make_dataset(tmp_path / "out" / "demo" / "data")
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO())  # of programs
     names = given()
     for number, sample in enumerate(samples(page)):
         exec(compile(sample, f"{page.name}, sample {number + 1}", "exec"), names)

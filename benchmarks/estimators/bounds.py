@@ -57,7 +57,7 @@ def covered(model: Path, data: Path, scores: Scores, setting: Setting) -> list[d
     Returns:
         ``label``, ``value``, ``interval`` (95 %, over scenes) and ``n`` of each range that holds enough objects.
     """
-    curve = read_calibration(model).get(setting.config.selection, setting.config.refine)
+    curve = read_calibration(model).get(*setting.config.way)
     if curve is None:
         return []
     shapes = {shape.obj_id: shape for shape in read_config(model).objects}

@@ -43,7 +43,7 @@ def observations() -> list[Observation]:
 
 def headline(model: Path, seen: Sequence[Observation]) -> Headline:
     """Estimate the labelled objects of ``seen`` with consensus and without ICP."""
-    estimator, meshes = load_estimator(model, PredictConfig(selection="consensus")), read_meshes(model)
+    estimator, meshes = load_estimator(model, PredictConfig(selection="consensus", refine="none")), read_meshes(model)
     shapes = {shape.obj_id: shape for shape in estimator.objects}
     good = count = 0
     for observation in seen:

@@ -53,7 +53,7 @@ MEASURES = {
     "sure": "confidence above 0.99",
     "bound": "bound holds (90 wanted)",
 }
-SETTING = Setting("consensus", PredictConfig(selection="consensus"))
+SETTING = Setting("consensus", PredictConfig(selection="consensus", refine="none"))
 _SURE = 0.99
 
 

@@ -48,7 +48,8 @@ class Setting:
 
 
 SELECTIONS = tuple(
-    Setting(name, PredictConfig(selection=name)) for name in ("argmax", "weighted", "weighted-50", "consensus")
+    Setting(name, PredictConfig(selection=name, refine="none"))
+    for name in ("argmax", "weighted", "weighted-50", "consensus")
 )
 """Every selection, without ICP."""
 SETTINGS = (

@@ -39,7 +39,7 @@ TRAINED_SEED, SCORED_SEED = 61, 62
 VIEWS = 10
 """Images of a scene."""
 SETTINGS = (
-    Setting("consensus", PredictConfig(selection="consensus")),
+    Setting("consensus", PredictConfig(selection="consensus", refine="none")),
     Setting("consensus + ICP", PredictConfig(selection="consensus", refine="icp")),
 )
 METRICS = {"add_5pct": "ADD < 5 % d", "dock_2_7m": "docked, 2-7 m"}

@@ -80,7 +80,7 @@ def samples_of(method: str, scenes: int, views: int, every: int, folder: Path) -
 def fitted(method: str, samples: Samples) -> None:
     """Fit the uncertainty of a method and write it into its folder."""
     way = way_of(method)
-    model = fit(samples, way.config.selection, way.config.refine)
+    model = fit(samples, *way.config.way)
     write_uncertainty(way.folder, read_uncertainty(way.folder).with_model(model))
     print(f"{method}: fitted on {model.samples}, AUROC {model.auroc}, bound holds {model.coverage} on scenes left out")
 

@@ -89,7 +89,7 @@ def _with_objects(reader: DatasetReader, images: list[ImageRecord]) -> list[Imag
 
 def _masks(reader: DatasetReader, images: list[ImageRecord], where: dict[str, str]) -> dict[str, Any]:
     detect, segment = open_front_end(where["detector-depth"]), open_front_end(where["segmenter-depth"])
-    config = PredictConfig(selection="consensus", uncertainty=False)
+    config = PredictConfig(selection="consensus", refine="none", uncertainty=False)
     plain, refined = (load_estimator("densefusion-depth", item) for item in (config, replace(config, refine="icp")))
     clock, counts = _Clock(), list[int]()
     for record in [images[0], *images]:
@@ -113,7 +113,7 @@ def _masks(reader: DatasetReader, images: list[ImageRecord], where: dict[str, st
 
 def _sweeps(reader: DatasetReader, images: list[ImageRecord], where: dict[str, str]) -> dict[str, Any]:
     detect = open_front_end(where["detector-lidar"])
-    config = PredictConfig(selection="consensus", uncertainty=False)
+    config = PredictConfig(selection="consensus", refine="none", uncertainty=False)
     network = load_estimator("densefusion-pointcloud", config)
     assert isinstance(network, Estimator)
     chain, clusters, clock, counts = LidarChain(network), BoxClusters(), _Clock(), list[int]()

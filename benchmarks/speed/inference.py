@@ -79,7 +79,7 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
     write_weights(run, DenseFusion(network, len(shapes)))
     write_meshes(run, {model.obj_id: model.mesh() for model in models})
     estimator, image = (
-        Estimator(run, PredictConfig(selection="consensus", device="cpu", threads=1)),
+        Estimator(run, PredictConfig(selection="consensus", refine="none", device="cpu", threads=1)),
         eight_objects(observation),
     )
     crops = estimator.cut(image)

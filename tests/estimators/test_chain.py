@@ -17,6 +17,7 @@ from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, quat_wxyz_from_matrix, rotation_z
 
 OFF = make_transform(rotation_z(np.deg2rad(2)), np.array([0.03, 0.02, 0.01]))
@@ -117,7 +118,7 @@ def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -
 
 
 def test_a_detection_of_an_unknown_model_is_tried_as_each_object(tmp_path: Path) -> None:
-    estimator = load_estimator(made_run(tmp_path / "run"))
+    estimator = load_estimator(made_run(tmp_path / "run"), PredictConfig(refine="none"))
     image = RgbdImage.from_observation(observe(make_scene(0))[0])
     nameless = tuple(Detection(item.mask, number=item.number) for item in image.detections)
     found = estimator.estimate(RgbdImage(image.camera, image.depth, nameless))
@@ -135,7 +136,7 @@ def test_a_box_is_all_pixels_within_and_something_is_needed() -> None:
 
 
 def test_only_what_a_detection_may_be_is_tried(tmp_path: Path) -> None:
-    estimator = load_estimator(made_run(tmp_path / "run"))
+    estimator = load_estimator(made_run(tmp_path / "run"), PredictConfig(refine="none"))
     image = RgbdImage.from_observation(observe(make_scene(0))[0])
     known = estimator.objects[0]
     listed = tuple(Detection(item.mask, number=item.number, may_be=(known.name,)) for item in image.detections)

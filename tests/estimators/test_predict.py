@@ -114,11 +114,11 @@ def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("rectangle-fit", "rectangle-fit weighs readings in its own way"),
-        ("densefusion-depth", "add --refine icp or verify"),
+        ("rectangle-fit", "in its own way; leave --time-of-flight out"),
+        ("densefusion-depth", "choose --refine icp or verify"),
     ],
 )
 def test_what_time_of_flight_would_change_nothing_of_is_rejected(name: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        load_estimator(name, PredictConfig(time_of_flight=True))
+        load_estimator(name, PredictConfig(time_of_flight=True, refine="none"))
     assert load_estimator("densefusion-depth", PredictConfig(time_of_flight=True, refine="icp")).objects

@@ -89,7 +89,8 @@ def test_the_estimator_is_told_what_is_requested_for(made: Path, spy: type[Spy])
 
 def test_the_command_says_which(made: Path, spy: type[Spy], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("true", "nominal"):
-        main(["predict", "spy", "--data", str(made), "--out", str(tmp_path / "spy.csv"), "--calibration", name])
+        out = tmp_path / f"{name}.csv"
+        main(["predict", "spy", "--data", str(made), "--out", str(out), "--calibration", name])
         assert f"calibration: {name}" in capsys.readouterr().out.splitlines()
         assert (spy.shown[-1].camera == CAMERA) == (name == "true")
 

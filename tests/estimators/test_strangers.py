@@ -92,7 +92,7 @@ def test_what_makes_no_sense_is_one_line(installed: Path, toy_root: Path, tmp_pa
     cases = [
         (["train", "centroid", "--data", toy_root, "--out", tmp_path / "run"], "centroid needs no training"),
         ([*predict, "--refine", "icp"], "centroid selects and refines in its own way"),
-        ([*predict, "--time-of-flight"], "centroid weighs readings in its own way"),
+        ([*predict, "--time-of-flight"], "leave --time-of-flight out"),
         ([*predict, "--detections", "abovefloor"], "detector or segmenter"),
     ]
     for arguments, message in cases:

@@ -322,7 +322,11 @@ def _simulated(run: _Run) -> Iterator[Row]:
         run.progress(1.0, f"{answer.group.name}, {answer.condition}: simulated truck")
         yield from simulated_rows(answer, run.config.out, run.suite.simulated_poses)
     run.progress(1.0, "closed loop")
-    yield from driven_rows(run.groups, run.suite.approach, run.config.out)
+    answered = {answer.group.name for answer in run.answers}
+    failed = {item.estimator for item in run.left_out} - answered
+    yield from driven_rows(
+        [group for group in run.groups if group.name not in failed], run.suite.approach, run.config.out
+    )
 
 
 def _leave_out(run: _Run, estimator: str, condition: str, problem: Exception) -> None:

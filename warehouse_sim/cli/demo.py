@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from warehouse_sim.cli.console import finish, say
@@ -62,7 +63,8 @@ def demo(
         if not (run / "result.json").is_file():
             train(estimator, (data,), run, resume=run.exists(), config=TrainConfig(max_minutes=max_minutes, seed=seed))
     scored = []
-    methods = {estimator: PredictConfig(), f"{estimator}-icp": PredictConfig(refine="icp")}
+    plain = PredictConfig(selection="argmax", refine="none")
+    methods = {estimator: plain, f"{estimator}-icp": replace(plain, refine="icp")}
     for method, config in methods.items():
         predictions, folder = out / "predictions" / f"{method}.csv", out / "scores" / method
         with clock.stage(f"predict {method}"):

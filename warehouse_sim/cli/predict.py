@@ -30,7 +30,7 @@ def predict(
             ``module:Class``.
         data: Dataset folder.
         out: CSV file to write.
-        split: Split to predict on.
+        split: Split to predict on, or all.
         pictures: Folder for a picture of each image with the poses in it.
         overwrite: Replace the CSV file where there is one.
         exec: In place of an estimator, a program that reads images and writes poses as JSON lines (docs/estimators.md).

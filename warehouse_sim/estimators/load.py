@@ -4,9 +4,10 @@ from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS, FAMILIES, FRONT_ENDS, Configurable, PoseEstimator, is_trainable
-from warehouse_sim.estimators.own_estimator import own_estimator
+from warehouse_sim.estimators.own_estimator import OwnEstimator, own_estimator
 from warehouse_sim.estimators.own_source import is_own_source, open_source
 from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
 from warehouse_sim.estimators.program import PROGRAM, ProgramEstimator
@@ -36,22 +37,16 @@ def load_estimator(
             cannot be opened.
     """
     if not isinstance(source, (str, Path)):
-        return own_estimator(source)
+        return _own(own_estimator(source), config)
     name = str(source)
     if Path(name).is_dir() or name in model_names():
-        folder = model_dir(source)
-        if (kind := read_kind(folder)) in FRONT_ENDS.names():
-            raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
-        if config.time_of_flight and config.refine == "none":
-            raise InputError("--time-of-flight tells ICP and verification what to believe: add --refine icp or verify")
-        estimator: PoseEstimator = FAMILIES.get(read_kind(folder))(folder, config)
-        return _with_uncertainty(estimator, name, folder, config)
+        return _of_folder(name, model_dir(source), config)
     registered = ESTIMATORS.names()
     if name not in registered:
         if name.startswith(PROGRAM):
-            return own_estimator(ProgramEstimator(name.removeprefix(PROGRAM)), name)
+            return _own(ProgramEstimator(name.removeprefix(PROGRAM)), config)
         if is_own_source(name):
-            return open_source(name)
+            return _own(open_source(name), config)
         known = sorted({*model_names(), *registered})
         raise UnknownNameError(_WHO, name, known)
     target = ESTIMATORS.get(name)
@@ -59,28 +54,65 @@ def load_estimator(
         raise TrainingError(f"{name} has no bundled weights: train it first, and predict with the run folder")
     if isinstance(target, Configurable):
         return own_estimator(target.configured(config), name)
-    default = PredictConfig()
-    own = default.selection, default.refine, default.refiner_iterations
-    if (config.selection, config.refine, config.refiner_iterations) != own:
-        raise InputError(
-            f"{name} selects and refines in its own way; leave --selection, --refine and --refiner-iterations out"
-        )
-    if config.time_of_flight:
-        raise InputError(f"{name} weighs readings in its own way; leave --time-of-flight out")
+    _require_own_way(name, config)
     made = own_estimator(target if isinstance(target, type) else target(), name)
-    return _with_uncertainty(made, name, data_folder("models") / name, config)
+    return _with_uncertainty(made, name, data_folder("models") / name, config.without_stages())
+
+
+def _of_folder(name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
+    if (kind := read_kind(folder)) in FRONT_ENDS.names():
+        raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
+    if config.time_of_flight and config.refine == "none":
+        raise InputError("--time-of-flight changes ICP and verification only: choose --refine icp or verify")
+    if config.icp != IcpConfig() and config.refine == "none":
+        raise InputError("--icp changes ICP and verification only: choose --refine icp or verify")
+    estimator: PoseEstimator = FAMILIES.get(kind)(folder, config)
+    used = getattr(estimator, "config", None)
+    return _with_uncertainty(estimator, name, folder, used if isinstance(used, PredictConfig) else config.with_stages())
+
+
+def _own(estimator: PoseEstimator, config: PredictConfig) -> PoseEstimator:
+    """Return a user's estimator.
+
+    Raises:
+        InputError: ``config`` holds settings that change nothing of it.
+    """
+    if isinstance(estimator, (OwnEstimator, ProgramEstimator)):
+        _require_own_way(estimator.__name__, config)
+        if config.reject is not None or config.reject_blocked:
+            raise InputError(
+                f"{estimator.__name__} has no fitted uncertainty to reject by; leave --reject and --reject-blocked out"
+            )
+    return estimator
+
+
+def _require_own_way(name: str, config: PredictConfig) -> None:
+    """Check that no option is given that only changes networks.
+
+    Raises:
+        InputError: Names the option.
+    """
+    given = {
+        "--selection": config.selection not in (None, "argmax"),
+        "--refine": config.refine not in (None, "none"),
+        "--refiner-iterations": config.refiner_iterations is not None,
+        "--time-of-flight": config.time_of_flight,
+        "--icp": config.icp != IcpConfig(),
+    }
+    if useless := [option for option, is_given in given.items() if is_given]:
+        raise InputError(f"{name} selects and refines in its own way; leave {' and '.join(useless)} out")
 
 
 def _with_uncertainty(estimator: PoseEstimator, name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
     """Return an estimator that says what it thinks of its poses, where that was fitted for these settings."""
-    model = read_uncertainty(folder).get(config.selection, config.refine) if config.uncertainty else None
+    model = read_uncertainty(folder).get(*config.way) if config.uncertainty else None
     if model is not None:
         meshes = read_meshes(folder) if (folder / MESHES).is_file() else None
         return WithUncertainty(estimator, model, meshes, config.reject, config.seed, config.reject_blocked)
     if config.reject is not None or config.reject_blocked:
+        selection, refine = config.way
         raise InputError(
-            f"{name} cannot reject: no uncertainty was fitted for --selection {config.selection} "
-            f"--refine {config.refine}; "
+            f"{name} cannot reject: no uncertainty was fitted for --selection {selection} --refine {refine}; "
             "leave --reject out, and --reject-blocked, or choose settings that uncertainty.yaml of its folder names"
         )
     return estimator

@@ -35,7 +35,7 @@ class OwnEstimator:
     """
 
     def __init__(self, name: str, inner: Any) -> None:
-        self.name, self._inner = name, inner
+        self.__name__, self._inner = name, inner
         self._estimate: Callable[[RgbdImage], Any] = getattr(inner, "estimate", inner)
         _require_one_argument(name, self._estimate)
         for attribute, default in _OPTIONAL.items():
@@ -53,7 +53,7 @@ class OwnEstimator:
             return None
         if not isinstance(known, Sequence) or not all(hasattr(i, "obj_id") and hasattr(i, "name") for i in known):
             raise InputError(
-                f"estimator {self.name}: objects must be None or a list of objects with obj_id and name, "
+                f"estimator {self.__name__}: objects must be None or a list of objects with obj_id and name, "
                 f"found {shown(known)}"
             )
         return known
@@ -61,7 +61,7 @@ class OwnEstimator:
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Show it the objects of a dataset, by obj_id, if it takes them."""
         if hasattr(self._inner, "onboard"):
-            with errors_of(self.name, "when it was shown the objects of the dataset"):
+            with errors_of(self.__name__, "when it was shown the objects of the dataset"):
                 self._inner.onboard(objects)
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
@@ -72,9 +72,9 @@ class OwnEstimator:
             InputError: It returns something else than estimates of this image.
         """
         place = f"on scene {image.scene_id}, image {image.image_id}"
-        with errors_of(self.name, place):
+        with errors_of(self.__name__, place):
             found = self._estimate(image)
-        where = f"estimator {self.name} {place}: what it returns"
+        where = f"estimator {self.__name__} {place}: what it returns"
         estimates = require_estimates(found, where)
         for number, item in enumerate(estimates):
             if (item.scene_id, item.image_id) != (image.scene_id, image.image_id):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators import BatchedPoseEstimator, Onboarding, PoseEstimator
 from warehouse_sim.estimators.detections import GT, Finder
 from warehouse_sim.estimators.load import load_estimator
@@ -14,6 +14,7 @@ from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
+from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.learning.progress import Progress
 from warehouse_sim.schema import PoseEstimate
 
@@ -53,6 +54,8 @@ def predict(
         InputError: A user's own estimator returns something else than estimates.
         InputError: Tracks are requested, but nothing has a covariance, or images do not say where the camera is.
     """
+    if config.tracking != TrackConfig() and not config.track:
+        raise InputError("--tracking changes only what --track filters: add --track")
     reader = (
         data.calibrated(config.calibration)
         if isinstance(data, DatasetReader)
@@ -64,7 +67,12 @@ def predict(
     )
     images = reader.images(split)
     if not images:
-        raise TrainingError(f"{reader.root}: the split {split!r} has no images; generate more scenes")
+        there = [name for name in reader.splits if reader.images(name)]
+        raise TrainingError(
+            f"{reader.root}: the split {split!r} has no images; "
+            f"{' and '.join(there) or 'no split'} {'has' if len(there) < 2 else 'have'} some: "
+            "choose another --split, or --split all"
+        )
     if isinstance(estimator, Onboarding):
         estimator.onboard(reader.objects)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecor
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.estimators.own_source import is_own_source
+from warehouse_sim.estimators.own_source import is_own_source, source_file
 from warehouse_sim.estimators.program import PROGRAM
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
@@ -160,7 +160,7 @@ class ResultFile:
         return predictions.read(self._file(condition))
 
     def _file(self, condition: ConditionConfig) -> Path:
-        file = self.path if self.path.is_file() else self.path / f"{condition.data}.csv"
+        file = self.path if self.path.suffix == ".csv" else self.path / f"{condition.data}.csv"
         if not file.is_file():
             raise InputError(f"{file}: there is no such file; a folder of results has one CSV for each dataset's name")
         return file
@@ -194,7 +194,8 @@ def entrant(name: str) -> Group:
     if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
         return Group(path.stem, (ResultFile(path.stem, path),))
     if is_own_source(name) or name.startswith(PROGRAM):
-        return Group(name, (Evaluated(name, Way(name, PredictConfig())),))
+        shown = name if name.startswith(PROGRAM) else path.name  # results name no folder of this machine
+        return Group(shown, (Evaluated(shown, Way(name, PredictConfig())),))
     way = way_of(name)
     known = {*model_names(), *ESTIMATORS.names()}
     if way.model not in known and not Path(way.model).is_dir():
@@ -204,7 +205,13 @@ def entrant(name: str) -> Group:
 
 
 def weights_digest(name: str) -> str:
-    """Return the SHA-256 of all files that a model's answers depend on; empty where there are none."""
+    """Return the SHA-256 of all files that a model's answers depend on; empty where there are none.
+
+    Of a user's own estimator that is the file which holds it.
+    """
+    if is_own_source(name):
+        file = source_file(name)
+        return "" if file is None else digest([[file.name, file_digest(file)]])
     folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
     files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern)) if folder.is_dir() else []
     if Path(name).is_file():  # a file of detections

@@ -90,7 +90,7 @@ def way_of(method: str) -> Way:
     if not _has_stages(model):
         if beside := [word for word in words if set(_WORDS[word]) & set(_OF_TRAINED)]:
             raise InputError(f"{model} needs no training and decides by verification itself: leave +{beside[0]} out")
-        return Way(model, replace(PredictConfig(), **told))  # type: ignore[arg-type]
+        return Way(model, replace(PredictConfig().without_stages(), **told))  # type: ignore[arg-type]
     default = PredictConfig(selection="consensus", refine="none" if "selection" in told else "icp")
     return Way(model, replace(default, **told))  # type: ignore[arg-type]
 

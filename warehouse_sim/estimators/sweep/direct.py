@@ -187,7 +187,10 @@ class DirectMethod:
             )
         if config.reject is not None or config.reject_blocked:
             raise InputError("no uncertainty was fitted for what LiDAR chains estimate; leave --reject out")
-        network = load_estimator(self._network, replace(config, uncertainty=False, reject=None, reject_blocked=False))
+        network = load_estimator(
+            self._network,
+            replace(config, refine=config.refine or "icp", uncertainty=False, reject=None, reject_blocked=False),
+        )
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
         poses = SweepPoses(network, self._resampling)

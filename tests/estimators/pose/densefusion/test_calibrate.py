@@ -30,7 +30,7 @@ def made_samples(count: int = 4000, seed: int = 0) -> Samples:
 
 
 def test_the_curve_finds_the_median_error_and_its_reach() -> None:
-    curve = fit_curve(made_samples(), PredictConfig())
+    curve = fit_curve(made_samples(), PredictConfig(selection="argmax", refine="none"))
     for confidence in (0.3, 0.5, 0.7, 0.9):
         assert curve.error_at(confidence) == pytest.approx(0.1 * (1.0 - confidence), rel=0.15)
     assert curve.bound_factor == pytest.approx(np.exp(1.2816 * 0.5), rel=0.08)
@@ -38,7 +38,7 @@ def test_the_curve_finds_the_median_error_and_its_reach() -> None:
 
 
 def test_the_curve_keeps_its_word_on_new_samples() -> None:
-    curve = fit_curve(made_samples(), PredictConfig())
+    curve = fit_curve(made_samples(), PredictConfig(selection="argmax", refine="none"))
     fresh = made_samples(seed=1)
     below = np.mean([error <= curve.bound_at(c) for c, error in zip(fresh.confidence, fresh.error, strict=True)])
     assert below == pytest.approx(0.9, abs=0.02)
@@ -49,7 +49,7 @@ def test_the_curve_keeps_its_word_on_new_samples() -> None:
 def test_the_predicted_error_never_rises_with_confidence() -> None:
     rng = np.random.default_rng(2)
     samples = Samples(rng.uniform(size=300), rng.lognormal(size=300), rng.integers(0, 9, 300))
-    curve = fit_curve(samples, PredictConfig())
+    curve = fit_curve(samples, PredictConfig(selection="argmax", refine="none"))
     errors = [curve.error_at(c) for c in np.linspace(0, 1, 50)]
     assert (np.diff(errors) <= 1e-12).all()
     assert abs(curve.spearman) < 0.25
@@ -57,7 +57,7 @@ def test_the_predicted_error_never_rises_with_confidence() -> None:
 
 def test_confidence_that_says_nothing_gives_one_error() -> None:
     samples = Samples(np.full(100, 0.5), np.linspace(0.01, 0.1, 100), np.arange(100) // 10)
-    curve = fit_curve(samples, PredictConfig())
+    curve = fit_curve(samples, PredictConfig(selection="argmax", refine="none"))
     assert curve.spearman == 0.0
     assert curve.error_at(0.1) == curve.error_at(0.9)
 
@@ -78,13 +78,13 @@ def test_a_run_is_calibrated_on_val_and_keeps_its_other_curves(
     toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = made_run(tmp_path / "run")
-    configs = [PredictConfig(), PredictConfig(refine="icp")]
+    configs = [PredictConfig(selection="argmax", refine="none"), PredictConfig(selection="argmax", refine="icp")]
     assert calibrate(run, [toy_root], configs).curves == ()  # far too few objects
     monkeypatch.setattr(module, "LEAST_SAMPLES", 4)
     fractions = []
     calibrate(run, [toy_root, toy_root], configs, progress=lambda fraction, _: fractions.append(fraction))
     assert fractions == [0.5, 1.0]  # both datasets fit into one group of images
-    calibrate(run, [toy_root, toy_root], [PredictConfig(selection="weighted")])
+    calibrate(run, [toy_root, toy_root], [PredictConfig(selection="weighted", refine="none")])
     kinds = [(curve.selection, curve.refine) for curve in read_calibration(run).curves]
     assert kinds == [("argmax", "none"), ("argmax", "icp"), ("weighted", "none")]
     assert {("consensus", "icp"), ("weighted-50", "none")} < {(way.selection, way.refine) for way in WAYS}
@@ -126,6 +126,6 @@ def test_curves_of_other_poses_are_dropped(toy_root: Path, tmp_path: Path, monke
     monkeypatch.setattr(module, "LEAST_SAMPLES", 4)
     for helps, kinds in ((2, ["argmax"]), (2, ["argmax", "weighted"]), (0, ["consensus"])):
         monkeypatch.setattr(module, "helpful_iterations", lambda *_, found=helps: found)
-        calibrate(run, [toy_root, toy_root], [PredictConfig(selection=kinds[-1])])
+        calibrate(run, [toy_root, toy_root], [PredictConfig(selection=kinds[-1], refine="none")])
         found = read_calibration(run)
         assert (found.refiner_iterations, [curve.selection for curve in found.curves]) == (helps, kinds)

@@ -20,6 +20,8 @@ from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.schema import Observation, PoseEstimate
 
+PLAIN = PredictConfig(selection="argmax", refine="none")
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -67,7 +69,7 @@ def test_an_observation_and_its_arrays_give_the_same(tmp_path: Path) -> None:
 
 def test_a_dataset_image_gives_what_its_observation_gives(run: Path, toy_root: Path) -> None:
     """But for the millimetres of the depth file, the numbers of the masks, and with them the points that are drawn."""
-    estimator = load_estimator(run)
+    estimator = load_estimator(run, PLAIN)
     reader = DatasetReader(toy_root)
     record = reader.images("train")[0]
     image = RgbdImage.from_dataset(reader, record, wanted_targets(record, CropConfig()), rgb=False)
@@ -84,7 +86,7 @@ def test_objects_that_the_estimator_does_not_know_are_left_out_of_an_observation
     observation = seen()
     first, *others = observation.annotations
     strange = replace(observation, annotations=(replace(first, obj_id=99), *others))
-    estimator = load_estimator(run)
+    estimator = load_estimator(run, PLAIN)
     assert len(estimator.estimate(strange)) == len(estimator.estimate(observation)) - 1
 
 
@@ -92,7 +94,7 @@ def test_too_few_readings_give_no_estimate_and_no_detection_gives_none(run: Path
     image = RgbdImage.from_observation(seen())
     few = np.zeros(image.depth.shape, dtype=bool)
     few[50, :20] = True
-    estimator = load_estimator(run)
+    estimator = load_estimator(run, PLAIN)
     found = estimator.estimate(replace(image, detections=(Detection(few, 1), *image.detections)))
     assert [item.detection for item in found] == [item.detection for item in estimator.estimate(image)]
     assert estimator.estimate(replace(image, detections=())) == []
@@ -125,19 +127,19 @@ def test_predicted_errors_fall_with_confidence_and_scale_with_the_object(tmp_pat
     run = made_run(tmp_path / "run")
     curve = ErrorCurve("argmax", "none", (0.0, 1.0), (0.2, 0.0), 2.5, 100, 0.5, 0.9)
     write_calibration(run, Calibration((curve,)))
-    estimator = load_estimator(run)
+    estimator = load_estimator(run, PLAIN)
     for item in estimator.estimate(seen()):
         expected = 0.2 * (1.0 - item.score) * estimator.objects[0].diameter
         assert item.predicted_error == pytest.approx(expected)
         assert item.error_bound == pytest.approx(2.5 * expected)
-    weighted = load_estimator(run, PredictConfig(selection="weighted"))
+    weighted = load_estimator(run, replace(PLAIN, selection="weighted"))
     assert all(item.predicted_error is None for item in weighted.estimate(seen()))
 
 
 def test_a_detections_score_lowers_that_of_its_pose_but_not_its_predicted_error(run: Path) -> None:
     image = RgbdImage.from_observation(seen())
     unsure = replace(image, detections=tuple(replace(item, score=0.5) for item in image.detections))
-    estimator = load_estimator(run)
+    estimator = load_estimator(run, PLAIN)
     for a, b in zip(estimator.estimate(unsure), estimator.estimate(image), strict=True):
         assert a.score == pytest.approx(b.score / 2)
 
@@ -166,7 +168,7 @@ def test_every_method_corrects_as_often_as_requested(tmp_path: Path, name: str) 
     write_weights(run, network)
 
     def poses(count: int | None) -> list[PoseEstimate]:
-        return load_estimator(run, PredictConfig(refiner_iterations=count)).estimate(seen())
+        return load_estimator(run, replace(PLAIN, refiner_iterations=count)).estimate(seen())
 
     never, once, twice, usual = (poses(count) for count in (0, 1, 2, None))
     assert config.train.refiner_iterations == 2
@@ -184,5 +186,5 @@ def test_errors_are_predicted_for_the_corrections_that_they_were_fitted_with(tmp
     curve = ErrorCurve("argmax", "none", (0.0, 1.0), (0.2, 0.0), 2.5, 100, 0.5, 0.9)
     for fitted, requested, known in ((None, 2, True), (None, 0, False), (0, 0, True), (0, 2, False), (0, None, True)):
         write_calibration(run, Calibration((curve,), fitted))
-        estimator = load_estimator(run, PredictConfig(refiner_iterations=requested))
+        estimator = load_estimator(run, replace(PLAIN, refiner_iterations=requested))
         assert all((item.predicted_error is not None) == known for item in estimator.estimate(seen()))

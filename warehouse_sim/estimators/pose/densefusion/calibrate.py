@@ -28,8 +28,8 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.learning.progress import Progress
 
 WAYS = (
-    *(PredictConfig(selection=selection) for selection in get_args(Selection)),
-    PredictConfig(refine="icp"),
+    *(PredictConfig(selection=selection, refine="none") for selection in get_args(Selection)),
+    PredictConfig(selection="argmax", refine="icp"),
     PredictConfig(selection="consensus", refine="icp"),
 )
 """The ways of prediction that are calibrated after training."""
@@ -114,7 +114,7 @@ def helpful_iterations(run: Path, datasets: Sequence[Path], most_images: int = 1
     trained = read_config(run).train.refiner_iterations
     if trained == 0:
         return 0
-    ways = (PredictConfig(selection="consensus", refiner_iterations=count) for count in (0, trained))
+    ways = (PredictConfig(selection="consensus", refine="none", refiner_iterations=count) for count in (0, trained))
     estimators = [Estimator(run, way) for way in ways]
     parts = [measure(estimators, DatasetReader(data), most_images, None) for data in datasets]
     plain, refined = (_joined(columns) for columns in zip(*parts, strict=True))
@@ -219,8 +219,7 @@ def fit_curve(samples: Samples, config: PredictConfig) -> ErrorCurve:
     covered = [np.mean(rest[fold == k] <= np.quantile(rest[fold != k], _COVERED)) for k in np.unique(fold)]
     knots, values = _isotonic(samples.confidence, log_error)
     return ErrorCurve(
-        config.selection,
-        config.refine,
+        *config.way,
         tuple(map(float, knots)),
         tuple(map(float, np.exp(values))),
         max(1.0, float(np.exp(np.quantile(rest, _COVERED)))),

@@ -48,12 +48,13 @@ class Estimator(Chain):
         self._run = run
         fitted, requested = read_calibration(run), config.refiner_iterations
         iterations = fitted.refiner_iterations if requested is None else requested
-        self._runner, self.config = Runner(run, config.device, config.threads, iterations), config
+        self._runner = Runner(run, config.device, config.threads, iterations)
+        self.config = config = config.with_stages(self._has_surfaces())
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
         as_fitted = self._runner.iterations == fitted.refined(self._runner.config.train.refiner_iterations)
-        self.calibration: ErrorCurve | None = fitted.get(config.selection, config.refine) if as_fitted else None
+        self.calibration: ErrorCurve | None = fitted.get(*config.way) if as_fitted else None
         """How confidence predicts the error; None when it was not fitted for these settings."""
         icp = () if config.refine == "none" else (self._refiner(run),)
         refine = (self._runner.refine, *icp)
@@ -107,6 +108,9 @@ class Estimator(Chain):
                 found += [replace(crop, obj_id=number) for number in numbers]
         return found
 
+    def _has_surfaces(self) -> bool:
+        return (self._run / MESHES).is_file() and not without_mesh(self._run, self.objects)
+
     def _refiner(self, run: Path) -> IcpRefiner | VerificationRefiner:
         if lacking := without_mesh(run, self.objects):
             raise TrainingError(
@@ -120,7 +124,7 @@ class Estimator(Chain):
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]
-        return select_poses(candidates, self._symmetries.rows(rows), self._diameters[rows], self.config.selection)
+        return select_poses(candidates, self._symmetries.rows(rows), self._diameters[rows], self.config.way[0])
 
     def _verify(self, T_camera_object: Transform, crop: ObjectPoints, confidence: float) -> Verdict:
         curve, diameter = self.calibration, self.objects[self._row[crop.obj_id]].diameter
