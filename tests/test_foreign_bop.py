@@ -16,7 +16,7 @@ def test_a_folder_of_others_is_trained_on_and_scored(tmp_path: Path, masks: bool
     train = ("train", "densefusion", "--data", data, "--out", run, "--size", "nano", "--max-steps", 6, "--batch", 4)
     for command in (
         train,
-        ("predict", run, "--data", data, "--out", csv),
+        ("predict", run, "--data", data, "--out", csv, "--selection", "argmax", "--refine", "none"),
         ("evaluate", csv, "--data", data, "--out", scored),
         ("report", data, run, scored, "--out", tmp_path / "report.html"),
     ):
