@@ -46,7 +46,7 @@ class UnknownNameError(WarehouseSimError):
     """A name is not registered; the message lists the known ones, or those most like it where they are many."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        near = difflib.get_close_matches(str(name)[:_LONGEST], known, 1)
+        near = nearest(name, known)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
         super().__init__(f"unknown {kind} {shown(name)}{hint}; known: {_listed(name, sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
@@ -54,6 +54,14 @@ class UnknownNameError(WarehouseSimError):
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:
         """Pickle by the arguments, so that the error crosses from a worker process."""
         return type(self), (self.kind, self.name, self.known)
+
+
+def nearest(name: str, known: Sequence[str]) -> list[str]:
+    """Return the known name that is most like another one, the first by the alphabet of several; none if none is."""
+    found = difflib.get_close_matches(str(name)[:_LONGEST], known, 6)
+    ratio = {item: difflib.SequenceMatcher(None, item, str(name)[:_LONGEST]).ratio() for item in found}
+    best = [item for item in found if ratio[item] == max(ratio.values())]
+    return [min(best)] if best else []
 
 
 def _listed(name: str, known: Sequence[str]) -> str:

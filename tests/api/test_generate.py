@@ -46,7 +46,7 @@ def test_a_recipe_of_python_and_its_file_give_the_same_data(tmp_path: Path) -> N
         (lambda out: ws.generate("smoke", out, workers=0), InputError, ["workers", "1-256"]),
         (lambda out: ws.generate("smoke", out, sceens=2), InputError, ["did you mean 'scenes'"]),
         (lambda out: ws.generate("smoke", out, formats="bpo"), UnknownNameError, ["bpo"]),
-        (lambda out: ws.generate("smoke", out, formats=()), ConfigError, ["formats"]),
+        (lambda out: ws.generate("smoke", out, formats=("bop", "bop")), ConfigError, ["twice"]),
     ],
 )
 def test_what_does_not_fit_is_said_before_a_folder_is_made(

@@ -24,7 +24,9 @@ def test_scored_cartons_are_all_test():
 def test_robust_data_see_through_every_depth_preset_several_lenses_and_share_their_pallets():
     recipes = [item.changed_recipe() for item in ROBUST]
     for recipe in recipes:
-        assert {choice.rgbd.depth for choice in recipe.sensors.choices} >= set(PRESETS.values())
+        assert {choice.rgbd.depth for choice in recipe.sensors.choices} >= {
+            model for name, model in PRESETS.items() if not name.endswith("_720p")
+        }
         pitch, roll = recipe.scene.viewpoints.pitch_deg, recipe.scene.viewpoints.roll_deg
         assert (pitch.low, pitch.high) == (-30.0, 10.0)
         assert (roll.low, roll.high) == (-6.0, 6.0)

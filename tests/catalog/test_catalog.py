@@ -70,7 +70,7 @@ def test_names_are_the_models_own_and_builders_are_shared() -> None:
 
 
 def test_an_unknown_object_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="epal1"):
+    with pytest.raises(UnknownNameError, match="did you mean"):
         catalog_object("palet")
 
 

@@ -131,7 +131,7 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(capsys, monkeypatch, tmp_
 def test_what_a_format_cannot_hold_is_rejected_before_there_is_a_folder(capsys, monkeypatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     Path("blind.yaml").write_text("extends: smoke\nsensors: {lidar: null}\nsplit: {stratify: [lux]}")
-    code, _, err = run(capsys, "generate", "blind.yaml", "--out", "data")
+    code, _, err = run(capsys, "generate", "blind.yaml", "--out", "data", "--formats", "kitti")
     assert code == 2
     assert "error: KITTI: sensors.lidar is null, but every KITTI frame has a sweep" in err
     assert [path.name for path in tmp_path.iterdir()] == ["blind.yaml"]

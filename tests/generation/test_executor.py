@@ -93,7 +93,7 @@ def reject_unreadably(index: int) -> None:
 
 def test_an_error_of_the_work_arrives_after_the_scenes_at_work(tmp_path: Path) -> None:
     found = []
-    with pytest.raises(UnknownNameError, match="unknown pallet 'epal9'; known: epal1"):
+    with pytest.raises(UnknownNameError, match=r"unknown pallet 'epal9' .*known: epal1"):
         found.extend(index for index, _ in make_scenes(partial(nullcontext, reject), 5, range(60), 2))
     assert 0 in found
     assert len(found) < 60

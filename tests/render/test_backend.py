@@ -114,7 +114,7 @@ def test_a_scene_that_cannot_be_drawn_says_why_and_leaves_the_one_before(rendere
 
 
 def test_an_unknown_backend_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown render backend 'rastr'; known: .*raster"):
+    with pytest.raises(UnknownNameError, match=r"unknown render backend 'rastr' .*did you mean 'raster'"):
         open_renderer("rastr")
 
 

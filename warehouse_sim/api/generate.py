@@ -8,7 +8,7 @@ from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.recipe import Recipe
 from warehouse_sim.generation.generate import generate as make_dataset
-from warehouse_sim.generation.plan import GenerateConfig
+from warehouse_sim.generation.plan import GenerateConfig, default_formats
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.ranges import Range
@@ -21,7 +21,7 @@ def generate(
     scenes: Annotated[int, Range(1, 1_000_000)] | None = None,
     *,
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0,
-    formats: str | Sequence[str] = ("kitti", "bop"),
+    formats: str | Sequence[str] = (),
     workers: Annotated[int, Range(1, 256)] = 1,
     resume: bool = False,
     skip_failed: bool = False,
@@ -40,7 +40,7 @@ def generate(
         out: Folder to make; it must be empty unless ``resume``.
         scenes: Number of scenes; the recipe's own number by default.
         seed: Of the dataset; the same seed gives the same bytes, whatever the number of workers.
-        formats: Formats to write, see ``warehouse-sim list``.
+        formats: Formats to write, see ``warehouse-sim list``; by default KITTI and BOP, or BOP where there is no LiDAR.
         workers: Processes. With more than one, a script calls this under ``if __name__ == "__main__":``.
         resume: Go on with a run that was interrupted.
         skip_failed: Do without scenes that failed twice.
@@ -55,17 +55,19 @@ def generate(
         DatasetError: The folder holds something else, or a format cannot hold the data.
         SettleError: A scene does not come to rest in any attempt.
     """
+    resolved = _resolved(recipe)
+    named = (formats,) if isinstance(formats, str) else tuple(formats)
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
-        formats=(formats,) if isinstance(formats, str) else tuple(formats),
+        formats=named or default_formats(resolved),
         backend=backend,
         backend_options=dict(backend_options or {}),
         workers=workers,
         resume=resume,
         skip_failed=skip_failed,
     )
-    make_dataset(_resolved(recipe), Path(out), config)
+    make_dataset(resolved, Path(out), config)
     return Dataset(out)
 
 

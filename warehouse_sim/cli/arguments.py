@@ -103,6 +103,8 @@ def _one_line(text: str, command: Command, parser: argparse.ArgumentParser) -> s
         if name in actions:
             return f"{name} takes {placeholder(actions[name], command)}, found {given}"
     whole = re.split(r" Argument helptext:| For full helptext| Got errors:", re.sub(r" ?-{5,} ?", " ", whole))[0]
+    if found := re.search(r"Error parsing (--[\w.-]+): .*: ('.*?')$", whole):
+        return f"{found.group(1)} takes {placeholder(actions[found.group(1)], command)}, found {found.group(2)}"
     if found := re.search(r"invalid choice '(.*?)' for argument '(--[\w.-]+)'", whole):
         given, name = found.groups()
         near = difflib.get_close_matches(given, list(map(str, actions[name].choices or ())), 1, cutoff=0.4)

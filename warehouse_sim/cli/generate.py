@@ -25,7 +25,7 @@ def generate(
     merge: tuple[Path, ...] = (),
     scenes: int | None = None,
     seed: int = 0,
-    formats: tuple[str, ...] = ("kitti", "bop"),
+    formats: tuple[str, ...] = (),
     backend: str = "raster",
     backend_options: tuple[str, ...] = (),
     samples: int | None = None,
@@ -49,7 +49,7 @@ def generate(
         merge: In place of a recipe, the folders of all shards, in any order.
         scenes: Number of scenes; the recipe's own number by default.
         seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
-        formats: Dataset formats to write.
+        formats: Dataset formats to write; by default kitti and bop, or bop alone where the rig has no LiDAR.
         backend: Render backend.
         backend_options: Options of that backend, as ``key=value``.
         samples: Paths a pixel of the path tracer: its option ``samples``.
@@ -80,15 +80,16 @@ def generate(
     from warehouse_sim.dataset.shards.shard import parse_shard
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.generate import generate as run
-    from warehouse_sim.generation.plan import GenerateConfig
+    from warehouse_sim.generation.plan import GenerateConfig, default_formats
     from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.render import option_settings, with_shortcuts
 
     pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
+    chosen = load_recipe(recipe)
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
-        formats=formats,
+        formats=formats or default_formats(chosen),
         backend=backend,
         backend_options=option_settings(backend, pairs),
         workers=workers or os.cpu_count() or 1,
@@ -97,7 +98,6 @@ def generate(
         scene_limit_s=scene_limit,
         skip_failed=skip_failed,
     )
-    chosen = load_recipe(recipe)
     chosen = chosen if difficulty is None else with_difficulty(chosen, difficulty)
     alone = partial(_alone, recipe, difficulty, config, scenes or chosen.scenes, out)
     try:

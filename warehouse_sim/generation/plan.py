@@ -59,6 +59,11 @@ class GenerateConfig:
     """Do without scenes that failed twice; the manifest names them."""
 
 
+def default_formats(recipe: Recipe) -> tuple[str, ...]:
+    """Return the formats of a dataset for which nobody names any: KITTI and BOP; BOP alone where there is no LiDAR."""
+    return ("kitti", "bop") if recipe.sensors.lidar is not None else ("bop",)
+
+
 def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
     """Return the manifest of the dataset that ``recipe`` and ``config`` describe.
 

@@ -12,9 +12,11 @@ from warehouse_sim.sensors.lidar.sweep import make_sweep
 def test_rays_are_unit_vectors_that_start_beside_the_centre(name: str) -> None:
     sweep = make_sweep(LIDAR_PRESETS[name])
     np.testing.assert_allclose(np.linalg.norm(sweep.directions, axis=1), 1.0, atol=1e-6)
-    lasers = LASERS[name]()
+    lasers = LASERS[LIDAR_PRESETS[name].model]()
     assert np.abs((sweep.origins * sweep.directions).sum(axis=1)).max() <= lasers.ahead + 1e-6
-    offset = np.sqrt(lasers.up**2 + lasers.left**2 + lasers.ahead**2)[np.argsort(lasers.rings())]
+    offset = np.sqrt(lasers.up**2 + lasers.left**2 + lasers.ahead**2)[np.argsort(lasers.rings())][
+        :: LIDAR_PRESETS[name].every_nth_beam
+    ]
     np.testing.assert_allclose(np.linalg.norm(sweep.origins, axis=1), offset[sweep.ring], atol=1e-6)
 
 
