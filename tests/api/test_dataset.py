@@ -1,4 +1,6 @@
+import json
 import pickle
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -55,6 +57,20 @@ def test_the_folder_of_one_format_is_opened_too(smoke: Path, name: str, tmp_path
     images = {obs.rgb.tobytes() for obs in data}
     assert images == {obs.rgb.tobytes() for obs in Dataset(smoke)}
     assert all(obs.objects for obs in data)
+
+
+def test_a_dataset_of_kitti_alone_is_opened(smoke: Path, tmp_path: Path) -> None:
+    shutil.copytree(smoke, tmp_path / "out", ignore=shutil.ignore_patterns("bop", "coco", "yolo"))
+    manifest = tmp_path / "out" / "manifest.json"
+    entries = json.loads(manifest.read_text())
+    manifest.write_text(json.dumps(entries | {"formats": ["kitti"]}))
+    data = Dataset(str(tmp_path / "out"))
+    assert len(data) == 6
+    assert {obs.depth.shape for obs in data} == {(370, 1224)}
+    assert all(obs.objects[0].class_name for obs in data)
+    manifest.write_text(json.dumps(entries | {"formats": ["ply"]}))
+    with pytest.raises(DatasetError, match="was made without a format"):
+        Dataset(tmp_path / "out")
 
 
 def test_the_union_of_two_splits_of_kitti_is_both(smoke: Path) -> None:

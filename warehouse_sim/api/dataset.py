@@ -12,8 +12,9 @@ import numpy as np
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.observation import Observation
+from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.reader import DatasetReader, is_dataset
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError, InputError, OutOfRangeError, shown
 
@@ -48,7 +49,7 @@ class Dataset(Sequence[Observation]):
         if not self.path.is_dir():
             what = "is a file, not a folder" if self.path.exists() else "there is no such folder"
             raise DatasetError(f"{path}: {what}; name the folder of a dataset, or make one with ws.generate")
-        self._reader = DatasetReader(self.path)
+        self._reader = _opened(self.path)
         self._chosen: tuple[int, ...] | None = None
 
     def __repr__(self) -> str:
@@ -214,6 +215,18 @@ class Dataset(Sequence[Observation]):
 def as_dataset(data: "Dataset | str | Path") -> Dataset:
     """Return a dataset that is open, or open its folder."""
     return data if isinstance(data, Dataset) else Dataset(data)
+
+
+def _opened(path: Path) -> DatasetReader:
+    """Return a reader; one of the folder of a format alone where that is all that can be read of a dataset."""
+    try:
+        return DatasetReader(path)
+    except DatasetError:
+        manifest = read_manifest(path)
+        inner = next((path / name for name in manifest.formats if is_dataset(path / name)), None)
+        if inner is None:
+            raise
+        return DatasetReader(inner)
 
 
 def _whole(index: Any) -> int:

@@ -144,7 +144,7 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
                 folder = Path(place) / f"{number}_{item.method}"
                 write_scores(item, folder)
             else:
-                folder = item.path if isinstance(item, Dataset) else Path(item)
+                folder = item.scored.root if isinstance(item, Dataset) else Path(item)
             folders.append(folder)
         return write_report(list(dict.fromkeys(folders)), out)
 
