@@ -108,7 +108,7 @@ def test_the_trivial_method_finds_an_exact_rectangle() -> None:
     ],
 )
 def test_recorded_fronts_are_docked_at(real_data: Path, masks: str, gravity: str, least: int) -> None:
-    faces = read_faces(real_data / "pallet_faces")
+    faces = read_faces(real_data / "pallet_fronts")
     docked = [
         sum(item is not None and item.docked for item in entries(method, {}, faces, masks, gravity))
         for method in (ESTIMATORS.get("front-fit")(), None)

@@ -187,12 +187,12 @@ def require_no_part(root: Path) -> None:
             f"{root}: no manifest.json: this is one shard of a dataset, which is incomplete; "
             "put all of them together with warehouse-sim generate --merge"
         )
-    if layout.unfinished.is_file() and load_manifest(layout.unfinished).by_hand:
-        raise DatasetError(
-            f"{root}: no manifest.json: the dataset is incomplete; run the script that writes it again, with "
-            "ws.Writer(..., overwrite=True)"
-        )
     if layout.unfinished.is_file():
+        if _by_hand(layout.unfinished):
+            raise DatasetError(
+                f"{root}: no manifest.json: the dataset is incomplete; run the script that writes it again, with "
+                "ws.Writer(..., overwrite=True)"
+            )
         raise DatasetError(
             f"{root}: no manifest.json: the dataset is incomplete; "
             f"resume it with warehouse-sim generate RECIPE --out {root} --resume"
@@ -206,6 +206,14 @@ def require_no_part(root: Path) -> None:
             f"{root}: belongs to a dataset that is incomplete; "
             f"resume it with warehouse-sim generate RECIPE --out {around} --resume"
         )
+
+
+def _by_hand(path: Path) -> bool:
+    """Whether a manifest says that a script wrote the dataset; one that cannot be read does not say so."""
+    try:
+        return load_manifest(path).by_hand
+    except DatasetError:
+        return False
 
 
 def load_manifest(path: Path) -> Manifest:
