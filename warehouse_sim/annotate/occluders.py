@@ -8,33 +8,13 @@ from jaxtyping import Bool, Int, Int32
 
 from warehouse_sim.annotate.visibility import Window
 from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema.classes import ObjectKind, kind_of
 
-OccluderKind = Literal["load", "pallet", "rack", "traffic", "building", "other", "border"]
+KINDS: tuple[ObjectKind | Literal["border"], ...] = (*get_args(ObjectKind), "border")
 """What can hide a target; "border" is what lies outside of the image."""
-KINDS: tuple[OccluderKind, ...] = get_args(OccluderKind)
 WRAP = "wrap"
 """Key for film. Film dims and does not hide: its fraction is of the amodal mask too, but counts pixels that are
 visible."""
-
-_CLASSES: dict[OccluderKind, tuple[str, ...]] = {
-    "load": (
-        *("carton", "tote", "drum", "sack", "slip_sheet", "corner_post", "wrap"),
-        *("gitterbox", "roll_container", "octabin", "big_bag", "ibc", "long_goods"),
-    ),
-    "pallet": ("pallet",),
-    "rack": ("rack", "guard"),
-    "traffic": ("person", "forklift", "pallet_jack", "tugger", "cart", "amr", "cone", "bollard", "sign", "clutter"),
-    "building": (
-        *("floor", "wall", "ceiling", "column", "door", "dock", "trailer"),
-        *("marking", "luminaire", "conveyor", "bin", "fire_equipment"),
-    ),
-}
-_KIND_OF: dict[str, OccluderKind] = {name: kind for kind, names in _CLASSES.items() for name in names}
-
-
-def kind_of(class_name: str) -> OccluderKind:
-    """Return which kind of occluder objects of a class are; "other" for classes that only a user has."""
-    return _KIND_OF.get(class_name, "other")
 
 
 def kinds_by_id(scene: SceneSpec) -> Int[np.ndarray, " n"]:

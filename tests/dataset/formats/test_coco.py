@@ -13,7 +13,6 @@ from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
-from warehouse_sim.dataset.formats.coco.categories import category_numbers
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
@@ -161,19 +160,3 @@ def test_a_missing_part_of_a_scene_is_named(tmp_path: Path) -> None:
     (tmp_path / "data/coco/parts/000001/panoptic.json").unlink()
     with pytest.raises(DatasetError, match=r"000001/panoptic.json: is missing; remove the record of scene 1"):
         store.finish()
-
-
-def test_numbers_of_classes_are_those_of_every_dataset() -> None:
-    assert category_numbers(["floor", "pallet", "zebra", "carton", "Car"]) == {
-        "pallet": 1,
-        "carton": 2,
-        "floor": 27,
-        "Car": 1001,
-        "zebra": 1002,
-    }
-
-
-def test_every_class_of_the_catalog_has_a_number() -> None:
-    from warehouse_sim.catalog import shipped_classes
-
-    assert max(category_numbers(shipped_classes()).values()) < 1000

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int32
 
-from warehouse_sim.dataset.class_numbers import class_labels
 from warehouse_sim.geometry.clouds import depth_to_cloud
-from warehouse_sim.schema import LidarScan, MountedReading, Observation
+from warehouse_sim.schema import LidarScan, MountedReading, ObjectAnnotation, Observation, SceneSpec
+from warehouse_sim.schema.classes import class_number
 
 Table = np.ndarray[Any, Any]
 """One-dimensional, with named little-endian fields; ``x``, ``y``, ``z`` are always among them (m)."""
@@ -70,3 +70,22 @@ def camera_table(observation: Observation, classes: Mapping[int, str]) -> Table:
 def places(table: Table) -> Float[np.ndarray, "n 3"]:
     """Return the points of a table (m)."""
     return np.stack([table["x"], table["y"], table["z"]], axis=1).astype(np.float64)
+
+
+def classes_of(scene: SceneSpec, annotations: tuple[ObjectAnnotation, ...] = ()) -> dict[int, str]:
+    """Return class names by instance id of all that stands in a scene, or else that a label names."""
+    named = {item.instance_id: item.class_name for item in annotations}
+    return named | {item.instance_id: scene.model_of(item).class_name for item in scene.instances}
+
+
+def class_labels(instance_ids: Int32[np.ndarray, " n"], classes: Mapping[int, str]) -> Int32[np.ndarray, " n"]:
+    """Return the class number of each instance id; 0 where the id is 0 or nothing bears it."""
+    if not instance_ids.size:
+        return np.zeros(0, np.int32)
+    # One look-up for all points: ids are small numbers.
+    table = np.zeros(int(instance_ids.max()) + 1, np.int32)
+    for instance_id, name in classes.items():
+        if 0 < instance_id < len(table):
+            table[instance_id] = class_number(name)
+    labels: Int32[np.ndarray, " n"] = table[instance_ids]
+    return labels

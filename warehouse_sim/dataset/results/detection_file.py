@@ -13,10 +13,10 @@ import numpy as np
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, run_lengths
-from warehouse_sim.dataset.formats.coco.categories import category_numbers
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.found_object import FoundObject
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema.classes import numbered
 
 _PIXELS = Span(-1e6, 1e6)
 
@@ -46,7 +46,7 @@ def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReade
         DatasetError: A detection has neither a box nor a mask.
         OutputError: The file cannot be written.
     """
-    numbers = category_numbers({info.class_name for info in reader.objects.values()})
+    numbers = numbered({info.class_name for info in reader.objects.values()})
     names = {info.name: info.class_name for info in reader.objects.values()}
     names |= {str(number): info.class_name for number, info in reader.objects.items()}
     images, rows = ImageNumbers(reader, ()), list[dict[str, Any]]()
@@ -81,7 +81,7 @@ def read_results(path: Path, reader: DatasetReader, split: str) -> list[FoundObj
     elsewhere = {
         (item.scene_id, item.image_id) for other in reader.splits if other != split for item in reader.images(other)
     }
-    classes = {number: name for name, number in category_numbers(_class_names(reader)).items()}
+    classes = {number: name for name, number in numbered(_class_names(reader)).items()}
     found = list[FoundObject]()
     for index, row in enumerate(rows):
         item = _read_row(row, f"{path}: row {index}", reader, images, classes, elsewhere)

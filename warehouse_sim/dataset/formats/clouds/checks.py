@@ -9,7 +9,6 @@ import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.class_numbers import class_number
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.lens_row import read_lens
 from warehouse_sim.dataset.files.plain import WHOLE, read_transform, take
@@ -22,6 +21,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import CAMERA
+from warehouse_sim.schema.classes import class_number
 
 _SAME_POSE = 1e-6
 _OFF_GRID = 0.02

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.class_numbers import class_number, classes_of
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.lens_row import lens_row
 from warehouse_sim.dataset.files.plain import plain
-from warehouse_sim.dataset.files.point_table import Table, camera_table, sweep_table, sweeps_of
+from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
@@ -21,6 +20,7 @@ from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import CAMERA, ObjectModel, Observation, SceneSpec
+from warehouse_sim.schema.classes import class_number
 
 ENCODERS: dict[str, Callable[[Table, str], bytes]] = {"ply": encode_ply, "pcd": encode_pcd}
 """How a format's name writes a table."""

@@ -6,12 +6,12 @@ from typing import Any
 
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import take
-from warehouse_sim.dataset.formats.coco.categories import category_numbers, category_row
 from warehouse_sim.dataset.formats.coco.layout import IMAGES, TABLES, CocoLayout, Table
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import make_folder, write_pieces
+from warehouse_sim.schema.classes import is_stuff, kind_of, numbered
 
 _INFO = {
     "instances": "visible masks, boxes and areas of the targets of synthetic warehouse scenes",
@@ -31,7 +31,7 @@ def merge_tables(layout: CocoLayout, manifest: Manifest) -> None:
     """
     make_folder(layout.annotations)
     for name in TABLES:
-        numbers = category_numbers(_classes(layout, manifest, name))
+        numbers = numbered(_classes(layout, manifest, name))
         first = 1
         for split in SPLITS:
             pieces = _Pieces(layout, name, numbers, manifest.splits[split], first)
@@ -51,7 +51,7 @@ class _Pieces:
     def __iter__(self) -> Iterator[bytes]:
         """Yield the file piece by piece."""
         panoptic = self._name == "panoptic"
-        categories = [category_row(name, number, panoptic) for name, number in self._numbers.items()]
+        categories = [_category(name, number, panoptic) for name, number in self._numbers.items()]
         yield b'{\n"info": ' + _line({"description": _INFO[self._name], "version": "1.0"})
         yield b',\n"licenses": [],\n"categories": ' + _line(categories) + b',\n"images": ['
         yield from _listed(row for scene in self._scenes for row in _part(self._layout, scene, IMAGES))
@@ -83,6 +83,12 @@ def _classes(layout: CocoLayout, manifest: Manifest, name: Table) -> set[str]:
             items = take(row, "segments_info", list, where) if name == "panoptic" else [row]
             found |= {take(item, "category", str, where) for item in items}
     return found
+
+
+def _category(name: str, number: int, panoptic: bool) -> dict[str, Any]:
+    """Return an entry of ``categories``."""
+    row = {"id": number, "name": name, "supercategory": kind_of(name)}
+    return row | {"isthing": int(not is_stuff(name))} if panoptic else row
 
 
 def _part(layout: CocoLayout, scene: int, name: str) -> list[dict[str, Any]]:

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Int32, UInt8
 from scipy.ndimage import find_objects
 
-from warehouse_sim.dataset.formats.coco.categories import is_stuff
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema.classes import is_stuff
 
 VOID = 0
 _MOST = 2**24 - 1

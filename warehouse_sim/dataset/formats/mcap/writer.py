@@ -8,10 +8,9 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
-from warehouse_sim.dataset.class_numbers import classes_of
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.files.plain import plain
-from warehouse_sim.dataset.files.point_table import sweep_table, sweeps_of
+from warehouse_sim.dataset.files.point_table import classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.mcap import layout as names
 from warehouse_sim.dataset.formats.mcap.boxes import boxes_message, image_boxes_message
 from warehouse_sim.dataset.formats.mcap.clock import SceneClock

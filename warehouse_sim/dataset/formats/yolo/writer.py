@@ -20,6 +20,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, write_bytes, writing
 from warehouse_sim.schema import ObjectModel, SceneSpec
+from warehouse_sim.schema.classes import numbered
 
 
 class YoloWriter:
@@ -52,7 +53,7 @@ class YoloWriter:
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
-        return {name: number for number, name in enumerate(sorted(self._manifest.targets))}
+        return {name: number for number, name in enumerate(numbered(self._manifest.targets))}
 
     @cached_property
     def _objects(self) -> dict[int, ObjectInfo]:
