@@ -2,12 +2,13 @@
 BIN := .venv/bin
 OUT ?= out/demo
 
-.PHONY: demo test test-slow test-ecosystem lint bench speed setup setup-demo clean help
+.PHONY: demo test test-slow test-faults test-ecosystem lint bench speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
 	@echo "make test       the test suite (under 15 minutes on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
+	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (under an hour on 2 cores)"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
 	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
@@ -22,6 +23,9 @@ test: .venv/.ready-dev
 
 test-slow: .venv/.ready-dev .venv/.ready-speed
 	$(BIN)/python -m pytest -m "slow and not ecosystem" -n 2 --dist worksteal
+
+test-faults: .venv/.ready-dev
+	$(BIN)/python -m tests.faults.run
 
 test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready
 	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python $(BIN)/python -m pytest -m ecosystem
