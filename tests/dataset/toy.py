@@ -184,8 +184,18 @@ def sweep(scene: SceneSpec, T_world_lidar: np.ndarray) -> LidarScan:
 def make_manifest(scenes: int = 3, formats: tuple[str, ...] = ("kitti", "bop")) -> Manifest:
     """Return the manifest of a toy dataset of two observations a scene."""
     splits = split_scenes(scenes, SplitConfig())
-    manifest = Manifest(SEED, scenes, 2, dict(splits), formats, ("pallet",), packages={"numpy": "any"})
-    return with_recipe(manifest, {"description": "toy"})
+    recipe = {"description": "toy"}
+    return Manifest(
+        SEED,
+        scenes,
+        2,
+        dict(splits),
+        formats,
+        ("pallet",),
+        recipe=recipe,
+        packages={"numpy": "any"},
+        contents=recipe_contents(recipe),
+    )
 
 
 def with_recipe(manifest: Manifest, recipe: dict) -> Manifest:

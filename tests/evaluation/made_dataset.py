@@ -1,6 +1,5 @@
 """A small dataset in real files: pallets drawn as flat amodal masks, stored by the dataset writers."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -39,8 +38,10 @@ def make_dataset(root: Path, scenes: int = 4, seed: int = 0) -> Path:
     half = scenes // 2
     splits = {"train": tuple(range(half)), "val": (), "test": tuple(range(half, scenes))}
     recipe = {"name": "made", "description": "pallets as flat amodal masks"}
-    manifest = Manifest(seed, scenes, 2, splits, ("bop",), ("pallet", "carton"), recipe, {"numpy": np.__version__})
-    manifest = replace(manifest, contents=recipe_contents(recipe))
+    targets, contents = ("pallet", "carton"), recipe_contents(recipe)
+    manifest = Manifest(
+        seed, scenes, 2, splits, ("bop",), targets, recipe, {"numpy": np.__version__}, contents=contents
+    )
     store = DatasetStore(root, manifest)
     store.begin(MODELS, CAMERA)
     for index in range(scenes):

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from warehouse_sim.dataset.files.ply import read_ply, write_ply
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.scene_record import RecordedObject, is_damaged
+from warehouse_sim.dataset.scene_record import RecordedObject
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema.things import is_damaged
 
 
 def write_damaged_meshes(root: Path, scene: SceneSpec) -> None:

@@ -12,7 +12,6 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import ConfigError, DatasetError
 
@@ -72,7 +71,7 @@ class Manifest:
     paired_variants: tuple[PairedVariant, ...] = ()
     """For each observation of a scene, which paired variant it is; empty when there are no paired variants."""
     backend: str = ""
-    """Render backend that was requested; empty in manifests that do not say it."""
+    """Render backend that was requested; empty where nothing was rendered."""
     backend_options: dict[str, Any] = field(default_factory=dict)
     """Options of the render backend that were not its defaults."""
     split_table: dict[str, Any] = field(default_factory=dict)
@@ -82,13 +81,12 @@ class Manifest:
     """What may be used under which licence: "data", "textures", and what users brought; empty = not stated."""
     format_version: int = FORMAT_VERSION
     """Version of the folder's layout."""
-    contents: Contents = field(default_factory=Contents)
+    contents: Contents = field(kw_only=True)
     """The sensors, and what else of the recipe formats, readers and checks need to know."""
     converted_from: str = ""
     """Name of the dataset made by third parties and this one holds in another format; empty = made from the recipe."""
     checksums: str = ""
-    """SHA-256 of the folder's SHA256SUMS, which lists that of every file but the card; filled in at the end, empty in
-    manifests of earlier versions."""
+    """SHA-256 of the folder's SHA256SUMS, which lists that of every file but the card; filled in at the end."""
     missing: tuple[int, ...] = ()
     """Scenes that could not be made and were left out on request; ``scenes`` counts them."""
 
@@ -217,19 +215,15 @@ def _by_hand(path: Path) -> bool:
 
 
 def load_manifest(path: Path) -> Manifest:
-    """Read one manifest file strictly; contents that it does not have yet are those of its recipe.
+    """Read one manifest file strictly.
 
     Raises:
         DatasetError: The file is missing, or holds a key or value that does not belong there.
     """
-    data = read_json(path)
     try:
-        manifest = from_mapping(Manifest, data, str(path))
+        return from_mapping(Manifest, read_json(path), str(path))
     except ConfigError as problem:
         raise DatasetError(str(problem)) from problem
-    if "contents" in data:
-        return manifest
-    return replace(manifest, contents=recipe_contents(manifest.recipe, f"{path}: recipe"))
 
 
 def dataset_around(root: Path) -> Path | None:

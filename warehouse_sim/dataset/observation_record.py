@@ -105,14 +105,12 @@ def observation_row(observation: Observation) -> dict[str, Any]:
 
 
 def read_observation(data: Any, where: str) -> RecordedObservation:
-    """Read one observation of a scene record; what older datasets do not say is left at its default.
+    """Read one observation of a scene record; without a viewpoint that it was chosen by, defaults stand for it.
 
     Raises:
         DatasetError: An entry is missing or malformed.
     """
     T_world_camera = read_transform(take(data, "T_world_camera", list, where), where)
-    if "conditions" not in data:
-        return RecordedObservation(T_world_camera)
     request = None
     if take_if_given(data, "visible_request", list, where) is not None:
         low, high = take_numbers(data, "visible_request", 2, where, FRACTIONS).tolist()

@@ -58,7 +58,7 @@ def _counts(records: Sequence[SceneRecord]) -> str:
 def _objects(records: Sequence[SceneRecord]) -> str:
     placed: Counter[str] = Counter()
     for record in records:
-        for look, count in record.tally.looks.items() if record.tally is not None else ():
+        for look, count in record.tally.looks.items():
             placed[look.class_name] += count.placed
     labels = sum(len(observation.targets) for record in records for observation in record.observations)
     most = ", ".join(f"{name} {count:,}" for name, count in placed.most_common(5))

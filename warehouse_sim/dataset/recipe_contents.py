@@ -1,7 +1,4 @@
-"""Contents from a resolved recipe: the one place that reads its keys, for drafts and for datasets made before.
-
-Manifests of datasets made before ``contents`` was among their keys hold the recipe only.
-"""
+"""Contents from a resolved recipe: the one place that reads its keys, for drafts and for the check of the manifest."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace

@@ -21,11 +21,7 @@ from warehouse_sim.dataset.split import Split
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Accessibility, SceneSpec
-
-
-def is_damaged(model: str) -> bool:
-    """Return whether a model is a damaged one: the catalog names it after its type, ``epal1~1f00ba44``."""
-    return "~" in model
+from warehouse_sim.schema.things import is_damaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +59,12 @@ class SceneRecord:
     """In order of instance id."""
     observations: tuple[RecordedObservation, ...]
     """In order of index."""
+    tally: Tally
+    """What is in it, counted for the dataset's card."""
     settle: dict[str, Any] = field(default_factory=dict)
     """How the scene came to rest."""
     readings: dict[str, ReadingContents] = field(default_factory=dict)
     """What sensors that no format holds gave in it."""
-    tally: Tally | None = None
-    """What is in it, counted for the dataset's card; None in records that are older."""
 
     @property
     def T_world_camera(self) -> tuple[Transform, ...]:
@@ -174,7 +170,6 @@ def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> Sce
     data, where = read_json(path), str(path)
     observations = take(data, "observations", list, where)
     things = take(data, "objects", list, where) if objects else []
-    tally = take_if_given(data, "tally", dict, where)
     return SceneRecord(
         scene_index=take(data, "scene_index", int, where, WHOLE),
         seed=take(data, "seed", int, where),
@@ -185,7 +180,7 @@ def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> Sce
             read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
         ),
         settle=take(data, "settle", dict, where),
-        tally=None if tally is None else read_tally(tally, f"{where}: tally"),
+        tally=read_tally(take(data, "tally", dict, where), f"{where}: tally"),
         readings=_read_readings(take_if_given(data, "readings", dict, where) or {}, f"{where}: readings"),
     )
 

@@ -31,8 +31,6 @@ from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
 from warehouse_sim.schema import Accessibility, ObjectModel, Observation, SceneSpec
 
-_LATER = ("backend", "licences")
-
 
 class DatasetStore:
     """The folder and its writers; cheap to build, so that every worker process has its own.
@@ -319,10 +317,8 @@ class DatasetStore:
 
     def _require_same(self, stored: Manifest, path: Path) -> None:
         before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))
-        # Manifests that an earlier version began do not say everything.
-        different = [key for key in now if before[key] != now[key] and (before[key] or key not in _LATER)]
-        if different:
-            key = different[0]
+        key = next((key for key in now if before[key] != now[key]), None)
+        if key is not None:
             raise DatasetError(
                 f"{path}: the dataset was begun with another {key}; resume it with the same settings and "
                 "package versions, or choose another folder"

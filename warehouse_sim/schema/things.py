@@ -14,6 +14,9 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 RETROREFLECTIVE = 2.0
 """Remission from which a material sends light back to where it came from, whatever the incidence."""
 
+SAME_SHAPE = "look-"
+"""Begins the tag in the name of a model that has the surface of its type and other colours."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -40,6 +43,14 @@ class Material:
     """Name of a generated colour picture ("shipping_label:4711", see catalog/pictures) that is laid once over the
     largest faces of each part: upright along the part's z, or along its y where it lies; it covers colour and texture
     as far as it is opaque. Films have none."""
+
+
+def is_damaged(model: str) -> bool:
+    """Return whether a model's surface is not that of its type: the catalog names such ones ``epal1~1f00ba44``.
+
+    What has other colours alone is named ``plastic_runners~look-1f00ba44``.
+    """
+    return "~" in model and f"~{SAME_SHAPE}" not in model
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,14 @@
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from tests.dataset.toy import make_manifest, make_scene, observe
+from tests.dataset.toy import make_scene, observe
 from warehouse_sim.dataset.card.disk_use import measure
 from warehouse_sim.dataset.card.thumbnails import shown_observations
 from warehouse_sim.dataset.convert import convert
 from warehouse_sim.dataset.licences import OWNERS, data_licences, licence_text
-from warehouse_sim.dataset.manifest import load_manifest
-from warehouse_sim.dataset.store import DatasetStore
 
 
 def test_the_card_says_what_the_images_show(toy_root: Path) -> None:
@@ -69,14 +66,6 @@ def test_what_users_brought_is_theirs() -> None:
     }
     assert "bound to what their owners allow" in licence_text(licences)
     assert "bound to" not in licence_text(data_licences("CC0-1.0", [], []))
-
-
-def test_a_run_that_an_earlier_version_began_goes_on(tmp_path: Path) -> None:
-    root = tmp_path / "data"
-    DatasetStore(root, make_manifest()).begin([], observe(make_scene(0))[0].camera)
-    now = replace(make_manifest(), backend="raster", licences={"data": "Apache-2.0"})
-    DatasetStore(root, now).begin([], observe(make_scene(0))[0].camera, resume=True)
-    assert load_manifest(root / "manifest.unfinished.json").licences == {"data": "Apache-2.0"}
 
 
 def test_a_converted_dataset_says_so(toy_root: Path, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from warehouse_sim.benchmark.docking.kept_rows import Kept, Row
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.schema.things import is_damaged
 
 
 class Record:
@@ -43,7 +44,7 @@ def _ask(question: Question, station: Station, truck: TruckConfig) -> Row:
         "stack": station.carries_pallets,
         "load_kg": float(sum(station.scene.model_of(item).mass for item in station.load)),
         "height": float(station.pallet.T_world_object[2, 3]),
-        "damaged": "~" in station.pallet.model,
+        "damaged": is_damaged(station.pallet.model),
         "swept": swept_answer(question, station, truck),
         "simulated": asdict(answer),
         "cpu_s": seconds,

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from warehouse_sim.dataset.card.tally import Look
-from warehouse_sim.dataset.scene_record import is_damaged
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, SceneSpec
+from warehouse_sim.schema.things import is_damaged
 
 _BYTES = 6
 """Of a digest: among a million of them, two are equal by chance once in 560 datasets."""

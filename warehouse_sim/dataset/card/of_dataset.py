@@ -20,11 +20,10 @@ from warehouse_sim.output import make_folder, write_bytes
 
 
 def put_together(records: Sequence[SceneRecord]) -> Tally:
-    """Return the tally of all scenes; those of records that are older than tallies are not in it."""
+    """Return the tally of all scenes."""
     tally = Tally()
     for record in records:
-        if record.tally is not None:
-            tally.add(record.tally)
+        tally.add(record.tally)
     return tally
 
 
@@ -84,9 +83,6 @@ def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:
             dict.fromkeys(paired_variant.variant for paired_variant in manifest.paired_variants)
         ),
     }
-    if tally.scenes < len(manifest.scene_indices):
-        older = len(manifest.scene_indices) - tally.scenes
-        facts["not counted"] = f"{older} scenes that an earlier version made"
     if manifest.missing:
         facts["missing"] = f"{len(manifest.missing)} of {manifest.scenes} scenes, which could not be made"
     return {name: text for name, text in facts.items() if text}

@@ -31,8 +31,7 @@ def contents(subject: Subject) -> Findings:
             bool(manifest.recipe), f"{subject.layout.manifest}: recipe is empty; nobody can make this again"
         )
         _of_recipe(findings, subject)
-    if manifest.split_table:
-        _split_table(findings, subject)
+    _split_table(findings, subject)
     return findings
 
 

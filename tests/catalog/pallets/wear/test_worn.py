@@ -8,6 +8,7 @@ from tests.catalog.pallets.wear.used import KINDS, ruined
 from warehouse_sim.catalog import catalog_object, materials
 from warehouse_sim.catalog.pallets import PALLETS, WearConfig, damaged
 from warehouse_sim.catalog.pallets.wear.damage import FARTHEST
+from warehouse_sim.schema.things import is_damaged
 
 ALL = WearConfig(**dict.fromkeys((item.name for item in fields(WearConfig)), 1.0))
 
@@ -18,6 +19,14 @@ def test_the_meaning_stays(name: str) -> None:
     assert old.name.startswith(f"{name}~")
     for field in ("class_name", "obj_id", "mass", "size", "pockets", "symmetry", "collision"):
         assert getattr(old, field) is getattr(new, field)
+
+
+@pytest.mark.parametrize("name", PALLETS)
+def test_a_pallet_is_called_damaged_only_where_its_surface_is_another(name: str) -> None:
+    new, old = catalog_object(name).mesh(), ruined(name, 1, ALL)
+    same = np.array_equal(new.faces, old.mesh().faces) and np.allclose(new.vertices, old.mesh().vertices)
+    assert is_damaged(old.name) != same
+    assert is_damaged(name) is False
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -10,7 +10,8 @@ from warehouse_sim.catalog.pallets.wear.damage import with_broken, with_displace
 from warehouse_sim.catalog.pallets.wear.members import members_of
 from warehouse_sim.catalog.pallets.wear.surface import nailed, stained
 from warehouse_sim.ranges import Fraction, check_ranges
-from warehouse_sim.schema import ObjectModel
+from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema.things import SAME_SHAPE
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,9 @@ class WearConfig:
 
 
 def damaged(model: ObjectModel, wear: WearConfig, rng: np.random.Generator) -> ObjectModel:
-    """Return ``model`` after use, called ``<name>~<tag>``; its meaning is that of ``model``.
+    """Return ``model`` after use, called ``<name>~<tag>``, or ``<name>~look-<tag>`` where it has only aged.
+
+    Its meaning is that of ``model``.
 
     The collision boxes stay, too: where a deck board is gone or broken, physics still sees the whole deck, and what is
     missing is never so much that a carton would stand on nothing.
@@ -52,4 +55,13 @@ def damaged(model: ObjectModel, wear: WearConfig, rng: np.random.Generator) -> O
     members = branded(members, model, wear.stamps, rng)
     members = with_twisted(with_displaced(members, wear.displaced, rng), wear.twisted, rng)
     parts = tuple(part for member in members for part in member.parts)
-    return replace(model, name=f"{model.name}~{rng.integers(1 << 32):08x}", parts=parts)
+    tag = f"{rng.integers(1 << 32):08x}"
+    return replace(model, name=f"{model.name}~{SAME_SHAPE * _same_shape(model.parts, parts)}{tag}", parts=parts)
+
+
+def _same_shape(built: tuple[Part, ...], used: tuple[Part, ...]) -> bool:
+    """Return whether parts differ in their materials alone, as those of moulded pallets do."""
+    return len(built) == len(used) and all(
+        a.mesh is b.mesh and np.array_equal(a.T_object_part, b.T_object_part) and np.array_equal(a.scale, b.scale)
+        for a, b in zip(built, used, strict=True)
+    )
