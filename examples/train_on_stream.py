@@ -8,7 +8,7 @@ import torch
 from torch import nn
 from torch.utils.data import DataLoader
 
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.stream import stream
 from warehouse_sim.learning.iterable_data import IterableData

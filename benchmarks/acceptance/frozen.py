@@ -18,7 +18,7 @@ import tyro
 
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.dataset.formats.kitti.labels import label_rows
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene

@@ -13,7 +13,7 @@ import tyro
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader, TargetRecord
 from warehouse_sim.dataset.results import predictions
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.estimators.tracking.belief import difference
 from warehouse_sim.estimators.tracking.drives import drives, tracked
 from warehouse_sim.schema import PoseEstimate

@@ -11,7 +11,7 @@ import torch
 from benchmarks.estimators.data import Data
 from benchmarks.front_ends.data import TEST_DISTANCE, TEST_INDUSTRIAL
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.estimators.detection.estimator import DetectConfig
 from warehouse_sim.estimators.sweep.boxes import ring_overlaps
 from warehouse_sim.estimators.sweep.estimator import TrainedSweepDetector

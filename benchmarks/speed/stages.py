@@ -9,8 +9,8 @@ from typing import Any
 
 from benchmarks.speed.cost import StageClock
 from warehouse_sim.annotate.film import FilmCaster
-from warehouse_sim.dataset import frame_files
 from warehouse_sim.dataset.files import image_io, json_file
+from warehouse_sim.dataset.formats import observation_files
 from warehouse_sim.dataset.formats.kitti import writer as kitti
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation import generate as generator
@@ -44,8 +44,8 @@ _FUNCTIONS: list[tuple[Any, str, str]] = [
     (ImageTargets, "read", READ_BACK),
     (DatasetStore, "write_scene", WRITE),
     (image_io, "encode_png", ENCODE),
-    (frame_files, "write_bytes", DISK),
-    (frame_files, "fraction_file", DISK),
+    (observation_files, "write_bytes", DISK),
+    (observation_files, "fraction_file", DISK),
     (json_file, "write_bytes", DISK),
     (kitti, "write_bytes", DISK),
 ]

@@ -9,8 +9,8 @@ import torch
 
 from benchmarks.speed.cost import measure
 from benchmarks.speed.subject import Settings
-from warehouse_sim.dataset.observed_image import ObservedImage
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.streamed import ObservedImage
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.generation.generate import generate

@@ -12,7 +12,7 @@ import tyro
 from jaxtyping import Float32, UInt8
 
 from docs.figures.sensor_views import View, see
-from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -13,7 +13,7 @@ from jaxtyping import UInt8
 
 from docs.figures.sensor_sheets import OUT
 from docs.figures.sensor_views import scene_before_pallet
-from warehouse_sim.dataset.overlay import colorize_depth, draw_box_3d, draw_caption
+from warehouse_sim.dataset.viewing.overlay import colorize_depth, draw_box_3d, draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera

@@ -11,7 +11,7 @@ import numpy as np
 import tyro
 from jaxtyping import UInt8
 
-from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.sampled import sample_settled_scene

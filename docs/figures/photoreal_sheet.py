@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import tyro
 
-from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera

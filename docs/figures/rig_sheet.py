@@ -11,7 +11,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float, UInt8
 
-from warehouse_sim.dataset.overlay import draw_caption
+from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.sampled import sample_settled_scene

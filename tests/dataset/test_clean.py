@@ -12,8 +12,8 @@ from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scen
 from warehouse_sim.dataset.files.image_io import decode_depth, encode_clean_depth
 from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Observation, StereoReading

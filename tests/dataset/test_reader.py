@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, make_manifest, make_scene, observe
-from warehouse_sim.dataset.frame_files import image_amodal_mask
+from warehouse_sim.dataset.formats.observation_files import image_amodal_mask
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError
 

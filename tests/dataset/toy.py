@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box

@@ -9,7 +9,7 @@ import pytest
 
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.results.detection_file import read_results
+from warehouse_sim.dataset.results.detections import read_results
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators import composed as module

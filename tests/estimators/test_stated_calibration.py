@@ -12,8 +12,8 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators import ESTIMATORS

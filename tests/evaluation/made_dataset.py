@@ -10,9 +10,9 @@ from warehouse_sim.catalog import carton, epal1
 from warehouse_sim.catalog.loads import SKUS
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.geometry.boxes import box_corners, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points

@@ -11,7 +11,7 @@ import pytest
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.formats.kitti.reader import calib_camera, parse_calib
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.generate import generate

@@ -6,7 +6,7 @@ import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.generate import generate

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.processes import descendants
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.generation.generate import generate

@@ -6,7 +6,7 @@ from pathlib import Path
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.dataset.checks.findings import Check
-from warehouse_sim.dataset.convert import convert as write_formats
+from warehouse_sim.dataset.convert.run import convert as write_formats
 from warehouse_sim.dataset.validate import validate as run_checks
 from warehouse_sim.errors import DatasetError
 

@@ -10,10 +10,10 @@ from jaxtyping import Float32, Int32, UInt8
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.labelled_object import LabelledObject, instance_number
 from warehouse_sim.dataset.files.image_io import encode_rgb
-from warehouse_sim.dataset.inspect.panels import labelled_picture
-from warehouse_sim.dataset.overlay import colorize_depth
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.dataset.viewing.overlay import colorize_depth
+from warehouse_sim.dataset.viewing.panels import labelled_picture
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.clouds import depth_to_cloud

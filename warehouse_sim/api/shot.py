@@ -3,8 +3,8 @@
 from typing import cast
 
 from warehouse_sim.api.observation import Observation
-from warehouse_sim.dataset.observed_image import ObservedDataset
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.streamed import ObservedDataset
 from warehouse_sim.generation.hand_made import Take, labelled_models
 
 

@@ -16,7 +16,7 @@ def convert(data: tyro.conf.Positional[Path], to: tuple[str, ...], out: Path, re
         out: Dataset folder to make.
         resume: Go on with a run that was interrupted; finished scenes are kept.
     """
-    from warehouse_sim.dataset.convert import convert as run
+    from warehouse_sim.dataset.convert.run import convert as run
 
     with count_progress("scenes") as progress:
         run(data, out, to, resume, progress)

@@ -127,7 +127,7 @@ def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool) -
 
 def _tell(out: Path, manifest: "Manifest") -> None:
     """Print what the scenes came out as."""
-    from warehouse_sim.dataset.realised import missing_test, realised
+    from warehouse_sim.dataset.card.realised import missing_test, realised
 
     for line in realised(out, manifest):
         print(line)

@@ -45,7 +45,8 @@ def view(
         raise InputError("--out belongs to --summary; add --summary, or give --save FILE.rrd")
     require_extra("view", "to view a dataset")
     from warehouse_sim.dataset.reader import DatasetReader
-    from warehouse_sim.dataset.viewing import open_recording, stream_images
+    from warehouse_sim.dataset.viewing.sink import open_recording
+    from warehouse_sim.dataset.viewing.stream import stream_images
 
     reader = DatasetReader(data)
     splits = [name for name in reader.splits if reader.splits[name]] if split in (None, "all") else [split]
@@ -56,7 +57,7 @@ def view(
 
 
 def _summarise(data: Path, out: Path | None, count: int, split: str | None) -> None:
-    from warehouse_sim.dataset.inspect import inspect
+    from warehouse_sim.dataset.viewing.report import inspect
 
     if count > 100:
         raise InputError(f"--limit must be 1 to 100 with --summary, found {count}")

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import ConfigError, DatasetError
 
 FORMAT_VERSION = 1

@@ -16,9 +16,9 @@ from warehouse_sim.dataset.formats.folder.files import require_intrinsics
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, read_manifest, require_no_part
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.readings import read_reading
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.readings import read_reading
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, NominalCalibration
 

@@ -6,25 +6,24 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.card import write_card
+from warehouse_sim.dataset.card.bins import split_table
 from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, write_recipe
-from warehouse_sim.dataset.card.scene_tally import SceneTally
-from warehouse_sim.dataset.card.tally import tally_row
+from warehouse_sim.dataset.card.tally import SceneTally, tally_row
+from warehouse_sim.dataset.card.text import write_card
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
-from warehouse_sim.dataset.contents import ReadingContents
-from warehouse_sim.dataset.damaged_meshes import write_damaged_meshes
 from warehouse_sim.dataset.discard import discard_scene, discard_unstarted
 from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
 from warehouse_sim.dataset.objects import write_objects
-from warehouse_sim.dataset.observation_record import observation_row
-from warehouse_sim.dataset.readings import Described, describe, encode_reading, merged, other_readings
-from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record, write_scene_record
 from warehouse_sim.dataset.shards.shard import Shard, read_shard, write_shard
-from warehouse_sim.dataset.split_table import split_table
+from warehouse_sim.dataset.stored.contents import ReadingContents
+from warehouse_sim.dataset.stored.damaged_meshes import write_damaged_meshes
+from warehouse_sim.dataset.stored.observation_record import observation_row
+from warehouse_sim.dataset.stored.readings import Described, describe, encode_reading, merged, other_readings
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock

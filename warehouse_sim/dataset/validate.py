@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.dataset.checks import damaged, manifest, readings, structure
+from warehouse_sim.dataset.checks import manifest, structure
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
-from warehouse_sim.dataset.checks.foreign.all_checks import checks_of
+from warehouse_sim.dataset.checks.foreign import checks_of
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
@@ -70,9 +70,9 @@ def _requested(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
     stored = set(subject.manifest.formats) & set(FORMATS.names())
     requested: list[tuple[NamedCheck, str | None]] = [(check, None) for check in _CHECKS]
     if subject.manifest.contents.readings or subject.layout.readings.exists():
-        requested.append((NamedCheck("readings", readings.readings), None))
+        requested.append((NamedCheck("readings", structure.readings), None))
     if subject.layout.damaged.exists():
-        requested.append((NamedCheck("damaged surfaces", damaged.damaged_surfaces), None))
+        requested.append((NamedCheck("damaged surfaces", structure.damaged_surfaces), None))
     for name in sorted(stored):
         checks = dataset_format(name).checks
         requested += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]

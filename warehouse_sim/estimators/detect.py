@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.results.found_object import FoundObject
+from warehouse_sim.dataset.results.detections import FoundObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.detections import (
     open_stages,

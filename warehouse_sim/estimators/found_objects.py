@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.results.detection_file import read_results
-from warehouse_sim.dataset.results.detection_labels import is_label_folder, read_labels
-from warehouse_sim.dataset.results.found_object import FoundObject
+from warehouse_sim.dataset.results.detections import FoundObject, is_label_folder, read_labels, read_results
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.results.estimate_fault import require_estimates
+from warehouse_sim.dataset.results.pose_csv import require_estimates
 from warehouse_sim.errors import EstimatorError, InputError, shown
 from warehouse_sim.estimators import KnownObject, PoseEstimator
 from warehouse_sim.estimators.own_traceback import own_traceback, summary_of

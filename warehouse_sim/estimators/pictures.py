@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.overlay import Image, colorize_depth, draw_box_3d, draw_caption, draw_segment
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.viewing.overlay import Image, colorize_depth, draw_box_3d, draw_caption, draw_segment
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators import PoseEstimator
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -21,7 +21,7 @@ import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_depth, encode_mask, encode_rgb, farthest_depth
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.results.estimate_fault import estimate_fault
+from warehouse_sim.dataset.results.pose_csv import estimate_fault
 from warehouse_sim.errors import InputError, shown
 from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.schema import PoseEstimate

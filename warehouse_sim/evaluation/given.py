@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.dataset.results import predictions as prediction_file
-from warehouse_sim.dataset.results.estimate_fault import require_estimates
+from warehouse_sim.dataset.results.pose_csv import require_estimates
 from warehouse_sim.schema import PoseEstimate
 
 

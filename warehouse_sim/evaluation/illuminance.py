@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 
 Place = tuple[int, int, int]
 """Scene id, image id, instance id."""

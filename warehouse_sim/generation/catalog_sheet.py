@@ -10,7 +10,7 @@ from jaxtyping import Float
 from warehouse_sim.catalog import catalog_names, catalog_object, materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.dataset.files.image_io import encode_rgb
-from warehouse_sim.dataset.overlay import Image
+from warehouse_sim.dataset.viewing.overlay import Image
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, level_camera, make_transform, transform_points
 from warehouse_sim.output import make_folder, write_bytes

@@ -8,9 +8,15 @@ from typing import Any
 import cv2
 import numpy as np
 
-from warehouse_sim.dataset.cloud_overlay import draw_cloud
 from warehouse_sim.dataset.files.image_io import encode_rgb
-from warehouse_sim.dataset.overlay import Image, colorize_depth, colorize_ids, draw_box_3d, draw_caption
+from warehouse_sim.dataset.viewing.overlay import (
+    Image,
+    colorize_depth,
+    colorize_ids,
+    draw_box_3d,
+    draw_caption,
+    draw_cloud,
+)
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.reading_panels import reading_panels
 from warehouse_sim.generation.recipe import Recipe

@@ -11,14 +11,14 @@ from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.custom_config import FIRST_OBJ_ID
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.card.licences import data_licences
 from warehouse_sim.dataset.card.thumbnails import shown_observations, thumbnail_file, write_thumbnail
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.licences import data_licences
 from warehouse_sim.dataset.manifest import BY_HAND, Manifest, package_versions, write_manifest
-from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.split import SPLITS, Split, SplitConfig
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.hand_made import Take, labelled_models
 from warehouse_sim.generation.licences import texture_licence

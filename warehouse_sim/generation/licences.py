@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from warehouse_sim.catalog.mesh_files import SUFFIXES
+from warehouse_sim.dataset.card.licences import data_licences
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.licences import data_licences
 from warehouse_sim.resources import data_folder
 
 _BROUGHT = (".yaml", ".yml", ".ies", *SUFFIXES)

@@ -14,12 +14,12 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import OPEN_CARTONS
 from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.manifest import Manifest, PairedVariant, package_versions
-from warehouse_sim.dataset.recipe_contents import draft_contents
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
+from warehouse_sim.dataset.stored.contents import Contents
+from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.licences import recipe_licences

@@ -9,8 +9,7 @@ from typing import Any
 
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.shards.merge import merge
-from warehouse_sim.dataset.shards.packed_shard import pack_shard, packed_name, stored_shards, unpack_shard
-from warehouse_sim.dataset.shards.shard import Shard
+from warehouse_sim.dataset.shards.shard import Shard, pack_shard, packed_name, stored_shards, unpack_shard
 from warehouse_sim.errors import WarehouseSimError, WorkerError
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig

@@ -6,7 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from warehouse_sim.dataset.overlay import Image, colorize_depth
+from warehouse_sim.dataset.viewing.overlay import Image, colorize_depth
 from warehouse_sim.schema import MountedReading, Reading
 
 _BACKGROUND, _BAR, _TEXT = (18, 18, 18), (90, 170, 230), (235, 235, 235)

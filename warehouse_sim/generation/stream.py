@@ -7,7 +7,7 @@ from functools import partial
 from itertools import count
 from typing import Any
 
-from warehouse_sim.dataset.as_stored import as_stored
+from warehouse_sim.dataset.streamed import as_stored
 from warehouse_sim.generation.executor import Work, make_in_order
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import Recipe

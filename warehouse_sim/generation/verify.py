@@ -13,8 +13,8 @@ from warehouse_sim.dataset.files.checksums import broken_seals
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, package_versions, read_manifest
-from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.generation.generate import Job, make_scene
 from warehouse_sim.generation.near_files import (

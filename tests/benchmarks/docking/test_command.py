@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.docking.__main__ import main
 from tests.evaluation.made_dataset import estimates_of, write_estimates
-from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe

@@ -5,10 +5,10 @@ import cv2
 import numpy as np
 
 from tests.dataset.toy import make_scene, observe
-from warehouse_sim.dataset.card.disk_use import measure
+from warehouse_sim.dataset.card.licences import OWNERS, data_licences, licence_text
+from warehouse_sim.dataset.card.text import measure
 from warehouse_sim.dataset.card.thumbnails import shown_observations
-from warehouse_sim.dataset.convert import convert
-from warehouse_sim.dataset.licences import OWNERS, data_licences, licence_text
+from warehouse_sim.dataset.convert.run import convert
 
 
 def test_the_card_says_what_the_images_show(toy_root: Path) -> None:

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CARTON, PALLET, make_scene, observe
-from warehouse_sim.dataset.card.scene_tally import SceneTally
-from warehouse_sim.dataset.card.tally import Tally, read_tally, tally_row
+from warehouse_sim.dataset.card.tally import SceneTally, Tally, read_tally, tally_row
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Material
 

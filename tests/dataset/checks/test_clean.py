@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.dataset.checks.clean import matches_reading
+from warehouse_sim.dataset.checks.depth import matches_reading
 
 
 def test_readings_with_noise_and_holes_are_of_their_ground_truth_and_those_of_another_place_are_not() -> None:

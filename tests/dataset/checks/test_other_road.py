@@ -8,8 +8,10 @@ import pytest
 import warehouse_sim
 
 PACKAGE = Path(warehouse_sim.__file__).parent / "dataset"
-CHECKS = sorted([*PACKAGE.glob("checks/**/*.py"), *PACKAGE.glob("formats/*/checks/**/*.py")])
-ENCODERS = ("writer", "labels", "calib", "models", "frame_files", "store", "ply", "light_row")
+CHECKS = sorted(
+    [*PACKAGE.glob("checks/**/*.py"), *PACKAGE.glob("formats/**/checks/**/*.py"), *PACKAGE.glob("formats/**/checks.py")]
+)
+ENCODERS = ("writer", "labels", "calib", "models", "observation_files", "store", "ply")
 """Last parts of the names of modules that make files; ``checks.labels`` and the like are checks themselves."""
 
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, PALLET
-from warehouse_sim.dataset.checks.poses import amodal_mask_shift, comparable
-from warehouse_sim.dataset.checks.raster import mesh_depth
+from warehouse_sim.dataset.checks.poses import amodal_mask_shift, comparable, mesh_depth
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, CARTON, PALLET, cast_boxes
-from warehouse_sim.dataset.checks.raster import mesh_depth
+from warehouse_sim.dataset.checks.poses import mesh_depth
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
 

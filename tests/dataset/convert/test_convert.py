@@ -9,7 +9,7 @@ import pytest
 
 from tests.dataset.formats.test_external_bop import STEP_MM, visible, write_folder
 from warehouse_sim.cli.main import main
-from warehouse_sim.dataset.convert import convert
+from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError

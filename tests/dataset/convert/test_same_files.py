@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from warehouse_sim.dataset.convert import convert
+from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig

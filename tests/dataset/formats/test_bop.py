@@ -15,7 +15,7 @@ from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.dataset.formats.bop.models import even_mesh, write_models
 from warehouse_sim.dataset.formats.bop.symmetries import symmetry_rows
 from warehouse_sim.dataset.formats.bop.writer import BopWriter
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError

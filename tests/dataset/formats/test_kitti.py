@@ -12,7 +12,7 @@ from tests.dataset.toy import CAMERA, PALLET, T_CAMERA_LIDAR, make_manifest, mak
 from warehouse_sim.dataset.formats.kitti.labels import kitti_label, label_line
 from warehouse_sim.dataset.formats.kitti.reader import parse_label
 from warehouse_sim.dataset.formats.kitti.writer import KittiWriter
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import (

@@ -20,8 +20,8 @@ from tests.dataset.toy import (
     sweep,
     with_recipe,
 )
-from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.level_view import lean, upright
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z

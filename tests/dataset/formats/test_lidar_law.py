@@ -6,8 +6,8 @@ import pytest
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import SIGMAS, LidarLaw
 from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
-from warehouse_sim.dataset.observation_record import RecordedObservation
-from warehouse_sim.dataset.recipe_contents import recipe_contents
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS

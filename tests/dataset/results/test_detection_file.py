@@ -13,9 +13,7 @@ from pycocotools.cocoeval import COCOeval
 
 from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.results.detection_file import read_results, write_results
-from warehouse_sim.dataset.results.detection_labels import read_labels, write_labels
-from warehouse_sim.dataset.results.found_object import FoundObject
+from warehouse_sim.dataset.results.detections import FoundObject, read_labels, read_results, write_labels, write_results
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
 

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.results.estimate_fault import estimate_fault, require_estimates
+from warehouse_sim.dataset.results.pose_csv import estimate_fault, require_estimates
 from warehouse_sim.errors import InputError
 from warehouse_sim.schema import PoseEstimate
 

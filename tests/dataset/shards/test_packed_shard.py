@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warehouse_sim.dataset.shards.packed_shard import pack_shard, packed_name, stored_shards, unpack_shard
+from warehouse_sim.dataset.shards.shard import pack_shard, packed_name, stored_shards, unpack_shard
 from warehouse_sim.errors import DatasetError
 
 fsspec = pytest.importorskip("fsspec")

@@ -14,7 +14,7 @@ import pytest
 
 from tests.dataset.shards.test_merge import hashes, make_shard
 from tests.dataset.toy import make_dataset
-from warehouse_sim.dataset.shards.packed_shard import pack_shard, packed_name, stored_shards, unpack_shard
+from warehouse_sim.dataset.shards.shard import pack_shard, packed_name, stored_shards, unpack_shard
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.ray_cluster import merge_packed
 
@@ -25,14 +25,14 @@ moto = pytest.importorskip("moto.server")
 SLOW_UPLOAD = """
 import sys, tarfile, time
 from pathlib import Path
-from warehouse_sim.dataset.shards import packed_shard
+from warehouse_sim.dataset.shards import shard
 add = tarfile.TarFile.add
 def slow(self, path, *more, **named):
     add(self, path, *more, **named)
     print("sent", flush=True)
     time.sleep(60)
 tarfile.TarFile.add = slow
-packed_shard.pack_shard(Path(sys.argv[1]), sys.argv[2], packed_shard.packed_name(0))
+shard.pack_shard(Path(sys.argv[1]), sys.argv[2], shard.packed_name(0))
 """
 
 
@@ -68,7 +68,7 @@ def surroundings() -> dict[str, str]:
 PACK = """
 import sys
 from pathlib import Path
-from warehouse_sim.dataset.shards.packed_shard import pack_shard, packed_name
+from warehouse_sim.dataset.shards.shard import pack_shard, packed_name
 pack_shard(Path(sys.argv[1]), sys.argv[2], packed_name(int(sys.argv[3])))
 """
 

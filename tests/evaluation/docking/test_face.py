@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.results import face_file, pose_csv
+from warehouse_sim.dataset.results import pose_csv
+from warehouse_sim.dataset.results.predictions import attach_faces, face_path, write_faces
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.docking.face import face_columns
 from warehouse_sim.evaluation.docking.fork import ForkConfig, docking_faces
@@ -84,8 +85,8 @@ def test_fronts_lie_beside_the_csv_and_come_back(tmp_path: Path) -> None:
         PoseEstimate(1, 2, 3, 0.8, T_CAMERA_OBJECT, face=made_face((0.01, 0, 0))),
     ]
     pose_csv.write(poses, rows)
-    assert face_file.write(poses, rows) == tmp_path / "poses.faces.json"
-    plain, with_face = face_file.attach(poses, pose_csv.read(poses))
+    assert write_faces(poses, rows) == tmp_path / "poses.faces.json"
+    plain, with_face = attach_faces(poses, pose_csv.read(poses))
     assert plain.face is None
     assert with_face.face is not None
     assert rows[1].face is not None
@@ -95,8 +96,8 @@ def test_fronts_lie_beside_the_csv_and_come_back(tmp_path: Path) -> None:
     assert told["direction"] == pytest.approx([0.0, 0.0, 1.0])
     assert told["pocket_centres"][0] == pytest.approx([0.1 + 0.22, 0.22, 1.56])
     # Rows without faces take the file away that would belong to others.
-    face_file.write(poses, rows[:1])
-    assert not face_file.face_path(poses).exists()
+    write_faces(poses, rows[:1])
+    assert not face_path(poses).exists()
 
 
 @pytest.mark.parametrize(
@@ -116,11 +117,11 @@ def test_a_broken_file_is_rejected_in_one_line(tmp_path: Path, spoil, message: s
     poses = tmp_path / "poses.csv"
     rows = [PoseEstimate(1, 2, 3, 0.8, T_CAMERA_OBJECT, face=made_face())]
     pose_csv.write(poses, rows)
-    path = face_file.write(poses, rows)
+    path = write_faces(poses, rows)
     assert path is not None
     content = json.loads(path.read_text())
     spoil(content)
     path.write_text(json.dumps(content))
     with pytest.raises(DatasetError, match=message) as caught:
-        face_file.attach(poses, pose_csv.read(poses))
+        attach_faces(poses, pose_csv.read(poses))
     assert "\n" not in str(caught.value)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from warehouse_sim.dataset.scene_record import SceneRecord
+from warehouse_sim.dataset.stored.scene_record import SceneRecord
 from warehouse_sim.errors import ConfigError, DatasetError, PlacementError
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene

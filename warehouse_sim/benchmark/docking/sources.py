@@ -21,7 +21,7 @@ from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
 from warehouse_sim.dataset.results import predictions as prediction_file
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, nearest_symmetry
 from warehouse_sim.evaluation.errors.surface import ErrorModels

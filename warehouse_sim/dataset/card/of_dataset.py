@@ -1,22 +1,111 @@
 """The card of a dataset, generated or converted: its manifest, scene records and folders say all of it."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
-from warehouse_sim.dataset.card.disk_use import measure
-from warehouse_sim.dataset.card.limits import limits
 from warehouse_sim.dataset.card.tally import Tally
-from warehouse_sim.dataset.card.text import Card
+from warehouse_sim.dataset.card.text import Card, measure
 from warehouse_sim.dataset.card.thumbnails import SHEET
 from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.stored.contents import LidarContents
+from warehouse_sim.dataset.stored.recipe_contents import depth_models
+from warehouse_sim.dataset.stored.scene_record import SceneRecord
 from warehouse_sim.output import make_folder, write_bytes
+
+FILM = "wrap"
+"""Class of stretch film."""
+_CONVERTED = [
+    "Images, poses and masks are those of the dataset it was converted from; nothing was measured again; its errors "
+    "of labelling are still in it.",
+    "Each image is a scene of its own; what that dataset does not say (light, objects without labels) is missing.",
+    "Amodal masks end at the border of the image.",
+]
+_QUANTA = {"bop": "BOP depth in steps of 1 mm", "kitti": "KITTI depth in steps of 1/256 m"}
+
+
+def limits(manifest: Manifest, classes: Collection[str]) -> dict[str, list[str]]:
+    """Return headings with what a user must know, of a dataset in whose scenes ``classes`` stand."""
+    if manifest.converted_from:
+        return {"What was converted": _CONVERTED}
+    return {
+        "What is exact": _exact(manifest),
+        "What is simulated": _simulated(manifest),
+        "What is not in it": _missing(manifest, classes),
+    }
+
+
+def _exact(manifest: Manifest) -> list[str]:
+    """Return what comes from the scene itself, without an error of measurement."""
+    steps = [text for name, text in _QUANTA.items() if name in manifest.formats]
+    rounded = f" ({'; '.join(steps)})" if steps else ""
+    lines = [
+        f"Poses, boxes, masks, instance ids and visible fractions; each format rounds them to what it stores{rounded}.",
+        "The calibration in the files. What the rig states of it, with its errors, is in the scene records."
+        if manifest.recipe.get("sensors", {}).get("calibration") is not None
+        else "The calibration in the files.",
+    ]
+    if manifest.contents.clean:
+        lines.append("The clean images beside the readings.")
+    return lines
+
+
+def _simulated(manifest: Manifest) -> list[str]:
+    """Return what follows a model of something real."""
+    contents = manifest.contents
+    lines = [f"Colour is drawn by {', '.join(manifest.renderers) or 'a renderer'}: no image is a photograph."]
+    for place, settings in depth_models(manifest.recipe, "recipe").items():
+        lines.append(f"Depth is a reading: `{place}` is {_depth_text(settings)}. 0 = no reading.")
+    if contents.lidar is not None:
+        lines.append(f"LiDAR: {_lidar_text(contents.lidar)}.")
+    lines.append("Illuminance (lx) is measured in the scene's light, on the floor and on what is visible of a label.")
+    return lines
+
+
+def _missing(manifest: Manifest, classes: Collection[str]) -> list[str]:
+    """Return what a user may look for in vain, where ``classes`` stand in the scenes."""
+    contents = manifest.contents
+    lines = [
+        f"Full labels are those of {', '.join(manifest.targets) or 'no class'}; all other objects have id, class and "
+        "pose in `scenes/`.",
+        "An object without a visible pixel has no label in that image.",
+        "Splits share no scene, but the same CAD geometries occur in all of them.",
+    ]
+    if FILM in classes:
+        lines.append("Stretch film has a class, an id and a pose, but no pixels of ids and no true depth.")
+    if "kitti" in manifest.formats:
+        lines.append("KITTI knows one angle: what leans by more than 2 deg is a `DontCare` row there.")
+    if contents.levelled:
+        lines.append(f"{', '.join(contents.levelled)}: images of a level virtual camera in place of the tilted one.")
+    return lines
+
+
+def _depth_text(settings: dict[str, Any]) -> str:
+    model = settings.get("model", "the default model")
+    numbers = [f"{key} {value:g}" for key, value in settings.items() if type(value) in (int, float) and value]
+    return f"the sensor model `{model}`" + (f" ({', '.join(numbers)})" if numbers else "")
+
+
+def _lidar_text(lidar: LidarContents) -> str:
+    parts = [f"ranges with a standard deviation of {lidar.range_noise:g} m"]
+    if lidar.range_noise_weak:
+        parts.append(f"and {lidar.range_noise_weak:g} m more for weak signals")
+    if lidar.laser_bias:
+        parts.append(f"a constant error of each laser (standard deviation {lidar.laser_bias:g} m)")
+    if lidar.range_step:
+        parts.append(f"steps of {lidar.range_step:g} m")
+    parts.append(f"the vehicle's motion within a sweep is {_motion(lidar.motion)}")
+    return ", ".join(parts)
+
+
+def _motion(word: str) -> str:
+    return {"ignored": "left out", "raw": "left in the points"}.get(word, "put right")
 
 
 def put_together(records: Sequence[SceneRecord]) -> Tally:

@@ -1,14 +1,59 @@
 """The card as Markdown: it reads in any editor, and shows its pictures where Markdown is shown."""
 
+import os
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
-from warehouse_sim.dataset.bars import bin_names, text_bars
-from warehouse_sim.dataset.card.disk_use import DiskUse
+from warehouse_sim.dataset.card.bins import BINS, bin_names, text_bars
+from warehouse_sim.dataset.card.licences import licence_text
 from warehouse_sim.dataset.card.tally import Tally
-from warehouse_sim.dataset.licences import licence_text
-from warehouse_sim.dataset.split_table import BINS
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.output import write_bytes
+
+
+@dataclass(frozen=True)
+class DiskUse:
+    """Bytes of some folders."""
+
+    by_folder: dict[str, int]
+    """Folder -> bytes of its files, were it copied alone; what is linked within it counts once."""
+    together: int
+    """Bytes of all folders, where files that formats share as links count once."""
+
+
+def measure(root: Path, folders: Iterable[str]) -> DiskUse:
+    """Measure folders of a dataset; those that do not exist are left out.
+
+    Args:
+        root: Folder of the dataset.
+        folders: Names in it.
+    """
+    by_folder: dict[str, int] = {}
+    linked: set[tuple[int, int]] = set()
+    together = 0
+    for name in (name for name in folders if (root / name).is_dir()):
+        own: set[tuple[int, int]] = set()
+        by_folder[name] = 0
+        for status in _files(root / name):
+            key = status.st_dev, status.st_ino
+            by_folder[name] += 0 if key in own else status.st_size
+            together += 0 if key in own or key in linked else status.st_size
+            if status.st_nlink > 1:
+                own.add(key)
+        linked |= own
+    return DiskUse(by_folder, together)
+
+
+def _files(folder: Path) -> Iterator[os.stat_result]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                yield from _files(Path(entry.path))
+            elif entry.is_file(follow_symlinks=False):
+                yield entry.stat(follow_symlinks=False)
+
 
 _TITLES = {
     "visible_fraction": "Visible fraction of labels",
@@ -55,6 +100,15 @@ def card_text(card: Card) -> str:
     for heading, statements in card.limits.items():
         sections += [f"### {heading}", "\n".join(f"- {item}" for item in statements)]
     return "\n\n".join(part.strip("\n") for part in sections if part) + "\n"
+
+
+def write_card(root: Path, card: Card) -> None:
+    """Write the card of the dataset in ``root``.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    write_bytes(DatasetLayout(root).readme, card_text(card).encode("utf-8"), durable=True)
 
 
 def _observations(card: Card) -> int:

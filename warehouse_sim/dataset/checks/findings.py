@@ -4,6 +4,33 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from warehouse_sim.errors import DatasetError
+
+
+def read_text(path: Path) -> str:
+    """Read an ASCII file.
+
+    Raises:
+        DatasetError: It cannot be read, or holds something else.
+    """
+    try:
+        return read_bytes(path).decode("ascii")
+    except UnicodeDecodeError as problem:
+        raise DatasetError(f"{path}: holds something else than ASCII text ({problem.reason})") from problem
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file.
+
+    Raises:
+        DatasetError: It cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror})") from problem
+
+
 _KEPT = 100
 """Problems that a check keeps: a folder can hold more wrong files than memory."""
 

@@ -6,8 +6,8 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.plain import shown, take
 from warehouse_sim.dataset.formats import FORMATS
-from warehouse_sim.dataset.recipe_contents import recipe_contents
 from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.errors import DatasetError
 
 _NOT_IN_RECIPE = ("plugins", "readings", "levelled", "reach_deg")

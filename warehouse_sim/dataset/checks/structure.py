@@ -5,8 +5,52 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.object_gt import geometry_problems
-from warehouse_sim.dataset.scene_record import SceneRecord
+from warehouse_sim.dataset.stored.damaged_meshes import read_damaged_mesh
+from warehouse_sim.dataset.stored.readings import read_reading
+from warehouse_sim.dataset.stored.scene_record import SceneRecord
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import diameter
+
+_MOST_OUT = 0.03
+"""How far (m) boards out of place, and nails, may stand out of the nominal box."""
+
+
+def damaged_surfaces(subject: Subject) -> Findings:
+    """Every damaged object that labels name has its surface, within the box that its pose is of."""
+    findings = Findings()
+    for _, scene in subject.scenes():
+        for item in subject.record(scene).objects:
+            if not item.is_damaged or item.obj_id not in subject.objects:
+                continue
+            path, mesh = subject.layout.damaged_mesh(item.model), read_damaged_mesh(subject.root, item)
+            findings.require(mesh is not None, f"{path}: is missing, scene {scene} names it")
+            findings.count += 1
+            if mesh is None:
+                continue
+            out = float((np.abs(mesh.vertices).max(axis=0) - subject.info(item.obj_id).size / 2).max())
+            findings.require(out <= _MOST_OUT, f"{path}: stands out of its object's box by {out:.3f} m")
+    findings.examined = f"{findings.count} surfaces of damaged objects"
+    return findings
+
+
+def readings(subject: Subject) -> Findings:
+    """Each sensor of the manifest, and no other, has a file an observation with the arrays that the manifest says."""
+    findings, sensors = Findings(), subject.manifest.contents.readings
+    compare_names(findings, subject.layout.readings, set(sensors), "sensor")
+    places = list(subject.observations())
+    names = {subject.layout.reading("any", scene, observation).name for _, scene, observation in places}
+    for name, contents in sensors.items():
+        compare_names(findings, subject.layout.readings / name, names)
+        for _, scene, observation in places:
+            path = subject.layout.reading(name, scene, observation)
+            try:
+                read_reading(path, contents)
+            except DatasetError as problem:
+                findings.require(False, str(problem))
+            findings.count += 1
+    findings.examined = f"{findings.count} readings of {', '.join(sensors)}"
+    return findings
+
 
 _SAME_LENGTH = 1e-6
 """How far (m) a diameter or a distance may be off."""

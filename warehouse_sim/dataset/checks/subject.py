@@ -17,8 +17,8 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.reader import open_format
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform
 

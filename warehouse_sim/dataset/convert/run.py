@@ -5,19 +5,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from warehouse_sim.dataset.contents import CameraContents, Contents, LidarContents
-from warehouse_sim.dataset.convert.stored_observation import stored_observation
-from warehouse_sim.dataset.convert.stored_scene import recorded_scene, scene_of_image, stored_model
+from warehouse_sim.dataset.card.licences import DATA, OWNERS
+from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.licences import DATA, OWNERS
 from warehouse_sim.dataset.manifest import Manifest, package_versions
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.contents import CameraContents, Contents, LidarContents
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import one_writer
 from warehouse_sim.output import link_or_copy

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.overlay import colorize_ids
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.dataset.viewing.overlay import colorize_ids
 from warehouse_sim.geometry.pose import Transform, invert, quat_wxyz_from_matrix
 from warehouse_sim.optional import require
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError, TrainingError
 from warehouse_sim.estimators.images.rows import MOST_LABELS
 from warehouse_sim.estimators.images.store import read_rows, rows_digest

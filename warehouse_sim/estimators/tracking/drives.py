@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile, surface_metric
 from warehouse_sim.estimators.pose.uncertainty.estimator import NINE_OF_TEN

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.dataset.results.found_object import FoundObject
+from warehouse_sim.dataset.results.detections import FoundObject
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.overlap import box_coverage, box_ious, mask_intersections
 from warehouse_sim.geometry.precision_recall import Matches, average_precision, match

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from warehouse_sim.dataset.overlay import Color, Image, colorize_depth, draw_box_3d, draw_segment
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
+from warehouse_sim.dataset.viewing.overlay import Color, Image, colorize_depth, draw_box_3d, draw_segment
 from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera

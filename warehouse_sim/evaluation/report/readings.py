@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from warehouse_sim.dataset.contents import ReadingContents
+from warehouse_sim.dataset.stored.contents import ReadingContents
 from warehouse_sim.evaluation.report.numbers import NOTHING
 from warehouse_sim.schema import MountedReading, Reading
 

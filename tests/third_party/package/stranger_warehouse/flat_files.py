@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

@@ -1,1 +1,20 @@
-"""What ``validate`` asks of a third-party dataset: whatever its format, through its reader."""
+"""The checks of every dataset made by third parties."""
+
+from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.checks.foreign import images, labels, poses
+from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.formats import dataset_format, foreign_checks
+
+_CHECKS = (
+    NamedCheck("objects", labels.objects),
+    NamedCheck("cameras", labels.cameras),
+    NamedCheck("labels", labels.labels),
+    NamedCheck("images", images.images),
+    NamedCheck("masks", images.masks),
+    NamedCheck("poses on images", poses.poses),
+)
+
+
+def checks_of(subject: ForeignSubject) -> tuple[NamedCheck, ...]:
+    """Return what is requested of a dataset, in order: of every one, then of one in its format."""
+    return (*_CHECKS, *foreign_checks(dataset_format(subject.format_name)))

@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.checks.depth_kind import range_fraction
+from warehouse_sim.dataset.checks.depth import point_depth, range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
-from warehouse_sim.dataset.checks.point_depth import point_depth
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.mesh import sample_surface
 

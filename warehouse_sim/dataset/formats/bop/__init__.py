@@ -6,7 +6,7 @@ from pathlib import Path
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.formats.bop.layout import NAME
-from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
+from warehouse_sim.dataset.formats.observation_files import require_depth_fits
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 
@@ -35,7 +35,7 @@ class BopFormat:
 
     def reject(self, manifest: Manifest) -> None:
         """Reject depth beyond 16 bits."""
-        from warehouse_sim.dataset.frame_files import MILLIMETRES
+        from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 
         require_depth_fits(manifest.contents, MILLIMETRES, NAME)
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.dataset.files.lens_row import lens_row
-from warehouse_sim.dataset.frame_files import LabelledTarget
+from warehouse_sim.dataset.files.plain import lens_row
+from warehouse_sim.dataset.formats.observation_files import LabelledTarget
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.schema import ObjectAnnotation, Observation

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warehouse_sim.dataset.files.json_file import write_json
-from warehouse_sim.dataset.files.lens_row import lens_row
+from warehouse_sim.dataset.files.plain import lens_row
 from warehouse_sim.dataset.formats.bop.labels import DEPTH_SCALE
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
 from warehouse_sim.dataset.formats.bop.models import write_models

@@ -3,13 +3,13 @@
 from typing import Any, NamedTuple
 
 from warehouse_sim.dataset.files.json_file import read_table
-from warehouse_sim.dataset.files.lens_row import read_lens
 from warehouse_sim.dataset.files.plain import (
     FRACTIONS,
     PLACES,
     WHOLE,
     Span,
     is_rigid,
+    read_lens,
     take,
     take_if_given,
     take_numbers,

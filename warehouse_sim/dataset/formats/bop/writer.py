@@ -17,7 +17,7 @@ from warehouse_sim.dataset.formats.bop.labels import (
 from warehouse_sim.dataset.formats.bop.layout import BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.preface import write_preface
 from warehouse_sim.dataset.formats.bop.targets import TargetLists
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.errors import DatasetError

@@ -10,13 +10,12 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.lens_row import read_lens
-from warehouse_sim.dataset.files.plain import WHOLE, read_transform, take
+from warehouse_sim.dataset.files.plain import WHOLE, read_lens, read_transform, take
 from warehouse_sim.dataset.files.point_table import CAMERA_FIELDS, SWEEP_FIELDS, Table, places
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.stored_sweep import READERS
-from warehouse_sim.dataset.scene_record import RecordedObject
 from warehouse_sim.dataset.split import Split
+from warehouse_sim.dataset.stored.scene_record import RecordedObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points

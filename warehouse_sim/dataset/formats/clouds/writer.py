@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.files.json_file import write_json
-from warehouse_sim.dataset.files.lens_row import lens_row
-from warehouse_sim.dataset.files.plain import plain
+from warehouse_sim.dataset.files.plain import lens_row, plain
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.files.lens_row import lens_row
-from warehouse_sim.dataset.files.plain import plain
+from warehouse_sim.dataset.files.plain import lens_row, plain
 from warehouse_sim.dataset.files.run_lengths import compressed
-from warehouse_sim.dataset.frame_files import LabelledTarget
+from warehouse_sim.dataset.formats.observation_files import LabelledTarget
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.schema import Observation
 

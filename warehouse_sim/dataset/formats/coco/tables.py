@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.lens_row import read_lens
 from warehouse_sim.dataset.files.plain import (
     FRACTIONS,
     PIXELS,
     WHOLE,
     Span,
+    read_lens,
     read_transform,
     take,
     take_if_given,

@@ -18,7 +18,7 @@ from warehouse_sim.dataset.formats.coco.layout import (
 )
 from warehouse_sim.dataset.formats.coco.merge import merge_tables
 from warehouse_sim.dataset.formats.coco.panoptic import id_colors, segments
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
-from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
 from warehouse_sim.dataset.formats.kitti.layout import NAME
+from warehouse_sim.dataset.formats.observation_files import require_depth_fits
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.records import ImageRecord

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.stored.contents import Contents
 
 NAME = "kitti"
 """Of the format and of its folder in a dataset."""

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.observation_record import lidar_leans
-from warehouse_sim.dataset.recipe_contents import lidar_tilts
+from warehouse_sim.dataset.stored.observation_record import lidar_leans
+from warehouse_sim.dataset.stored.recipe_contents import lidar_tilts
 from warehouse_sim.geometry.level_view import upright
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_x, rotation_y
 from warehouse_sim.schema import LIDAR, LidarScan, MountedReading, Observation

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from warehouse_sim.dataset.contents import Contents
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.level_view import STEEPEST
 from warehouse_sim.schema import Observation

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
 from warehouse_sim.dataset.formats.kitti.layout import NAME, KittiLayout, frames_of, kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.level_sweep import level_sweep, may_lean
 from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError

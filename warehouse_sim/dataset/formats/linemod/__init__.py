@@ -5,9 +5,8 @@ from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
-from warehouse_sim.dataset.formats.depth_limit import require_depth_fits
 from warehouse_sim.dataset.formats.linemod.layout import NAME
-from warehouse_sim.dataset.frame_files import MILLIMETRES
+from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.errors import DatasetError
 

@@ -23,7 +23,7 @@ from warehouse_sim.dataset.formats.bop.writer import require_known
 from warehouse_sim.dataset.formats.linemod.layout import KINDS, LinemodLayout, linemod_layout
 from warehouse_sim.dataset.formats.linemod.models import write_linemod_models
 from warehouse_sim.dataset.formats.linemod.yaml_table import yaml_row
-from warehouse_sim.dataset.frame_files import LabelledTarget, ObservationFiles, SharedFile
+from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles, SharedFile
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.split import SPLITS

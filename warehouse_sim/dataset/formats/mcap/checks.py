@@ -9,9 +9,9 @@ from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.formats.mcap import layout as names
 from warehouse_sim.dataset.formats.mcap.layout import mcap_layout, topic
-from warehouse_sim.dataset.observation_record import RecordedObservation
-from warehouse_sim.dataset.scene_record import SceneRecord
 from warehouse_sim.dataset.split import Split
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
+from warehouse_sim.dataset.stored.scene_record import SceneRecord
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.optional import require_extra
 from warehouse_sim.schema import CAMERA

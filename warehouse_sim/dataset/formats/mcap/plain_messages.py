@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from warehouse_sim.dataset.overlay import colorize_ids
+from warehouse_sim.dataset.viewing.overlay import colorize_ids
 from warehouse_sim.geometry.pose import Transform, quat_wxyz_from_matrix
 
 _SECOND = 1_000_000_000

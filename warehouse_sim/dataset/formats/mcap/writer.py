@@ -20,9 +20,9 @@ from warehouse_sim.dataset.formats.mcap.images import calibration_message, depth
 from warehouse_sim.dataset.formats.mcap.layout import RIG, WORLD, mcap_layout, topic
 from warehouse_sim.dataset.formats.mcap.plain_messages import timestamp, transform
 from warehouse_sim.dataset.formats.mcap.readings import reading_message, reading_schema
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.readings import other_readings
+from warehouse_sim.dataset.stored.readings import other_readings
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.output import make_folder, partial_file, write_bytes, writing

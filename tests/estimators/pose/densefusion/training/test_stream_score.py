@@ -14,9 +14,9 @@ import pytest
 from scipy import stats
 
 from tests.dataset.toy import make_dataset, make_manifest, make_scene, observe
-from warehouse_sim.dataset.as_stored import as_stored
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
+from warehouse_sim.dataset.streamed import as_stored
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.stream_settings import StreamConfig

@@ -12,9 +12,8 @@ import safetensors.torch
 import torch
 
 from tests.dataset.toy import PALLET, make_scene, observe
-from warehouse_sim.dataset.as_stored import as_stored
-from warehouse_sim.dataset.observed_image import ObservedImage
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.streamed import ObservedImage, as_stored
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops

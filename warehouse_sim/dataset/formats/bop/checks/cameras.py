@@ -5,8 +5,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.lens_row import read_lens
-from warehouse_sim.dataset.files.plain import take
+from warehouse_sim.dataset.files.plain import read_lens, take
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens, same_lens

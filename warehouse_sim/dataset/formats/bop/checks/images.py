@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_GT, matches_reading
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
+from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_read_nothing
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import take

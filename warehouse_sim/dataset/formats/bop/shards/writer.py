@@ -14,7 +14,7 @@ from warehouse_sim.dataset.formats.bop.shards.archive import add_image, writing_
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, image_key, shards_layout
 from warehouse_sim.dataset.formats.bop.shards.merge import merge
 from warehouse_sim.dataset.formats.bop.writer import require_known
-from warehouse_sim.dataset.frame_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.geometry.camera import PinholeCamera

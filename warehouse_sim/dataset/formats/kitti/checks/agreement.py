@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.findings import Findings, read_bytes, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.files.image_io import decode_depth
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.formats.kitti.checks import level_agreement

@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checks.clean import NOT_ITS_GT, matches_reading
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
-from warehouse_sim.dataset.checks.findings import Findings, compare_names
-from warehouse_sim.dataset.checks.out_of_range import may_read_nothing
+from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_read_nothing
+from warehouse_sim.dataset.checks.findings import Findings, compare_names, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_levelled

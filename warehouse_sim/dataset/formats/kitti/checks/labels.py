@@ -6,15 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.files.image_io import png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import parse_label
-from warehouse_sim.dataset.scene_record import RecordedObject
+from warehouse_sim.dataset.stored.scene_record import RecordedObject
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, invert
 

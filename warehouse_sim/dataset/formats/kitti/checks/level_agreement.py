@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, is_tilted

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.contents import LidarContents
+from warehouse_sim.dataset.stored.contents import LidarContents
 
 _BIAS_SIGMAS = math.sqrt(3.0)
 """Constant errors of lasers are evenly spread, so that none goes beyond."""

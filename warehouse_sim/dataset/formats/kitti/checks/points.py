@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, Int32
 
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.findings import Findings, read_bytes, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels, tilt
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw
@@ -18,8 +17,8 @@ from warehouse_sim.dataset.formats.kitti.checks.sweep_grid import SweepGrid
 from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
-from warehouse_sim.dataset.observation_record import RecordedObservation
 from warehouse_sim.dataset.split import Split
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, transform_points
 

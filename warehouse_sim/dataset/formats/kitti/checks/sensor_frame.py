@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.observation_record import RecordedObservation
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 _LARGEST_LEAN = np.deg2rad(2.0) + 1e-6

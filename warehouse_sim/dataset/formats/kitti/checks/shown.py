@@ -4,10 +4,9 @@ import itertools
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.depth_kind import range_fraction
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.depth import range_fraction
+from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_text
 from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import frames, is_levelled
 from warehouse_sim.dataset.formats.kitti.checks.labels import LabelRow, read_labels

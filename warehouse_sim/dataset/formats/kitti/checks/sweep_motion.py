@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import LidarLaw
-from warehouse_sim.dataset.observation_record import RecordedObservation
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.geometry.pose import Transform, transform_points
 
 Points = Float[np.ndarray, "n 3"]

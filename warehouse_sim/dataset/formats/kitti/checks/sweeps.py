@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32
 
-from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.findings import Findings, read_bytes, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.checks.text import read_bytes, read_text
 from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
 from warehouse_sim.dataset.formats.kitti.checks.points import read_points
 from warehouse_sim.dataset.formats.kitti.checks.sensor_frame import as_measured
