@@ -19,7 +19,7 @@ from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
 from warehouse_sim.sensors.rgbd import RgbdCamera, RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
-from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
+from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
 from warehouse_sim.sensors.rig import FurtherSensor, Mount, SensorChoice
 from warehouse_sim.sensors.stereo import StereoCamera, StereoConfig
 from warehouse_sim.sensors.view import SensorView

@@ -8,7 +8,7 @@ import pytest
 from tests.sensors.targets import capture_of, plane
 from warehouse_sim.schema.things import RETROREFLECTIVE
 from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
+from warehouse_sim.sensors.reflections import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
 

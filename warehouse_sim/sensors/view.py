@@ -1,7 +1,10 @@
-"""What a sensor may ask of the moment at which it reads."""
+"""What a sensor is, and what it may ask of the moment at which it reads."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
@@ -100,3 +103,30 @@ class SensorView:
     def camera_motion(self, T_world_camera: Transform) -> Motion:
         """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""
         return camera_motion(replace(self.viewpoint, T_world_camera=T_world_camera))
+
+
+class Sensor(Protocol):
+    """A frozen dataclass with the settings of a sensor; its fields, or its ``from_plain``, are what a recipe may set.
+
+    Two class attributes may say more of it. With ``reads_light = False`` its reading does not depend on lights,
+    exposure and emission: paired variants in another light or with other noise share it. With ``is_camera = True`` its
+    frame is that of a camera, x right, y down, z forward; that of any other sensor is x forward, y left, z up.
+    """
+
+    def read(self, view: SensorView, rng: np.random.Generator) -> Reading:
+        """Return what the sensor reads.
+
+        Args:
+            view: The moment, as this sensor sees it.
+            rng: Source of all its errors; nothing else is random.
+        """
+
+
+def reads_light(sensor: Sensor) -> bool:
+    """Return whether what a sensor reads may depend on light, exposure and noise of cameras; yes if silent."""
+    return bool(getattr(sensor, "reads_light", True))
+
+
+def is_camera(sensor: Sensor) -> bool:
+    """Return whether a sensor's frame is that of a camera; no if silent."""
+    return bool(getattr(sensor, "is_camera", False))

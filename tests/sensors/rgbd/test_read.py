@@ -9,7 +9,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
+from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
 
 
 @pytest.fixture

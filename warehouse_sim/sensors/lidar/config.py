@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.sensors.lidar.brightness import BrightnessConfig
+from warehouse_sim.sensors.lidar.finishes import BrightnessConfig
 from warehouse_sim.sensors.lidar.lasers import LASERS
 from warehouse_sim.sensors.lidar.presets import MOST_RETURNS, PRESETS
 

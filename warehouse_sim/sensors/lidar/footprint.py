@@ -8,8 +8,7 @@ from jaxtyping import Float32, Int
 from warehouse_sim.render.raycaster import RayCaster, RayHits
 from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.lidar.config import LidarConfig
-from warehouse_sim.sensors.lidar.echo import Echoes, PulseEchoes, Which, thin_echoes
-from warehouse_sim.sensors.lidar.film_echo import film_met, with_film
+from warehouse_sim.sensors.lidar.echo import Echoes, PulseEchoes, Which, film_met, thin_echoes, with_film
 from warehouse_sim.sensors.lidar.finishes import Finishes
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns
 

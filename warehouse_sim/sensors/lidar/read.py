@@ -12,12 +12,12 @@ from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import LidarScan
 from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.film import FilmSight
-from warehouse_sim.sensors.lidar.bloom import add_bloom
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes
 from warehouse_sim.sensors.lidar.finishes import Finishes, finishes_of
 from warehouse_sim.sensors.lidar.footprint import see_sweep
 from warehouse_sim.sensors.lidar.receiver import (
+    add_bloom,
     detected,
     intensity,
     intensity_factor,

@@ -1,6 +1,5 @@
 """RGB-D cameras: a clean rendering becomes the colours and the depth that a real camera would give."""
 
-from warehouse_sim.sensors.rgbd.config import RgbdConfig
-from warehouse_sim.sensors.rgbd.read import RgbdCamera, read_rgbd
+from warehouse_sim.sensors.rgbd.read import RgbdCamera, RgbdConfig, read_rgbd
 
 __all__ = ["RgbdCamera", "RgbdConfig", "read_rgbd"]

@@ -8,9 +8,19 @@ import numpy as np
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.schema import RenderBuffers, RgbdReading
 from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.rgbd.color import read_color
-from warehouse_sim.sensors.rgbd.config import RgbdConfig
+from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
+from warehouse_sim.sensors.rgbd.depth import DepthModel, QuadraticDepth, read_depth_model
 from warehouse_sim.sensors.view import SensorView
+
+
+@dataclass(frozen=True)
+class RgbdConfig:
+    """A depth camera and a colour camera that share their pixels."""
+
+    depth: DepthModel = field(default_factory=QuadraticDepth, metadata={"from_plain": read_depth_model})
+    """A preset's name (kinect_v1, d435, d455, flexx2, azure_kinect, tof_industrial), or model and settings."""
+    color: ColorConfig = field(default_factory=ColorConfig)
+    """Exposure, noise and lens; ``ideal`` = none."""
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,12 @@
 """The sensors of one vehicle and how they are mounted."""
 
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig, CalibrationError
-from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
+from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig, camera_settings, depth_of
 from warehouse_sim.sensors.rig.camera_file import read_camera_file
-from warehouse_sim.sensors.rig.choice import SensorChoice
 from warehouse_sim.sensors.rig.config import RigConfig
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
-from warehouse_sim.sensors.rig.named_camera import camera_settings, depth_of
-from warehouse_sim.sensors.rig.shipped import rig_names
+from warehouse_sim.sensors.rig.shipped import SensorChoice, rig_names
 
 __all__ = [
     "CAMERA_PRESETS",

@@ -1,17 +1,20 @@
 """The camera of a rig: image size, focal length and lens."""
 
 import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.errors import ConfigError, UnknownNameError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.sensors.rgbd.depth import MODELS
+from warehouse_sim.sensors.rgbd.depth import PRESETS as DEPTH_PRESETS
 
 _MOST_PIXELS = 4096 * 4096
 """An image has at most so many; some ten arrays of its size are in memory at once."""
@@ -166,3 +169,36 @@ CAMERA_PRESETS = {
     # A camera that reads labels from afar, 45 x 26 deg, with the slight pincushion of long lenses; practical prior.
     "tele": CameraConfig(1280, 720, 1545.0, distortion=Distortion(k1=0.03)),
 }
+
+
+def camera_settings(name: str | None, own: Mapping[str, Any], depth: str | None = None) -> dict[str, Any]:
+    """Return what a rig's settings say of a camera: ``camera`` and ``rgbd``.
+
+    Args:
+        name: Of a preset; None for a camera of its own numbers.
+        own: Settings of the camera that replace the preset's.
+        depth: Depth camera or depth model whose errors it has; None for those of the preset, where it has some.
+
+    Raises:
+        UnknownNameError: There is no such camera, or no such depth camera.
+    """
+    if name is not None and name not in CAMERA_PRESETS:
+        raise UnknownNameError("camera", name, list(CAMERA_PRESETS))
+    settings: dict[str, Any] = {"camera": dict(own) if name is None else {"preset": name, **own}}
+    reads = depth or depth_of(name or "")
+    if reads is not None:
+        settings["rgbd"] = {"depth": _depth_settings(reads)}
+    return settings
+
+
+def depth_of(camera: str) -> str | None:
+    """Return the depth camera that a camera preset is a mode of, "d435" of "d435_720p"; None where it has none."""
+    return max((name for name in DEPTH_PRESETS if f"{camera}_".startswith(f"{name}_")), key=len, default=None)
+
+
+def _depth_settings(name: str) -> dict[str, Any]:
+    if name in MODELS:
+        return {"model": name}
+    if name not in DEPTH_PRESETS:
+        raise UnknownNameError("depth camera", name, [*DEPTH_PRESETS, *MODELS])
+    return {"preset": name}

@@ -18,10 +18,9 @@ from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth.models import PRESETS as DEPTH_PRESETS
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
-from warehouse_sim.sensors.rig.choice import SensorChoice, rendered_choice
 from warehouse_sim.sensors.rig.mount import Mount
 from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
-from warehouse_sim.sensors.rig.shipped import rig_settings
+from warehouse_sim.sensors.rig.shipped import SensorChoice, rendered_choice, rig_settings
 from warehouse_sim.sensors.stereo import StereoConfig
 
 _LIDAR_NAME = re.compile("[a-z][a-z0-9]*")

@@ -10,7 +10,7 @@ from warehouse_sim.schema import Viewpoint
 from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rig.mount import CAMERA_FROM_BODY, Mount
-from warehouse_sim.sensors.sensor import Sensor, is_camera, reads_light
+from warehouse_sim.sensors.view import Sensor, is_camera, reads_light
 
 
 @dataclass(frozen=True)

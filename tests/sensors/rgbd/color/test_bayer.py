@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.sensors.rgbd.color.bayer import demosaic, mosaic
+from warehouse_sim.sensors.rgbd.color.pixels import demosaic, mosaic
 
 
 def test_each_pixel_sees_the_colour_of_its_filter() -> None:

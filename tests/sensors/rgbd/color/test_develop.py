@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 
-from warehouse_sim.sensors.rgbd.color.develop import develop
+from warehouse_sim.sensors.rgbd.color.camera import develop
 
 RNG = np.random.default_rng(3)
 

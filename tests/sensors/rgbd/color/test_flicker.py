@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.sensors.rgbd.color.flicker import flicker_factor
+from warehouse_sim.sensors.rgbd.color.camera import flicker_factor
 
 
 @pytest.mark.parametrize("shutter", [0.0004, 0.003, 0.013])

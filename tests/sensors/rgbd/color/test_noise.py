@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.sensors.rgbd.color.noise import add_noise
+from warehouse_sim.sensors.rgbd.color.pixels import add_noise
 
 
 @pytest.mark.parametrize("x", [0.0, 0.02, 0.18, 1.0])

@@ -6,9 +6,8 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 from warehouse_sim.sensors.rgbd.depth.flight.tof_industrial import TOF_INDUSTRIAL
-from warehouse_sim.sensors.rgbd.depth.ideal import IdealDepth
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
-from warehouse_sim.sensors.rgbd.depth.quadratic import QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth, QuadraticDepth
 from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
 from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight
 

@@ -1,4 +1,4 @@
-"""Depth as any triangulating sensor measures it, in two numbers: noise that grows with distance, steps in disparity."""
+"""Depth in a few numbers: exact within a range, or with noise that grows with distance and steps in disparity."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
@@ -10,6 +10,17 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import unit_noise
+
+
+@dataclass(frozen=True)
+class IdealDepth(DepthModel):
+    """A camera without errors."""
+
+    kind: ClassVar[str] = "ideal"
+
+    def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
+        """Return the clean depth (m)."""
+        return buffers.depth
 
 
 @dataclass(frozen=True)

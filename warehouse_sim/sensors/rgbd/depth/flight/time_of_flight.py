@@ -14,9 +14,8 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
-from warehouse_sim.sensors.rgbd.depth.flight.multipath import multipath_bias
-from warehouse_sim.sensors.rgbd.depth.flight.phasors import added, gathered, read_off, scattered
+from warehouse_sim.sensors.reflections import returned_by_retroreflectors
+from warehouse_sim.sensors.rgbd.depth.flight.multipath import added, gathered, multipath_bias, read_off, scattered
 from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise

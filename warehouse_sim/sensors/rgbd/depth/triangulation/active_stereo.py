@@ -12,15 +12,20 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
+from warehouse_sim.sensors.reflections import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, smooth_noise
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import inverse_depth
-from warehouse_sim.sensors.rgbd.depth.triangulation.fattening import fattened, widened
+from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow, fattened, inverse_depth, widened
 from warehouse_sim.sensors.rgbd.depth.triangulation.film_dots import FilmedDots
-from warehouse_sim.sensors.rgbd.depth.triangulation.pattern import clarity, doubled, hall_light, halved, texture_slope
-from warehouse_sim.sensors.rgbd.depth.triangulation.shadow import baseline_shadow
-from warehouse_sim.sensors.rgbd.depth.triangulation.unit import StereoUnit, shifted
+from warehouse_sim.sensors.rgbd.depth.triangulation.pattern import (
+    StereoUnit,
+    clarity,
+    doubled,
+    hall_light,
+    halved,
+    shifted,
+    texture_slope,
+)
 from warehouse_sim.sensors.surfaces import Surfaces, returned_light
 
 _RAGGED = 0.32

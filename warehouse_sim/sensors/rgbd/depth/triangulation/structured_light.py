@@ -11,12 +11,11 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
-from warehouse_sim.sensors.retroreflectors import returned_by_retroreflectors
+from warehouse_sim.sensors.reflections import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, unit_noise
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import inverse_depth, jitter_jumps
+from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow, inverse_depth, jitter_jumps
 from warehouse_sim.sensors.rgbd.depth.triangulation.film_dots import FilmedDots
-from warehouse_sim.sensors.rgbd.depth.triangulation.shadow import baseline_shadow
 from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
 
 _WINDOW_PX = 9.0
