@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 from warehouse_sim.render.conformance.scenes import rack_wall
-from warehouse_sim.render.pathtrace.box_projection import edge_order, texture_shift, tile_coordinates
+from warehouse_sim.render.pathtrace.triangles import edge_order, texture_shift, tile_coordinates
 from warehouse_sim.render.raster.meshes.parts import build_part_table
 
 

@@ -11,8 +11,8 @@ from tests.render.pathtracing import open_pathtracer
 from warehouse_sim.errors import MissingPackageError, RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.conformance.referee import cast_image
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.render.conformance.subject import cast_image
 from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import Material, SceneSpec
 
@@ -73,8 +73,7 @@ def test_the_same_bytes_from_any_number_of_threads_and_after_any_other_view(deno
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_denoisers_threads_change_no_byte(threads: int) -> None:
     oidn = pytest.importorskip("pyoidn", reason="the extra pathtrace is not installed")
-    from warehouse_sim.render.pathtrace.denoiser import Denoiser
-    from warehouse_sim.render.pathtrace.features import Features
+    from warehouse_sim.render.pathtrace.denoiser import Denoiser, Features
 
     rng = np.random.default_rng(3)
     image, albedo = (rng.gamma(1.0, 0.3, (77, 131, 3)).astype(np.float32) for _ in range(2))
@@ -105,7 +104,7 @@ def test_print_of_few_pixels_stays_as_sharp_as_it_is(denoising: Any) -> None:
 
 
 def test_features_are_those_of_the_surface_and_of_film_before_it(denoising: Any) -> None:
-    from warehouse_sim.render.pathtrace.features import cast_features
+    from warehouse_sim.render.pathtrace.denoiser import cast_features
 
     film = Material("film", (0.9, 0.9, 0.9), opacity=0.25)
     paint = {**MATERIALS, "green": Material("green", (0.1, 0.6, 0.2), roughness=0.05), "film": film}

@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.render.raster.packing import Cell, pack
+from warehouse_sim.render.raster.amodal_mask_atlas import Cell, pack
 
 
 def test_cells_keep_their_size_and_never_overlap_or_leave_the_page() -> None:

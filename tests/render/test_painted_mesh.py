@@ -4,7 +4,7 @@ import pytest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render.albedo import albedo_factor
 from warehouse_sim.render.conformance.scenes import MATERIALS, box_model, pallet_model
-from warehouse_sim.render.mujoco.tessellate import lit_at_vertices, tessellate
+from warehouse_sim.render.mujoco.model import lit_at_vertices, tessellate
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
 
 

@@ -14,8 +14,8 @@ from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.conformance.referee import cast_image
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, rack_wall, spot
+from warehouse_sim.render.conformance.subject import cast_image
 from warehouse_sim.schema import Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(320, 200, 190.0)
@@ -111,7 +111,7 @@ def test_the_grain_lies_where_the_raster_backend_puts_it(renderer: Renderer, siz
 def test_a_normal_map_bends_light_the_way_the_texture_leans(tracer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A board seen from above under a light at +x: brighter where normals lean to +x."""
     from warehouse_sim.render.pathtrace import materials
-    from warehouse_sim.render.pathtrace.textures import TextureSet
+    from warehouse_sim.render.pathtrace.materials import TextureSet
 
     paint = {**MATERIALS, "kraft": replace(MATERIALS["kraft"], texture="wood")}
     levels = []

@@ -12,15 +12,15 @@ from warehouse_sim.geometry.pose import (
     transform_points,
 )
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.conformance.known_box import (
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.conformance.subject import (
     OFF_CENTRE,
     SIZE,
+    cast_image,
     polygon_centroid,
     random_placements,
     ray_box_depth,
 )
-from warehouse_sim.render.conformance.referee import cast_image
-from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import SceneSpec
 
 pytestmark = pytest.mark.gl

@@ -10,9 +10,8 @@ from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.conformance.known_box import SIZE, ray_box_depth
-from warehouse_sim.render.conformance.referee import cast_image
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.conformance.subject import SIZE, cast_image, ray_box_depth
 from warehouse_sim.render.lens import LensRenderer, lens_map
 from warehouse_sim.schema import SceneSpec
 

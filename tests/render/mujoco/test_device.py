@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[3]
 DRAW = """
 from dataclasses import replace
 import numpy as np
-from warehouse_sim.render.conformance.referee import cast_image
+from warehouse_sim.render.conformance.subject import cast_image
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -6,9 +6,8 @@ from jaxtyping import Bool
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.conformance.referee import GroundTruth
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
-from warehouse_sim.render.conformance.subject import KITTI, Subject, View, view
+from warehouse_sim.render.conformance.subject import KITTI, GroundTruth, Subject, View, view
 from warehouse_sim.schema import RenderBuffers
 
 

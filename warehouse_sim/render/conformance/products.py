@@ -7,10 +7,8 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.conformance.known_box import OFF_CENTRE
-from warehouse_sim.render.conformance.referee import cast_image
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
-from warehouse_sim.render.conformance.subject import Subject, view
+from warehouse_sim.render.conformance.subject import OFF_CENTRE, Subject, cast_image, view
 from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import Light, Material, RenderBuffers, SceneSpec
 

@@ -7,15 +7,15 @@ import numpy as np
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
-from warehouse_sim.render.conformance.known_box import (
+from warehouse_sim.render.conformance.scenes import box_model, make_scene
+from warehouse_sim.render.conformance.subject import (
     OFF_CENTRE,
     SIZE,
+    Subject,
     polygon_centroid,
     random_placements,
     ray_box_depth,
 )
-from warehouse_sim.render.conformance.scenes import box_model, make_scene
-from warehouse_sim.render.conformance.subject import Subject
 from warehouse_sim.schema import Material, RenderBuffers, SceneSpec
 
 _PLACEMENTS = 24

@@ -1,20 +1,101 @@
-"""The backend under test, and the views that it is compared with exact rays in."""
+"""The backend under test, a box of known place, and the exact rays that its views are compared with."""
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 
+import cv2
 import numpy as np
 
 from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, level_camera
-from warehouse_sim.render.conformance.known_box import OFF_CENTRE
-from warehouse_sim.render.conformance.referee import GroundTruth, cast_image
+from warehouse_sim.geometry.pose import (
+    Transform,
+    invert,
+    level_camera,
+    make_transform,
+    matrix_from_quat_wxyz,
+    transform_points,
+)
 from warehouse_sim.render.conformance.scenes import rack_wall
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import RenderBuffers, SceneSpec
+
+
+@dataclass(frozen=True, eq=False)
+class GroundTruth:
+    """What exact rays see in an image."""
+
+    instance_ids: np.ndarray
+    depth: np.ndarray
+    normals: np.ndarray
+    """Camera frame."""
+
+    def inside(self) -> np.ndarray:
+        """Return the pixels whose 3 x 3 neighbours show the same object with the same normal, or all nothing."""
+        word = self.instance_ids.astype(float)[..., None] * 10 + np.round(self.normals, 3)
+        kernel = np.ones((3, 3), np.uint8)
+        spread = [cv2.dilate(plane, kernel) - cv2.erode(plane, kernel) for plane in np.moveaxis(word, -1, 0)]
+        # Parallel faces of one object at two depths: a step far larger than the slope of one surface explains.
+        inverse = np.divide(1.0, self.depth, out=np.zeros(self.depth.shape), where=self.depth > 0)
+        bend = np.abs(cv2.Laplacian(inverse, cv2.CV_64F))
+        return (np.max(spread, axis=0) == 0) & (cv2.dilate(bend, kernel) < 1e-4)
+
+
+def cast_image(scene: SceneSpec, camera: PinholeCamera, T_world_camera: Transform) -> GroundTruth:
+    """Cast a ray through the centre of each pixel."""
+    rays = camera.rays().reshape(-1, 3)
+    R = T_world_camera[:3, :3]
+    hits = RayCaster(scene).cast(np.broadcast_to(T_world_camera[:3, 3], rays.shape), rays @ R.T)
+    shape = (camera.height, camera.width)
+    # Rays have z = 1 m in the camera frame, so the distance in their own units is the z-depth.
+    depth = np.where(np.isfinite(hits.distance), hits.distance, 0.0).reshape(shape)
+    return GroundTruth(hits.instance_ids.reshape(shape), depth, (hits.normals @ R).reshape(*shape, 3))
+
+
+OFF_CENTRE = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8)
+"""Oblong pixels and a principal point far from the middle."""
+SIZE = np.array([0.6, 0.4, 0.3])
+
+
+def random_placements(count: int, margin: int) -> list[np.ndarray]:
+    """Return poses of the box in the camera frame that keep it ``margin`` px inside the image of ``OFF_CENTRE``."""
+    rng = np.random.default_rng(7)
+    high = (OFF_CENTRE.width - 1 - margin, OFF_CENTRE.height - 1 - margin)
+    found: list[np.ndarray] = []
+    while len(found) < count:
+        z = rng.uniform(1.5, 6.0)
+        pixel = rng.uniform((0, 0), (OFF_CENTRE.width, OFF_CENTRE.height))
+        ray = (pixel - (OFF_CENTRE.cx, OFF_CENTRE.cy)) / (OFF_CENTRE.fx, OFF_CENTRE.fy)
+        T = make_transform(matrix_from_quat_wxyz(rng.normal(size=4)), np.array([*ray * z, z]))
+        corners = OFF_CENTRE.project(transform_points(T, box_corners(SIZE)))
+        if corners.min() > margin and (corners.max(axis=0) < high).all():
+            found.append(T)
+    return found
+
+
+def polygon_centroid(points: np.ndarray) -> np.ndarray:
+    """Return the centre of gravity of a polygon by its corners (n 2)."""
+    x, y = points.T
+    x2, y2 = np.roll(x, -1), np.roll(y, -1)
+    cross = x * y2 - x2 * y
+    return np.array([((x + x2) * cross).sum(), ((y + y2) * cross).sum()]) / (3.0 * cross.sum())
+
+
+def ray_box_depth(T_camera_object: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return z-depth (0 = missed) and normals where rays with z = 1 m meet a box, by the slab method in 64 bits."""
+    T = invert(T_camera_object)
+    directions = rays @ T[:3, :3].T
+    a, b = (-SIZE / 2 - T[:3, 3]) / directions, (SIZE / 2 - T[:3, 3]) / directions
+    enter, leave = np.minimum(a, b), np.maximum(a, b)
+    axis = enter.argmax(axis=1)
+    depth = np.where(enter.max(axis=1) < leave.min(axis=1), enter.max(axis=1), 0.0)
+    sign = -np.sign(np.take_along_axis(directions, axis[:, None], axis=1))
+    return depth, sign * np.eye(3)[axis] @ T_camera_object[:3, :3].T
+
 
 KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
 HALF = PinholeCamera.from_focal(612, 185, 360.76885)

@@ -9,7 +9,7 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import merge
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.render.pathtrace.mesh_shape import mesh_shape
+from warehouse_sim.render.pathtrace.triangles import mesh_shape
 from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 import mitsuba as mi
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Float32, Int32
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -16,14 +16,48 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.pathtrace.amodal_masks import cast_amodal_mask
 from warehouse_sim.render.pathtrace.cuda import use_cuda_variant
-from warehouse_sim.render.pathtrace.denoiser import Denoiser
-from warehouse_sim.render.pathtrace.features import cast_features
-from warehouse_sim.render.pathtrace.image import trace_image
+from warehouse_sim.render.pathtrace.denoiser import Denoiser, cast_features
+from warehouse_sim.render.pathtrace.integrator import trace_image
 from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
-from warehouse_sim.render.pathtrace.products import cast_products
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """What lies at the pixel centres."""
+
+    depth: Float32[np.ndarray, "h w"]
+    instance_ids: Int32[np.ndarray, "h w"]
+    normals: Float32[np.ndarray, "h w 3"]
+
+
+def cast_products(scene: LoadedScene, camera: PinholeCamera, T_world_camera: Transform) -> Products:
+    """Return depth (m along the optical axis), ids and camera-frame normals of the loaded scene."""
+    shape = (camera.height, camera.width)
+    rays = camera.rays().reshape(-1, 3)
+    ray = world_rays(rays, T_world_camera)
+    hit = scene.solid.ray_intersect_preliminary(ray, coherent=True)
+    valid = hit.is_valid().numpy()
+    # Rays have z = 1 m in the camera frame, so the distance in their own units is the z-depth.
+    depth = np.where(valid, hit.t.numpy(), 0.0)
+    normals = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal).n.numpy().T
+    return Products(
+        depth=depth.reshape(shape).astype(np.float32),
+        instance_ids=scene.instance_ids(
+            hit.shape_index.numpy().astype(np.int64), hit.prim_index.numpy().astype(np.int64), valid
+        ).reshape(shape),
+        normals=np.where(valid[:, None], normals @ T_world_camera[:3, :3], 0.0).reshape(*shape, 3).astype(np.float32),
+    )
+
+
+def world_rays(rays: Float[np.ndarray, "n 3"], T_world_camera: Transform) -> "mi.Ray3f":
+    """Return rays from the camera through camera-frame points; their length is kept."""
+    directions = (rays @ T_world_camera[:3, :3].T).astype(np.float32)
+    origin = T_world_camera[:3, 3].astype(np.float32)
+    return mi.Ray3f(mi.Point3f(*map(float, origin)), mi.Vector3f(*(mi.Float(column) for column in directions.T)))
+
 
 _FEATURE_RAYS = 8
 """A pixel, for the denoiser: with fewer, thin print and edges are frayed; more change nothing that is seen."""

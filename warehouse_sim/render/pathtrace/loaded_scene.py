@@ -11,8 +11,7 @@ from jaxtyping import Int32
 from warehouse_sim.render.pathtrace.amodal_masks import AmodalMaskCaster
 from warehouse_sim.render.pathtrace.lights import LightSampler, Sky
 from warehouse_sim.render.pathtrace.materials import albedo_factor, gloss, scattering
-from warehouse_sim.render.pathtrace.mesh_shape import mesh_shape
-from warehouse_sim.render.pathtrace.triangles import MaterialTriangles, scene_triangles
+from warehouse_sim.render.pathtrace.triangles import MaterialTriangles, mesh_shape, scene_triangles
 from warehouse_sim.schema import Material, SceneSpec
 
 

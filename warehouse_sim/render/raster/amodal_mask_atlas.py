@@ -1,6 +1,7 @@
 """Unoccluded amodal masks of many objects, drawn side by side in one target on the image's own pixel grid."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -11,7 +12,6 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
 from warehouse_sim.render.raster.meshes.parts import PartTable
-from warehouse_sim.render.raster.packing import Cell, pack
 from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import (
     NEAR,
@@ -22,6 +22,44 @@ from warehouse_sim.render.raster.projection import (
     window_viewport,
 )
 from warehouse_sim.render.renderer import AmodalMask
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A rectangle of the canvas around the image, and where it lies in a page."""
+
+    left: int
+    """Image column that the first column shows; may be negative."""
+    top: int
+    """Image row that the first row shows; may be negative."""
+    width: int
+    height: int
+    column: int = 0
+    """First column in the page."""
+    row: int = 0
+    """First row in the page."""
+
+
+def pack(cells: Iterable[tuple[int, Cell]], page_size: tuple[int, int]) -> list[list[tuple[int, Cell]]]:
+    """Place numbered cells on shelves, the highest first, and open a new page when one is full.
+
+    Args:
+        cells: Pairs of a number, which is kept, and a cell no larger than a page.
+        page_size: Width and height of a page.
+    """
+    width, height = page_size
+    pages: list[list[tuple[int, Cell]]] = []
+    column = row = shelf = 0
+    for number, cell in sorted(cells, key=lambda item: (-item[1].height, item[0])):
+        if column + cell.width > width:
+            column, row, shelf = 0, row + shelf, 0
+        if not pages or row + cell.height > height:
+            pages.append([])
+            column = row = shelf = 0
+        pages[-1].append((number, replace(cell, column=column, row=row)))
+        column, shelf = column + cell.width, max(shelf, cell.height)
+    return pages
+
 
 _EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
 

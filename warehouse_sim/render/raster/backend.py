@@ -24,8 +24,7 @@ from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
-from warehouse_sim.render.raster.surfaces.pictures import PictureLibrary
-from warehouse_sim.render.raster.surfaces.textures import TextureLibrary
+from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 

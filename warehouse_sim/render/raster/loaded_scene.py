@@ -8,8 +8,7 @@ import numpy as np
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
-from warehouse_sim.render.raster.light.distribution_texture import DistributionTexture, distributions_of
-from warehouse_sim.render.raster.light.field_texture import FieldTexture
+from warehouse_sim.render.raster.light.light_textures import DistributionTexture, FieldTexture, distributions_of
 from warehouse_sim.render.raster.light.lighting import Lighting
 from warehouse_sim.render.raster.light.lights import MAX_LIGHTS, ShadedLight
 from warehouse_sim.render.raster.light.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
@@ -17,8 +16,7 @@ from warehouse_sim.render.raster.meshes.mesh_batch import MeshLibrary
 from warehouse_sim.render.raster.meshes.object_index import ObjectIndex
 from warehouse_sim.render.raster.meshes.parts import build_part_table, ribbed_materials
 from warehouse_sim.render.raster.surfaces.materials import MaterialTable
-from warehouse_sim.render.raster.surfaces.pictures import PictureLibrary
-from warehouse_sim.render.raster.surfaces.textures import TextureLibrary
+from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
 from warehouse_sim.schema import Light, SceneChange, SceneSpec
 
 _BESIDE = 3.0

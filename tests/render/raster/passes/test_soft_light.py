@@ -12,7 +12,7 @@ from warehouse_sim.catalog.building.shell import clad_wall
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
-from warehouse_sim.render.raster.passes.soft_light import spiral
+from warehouse_sim.render.raster.passes.shading_pass import spiral
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 pytestmark = pytest.mark.gl

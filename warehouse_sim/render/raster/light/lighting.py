@@ -9,8 +9,7 @@ import numpy as np
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.light_selection import GROUND
-from warehouse_sim.render.raster.light.distribution_texture import DistributionTexture
-from warehouse_sim.render.raster.light.field_texture import FieldTexture
+from warehouse_sim.render.raster.light.light_textures import DistributionTexture, FieldTexture
 from warehouse_sim.render.raster.light.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 from warehouse_sim.render.raster.light.shadows import ATLAS_PX, BLOCK_TEXELS, SHADOW_NEAR, ShadowAtlas
 from warehouse_sim.render.raster.surfaces.materials import MaterialTable

@@ -12,8 +12,7 @@ from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.light_selection import WIDE_TO
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
-from warehouse_sim.render.raster.light.shadow_cores import thinned_sheets
-from warehouse_sim.render.raster.light.shadow_shapes import shadow_shape
+from warehouse_sim.render.raster.light.shadow_shapes import shadow_shape, thinned_sheets
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary
 from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels, only_level
 from warehouse_sim.render.raster.meshes.parts import PartTable, placed_records

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.render.raster.meshes.face_edges import CORNER_FORMAT, FlatMesh
-from warehouse_sim.render.raster.meshes.mesh_levels import MeshLevels, mesh_levels
+from warehouse_sim.render.raster.meshes.mesh_levels import CORNER_FORMAT, FlatMesh, MeshLevels, mesh_levels
 from warehouse_sim.render.raster.meshes.parts import INSTANCE, INSTANCE_FORMAT
 
 _ATTRIBUTES = ("in_position", "in_normal", "in_to_edge")

@@ -1,14 +1,134 @@
-"""One full-screen pass that turns the geometry buffer into colour, each visible pixel once."""
+"""The full-screen passes from geometry buffer to colour: soft light on fewer pixels, then each visible pixel once."""
 
 import moderngl
+import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer
-from warehouse_sim.render.raster.passes.soft_light import SoftLightPass
 from warehouse_sim.render.raster.programs import FullScreen
 from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
+
+_OCCLUSION_TAPS = 8
+_SHADOW_TAPS = 6
+_GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+
+
+class SoftLight:
+    """The textures of one image size."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = size
+        half = (size[0] + 1) // 2, (size[1] + 1) // 2
+        self.depth = context.texture(half, 1, dtype="f4")
+        self._raw_near_light, self.near_light = (context.texture(half, 1, alignment=1) for _ in range(2))
+        self._raw_visibility = [context.texture(half, 4) for _ in range(2)]
+        self.around = context.texture(half, 4, dtype="f2")
+        self.visibility = [context.texture(half, 4) for _ in range(2)]
+        self._textures = [self.depth, self._raw_near_light, self.near_light, self.around]
+        self._textures += [*self._raw_visibility, *self.visibility]
+        for texture in self._textures:
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+        self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.raw = context.framebuffer([self.depth, self._raw_near_light, self.around, *self._raw_visibility])
+        self.softened = context.framebuffer([self.near_light, *self.visibility])
+
+    def use(self) -> None:
+        """Bind the textures to the units that the shaders read them from."""
+        self.depth.use(UNITS["soft_depth"])
+        self._raw_near_light.use(UNITS["raw_near_light"])
+        self.near_light.use(UNITS["near_light"])
+        self.around.use(UNITS["around"])
+        for letter, raw, softened in zip("ab", self._raw_visibility, self.visibility, strict=True):
+            raw.use(UNITS[f"raw_visibility_{letter}"])
+            softened.use(UNITS[f"visibility_{letter}"])
+
+    def release(self) -> None:
+        """Free the device memory."""
+        self.raw.release()
+        self.softened.release()
+        for texture in self._textures:
+            texture.release()
+
+
+class SoftLightPass:
+    """Fills a ``SoftLight`` from the geometry buffer."""
+
+    def __init__(self, context: moderngl.Context, block: LightBlock) -> None:
+        self._context, self._block = context, block
+        self._shaders: dict[int, FullScreen] = {}
+        self._soften = FullScreen(context, "surface.glsl", "pack.glsl", "upsample.glsl", "soften.frag")
+        self._soften.assign(near=NEAR, **UNITS)
+        self._targets: SoftLight | None = None
+
+    def draw(
+        self, geometry: GeometryBuffer, camera: PinholeCamera, T_world_camera: Transform, lighting: Lighting
+    ) -> None:
+        """Compute the soft light of what ``geometry`` holds and leave it bound for the passes that follow."""
+        targets = self._targets_for(geometry.size)
+        shader = self._shader_for(lighting)
+        intrinsics = window_intrinsics(camera)
+        self._block.bind(lighting, T_world_camera)
+        geometry.depth.use(UNITS["depth_map"])
+        geometry.surface.use(UNITS["surface_map"])
+        shader.assign(intrinsics=intrinsics, **lighting.uniforms(T_world_camera))
+        shader.draw(targets.raw)
+        targets.use()
+        self._soften.assign(intrinsics=intrinsics)
+        self._soften.draw(targets.softened)
+
+    def release(self) -> None:
+        """Free the device memory."""
+        for shader in (*self._shaders.values(), self._soften):
+            shader.release()
+        if self._targets is not None:
+            self._targets.release()
+
+    def _shader_for(self, lighting: Lighting) -> FullScreen:
+        """Return the shader for this many shadow maps, compiled when first requested."""
+        count = lighting.variant[1]
+        if count not in self._shaders:
+            files = (
+                "surface.glsl",
+                "pack.glsl",
+                "even_ribs.glsl",
+                "lights.glsl",
+                "shadow_filter.glsl",
+                "occlusion.glsl",
+            )
+            constants = lighting.constants() | {
+                "OCCLUSION_TAPS": _OCCLUSION_TAPS,
+                "OCCLUSION_DISK": spiral(_OCCLUSION_TAPS, 1.0),
+                "SHADOW_TAPS": _SHADOW_TAPS,
+                "SHADOW_DISK": spiral(_SHADOW_TAPS, 0.5),
+            }
+            shader = FullScreen(self._context, *files, "field.glsl", "soft.frag", **constants)
+            shader.assign(near=NEAR, **UNITS)
+            self._shaders[count] = shader
+        return self._shaders[count]
+
+    def _targets_for(self, size: tuple[int, int]) -> SoftLight:
+        if self._targets is None or self._targets.size != size:
+            before, self._targets = self._targets, SoftLight(self._context, size)
+            self._targets.raw.use()  # a bound framebuffer must not be released
+            if before is not None:
+                before.release()
+        return self._targets
+
+
+def spiral(count: int, power: float) -> str:
+    """Return GLSL for points in the unit disk on the golden spiral (Vogel 1979).
+
+    Args:
+        count: Number of points.
+        power: Of the fraction of points within a radius; 0.5 spreads them evenly, 1 denser towards the middle.
+    """
+    k = np.arange(count)
+    radius, angle = ((k + 0.5) / count) ** power, k * _GOLDEN_ANGLE
+    points = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return ", ".join(f"vec2({x:.6f}, {y:.6f})" for x, y in points)
 
 
 class ShadingPass:

@@ -7,8 +7,7 @@ import numpy as np
 
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.raster.surfaces.pictures import PictureLibrary
-from warehouse_sim.render.raster.surfaces.textures import TextureLibrary
+from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
 from warehouse_sim.schema import Material
 from warehouse_sim.schema.things import RETROREFLECTIVE
 
