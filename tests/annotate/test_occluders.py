@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.annotate import annotate, targets_in_view
-from warehouse_sim.annotate.occluders import KINDS, WRAP, hidden_by, kinds_by_id
-from warehouse_sim.annotate.visibility import window_in_image
+from warehouse_sim.annotate.occluders import KINDS, WRAP, hidden_by, kinds_by_id, window_in_image
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer

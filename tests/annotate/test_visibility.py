@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.annotate.visibility import Window, box_in_image, window_in_image
+from warehouse_sim.annotate.occluders import Window, box_in_image, window_in_image
 
 
 def test_a_mask_inside_the_image_is_whole() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.lattice import lattice_solid
+from warehouse_sim.catalog.pallets.moulded import lattice_solid
 from warehouse_sim.geometry.mesh import TriangleMesh
 
 X, Y, Z = np.array([0.0, 1.0, 1.5, 4.0]), np.array([-1.0, 0.0, 2.0, 2.5]), np.array([0.0, 0.5])

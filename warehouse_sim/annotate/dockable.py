@@ -4,18 +4,62 @@ The truck stands straight before the face, its tines level with the pockets and 
 until its heel is a hand's width from the face. Tines, mast and body sweep boxes; none may touch anything else.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.annotate.stacks import stacked_pallets
 from warehouse_sim.annotate.trucks import TruckOutline
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import FREE, UNDER_A_STACK, Accessibility, ObjectInstance, Pocket, SceneSpec
+
+_CONTACT = 0.02
+"""Boxes this near (m) touch; settled loads have smaller gaps, racks leave larger ones."""
+_UPRIGHT = 0.7
+"""Least vertical fraction of the axis between two boxes for the lower one to carry the upper one."""
+
+
+def stacked_pallets(scene: SceneSpec, solids: Solids) -> tuple[set[int], set[int]]:
+    """Return the instance ids of the pallets on which another pallet stands, and of those that stand on another.
+
+    Args:
+        scene: The settled scene.
+        solids: Its collision boxes.
+    """
+    goods = {item.instance_id for item in scene.instances if item.group > 0}
+    pallets = {item.instance_id for item in scene.instances if scene.model_of(item).class_name == "pallet"} & goods
+    carried = _carried_by(solids.subset(solids.of_objects(goods)))
+    under: set[int] = set()
+    upon: set[int] = set()
+    for bottom in pallets:
+        reached: set[int] = set()
+        front = {bottom}
+        while front:
+            front = {upper for lower in front for upper in carried[lower]} - reached
+            reached |= front
+        above = (reached & pallets) - {bottom}
+        if above:
+            under.add(bottom)
+            upon |= above
+    return under, upon
+
+
+def _carried_by(solids: Solids) -> dict[int, set[int]]:
+    """Return what stands directly on each object, by instance id."""
+    stack, owner = solids.boxes, solids.owner
+    pairs = stack.pairs(stack, _CONTACT)
+    pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
+    result = stack.separation(stack, pairs)
+    rests = (result.axis[:, 2] > _UPRIGHT) & (result.distance < _CONTACT)
+    carried: dict[int, set[int]] = defaultdict(set)
+    for lower, upper in np.unique(owner[pairs[rests]], axis=0).tolist():
+        carried[lower].add(upper)
+    return carried
+
 
 _TOUCH = 0.001
 """Boxes that overlap by less (m) do not touch: settled things rest in each other by tenths of a millimetre."""

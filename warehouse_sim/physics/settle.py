@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.physics.check import contact_state
+from warehouse_sim.physics.check import SettleReport, contact_state
 from warehouse_sim.physics.impulses import ImpulseConfig, impulse_loads
-from warehouse_sim.physics.report import SettleReport
 from warehouse_sim.physics.rest import Rest, RestLimits, boxes_around, bring_to_rest
 from warehouse_sim.physics.stability_check import bring_stack_to_rest
 from warehouse_sim.physics.stacks import find_stacks

@@ -3,12 +3,17 @@
 Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
 """
 
-from warehouse_sim.schema.accessibility import FREE, UNDER_A_STACK, Accessibility
-from warehouse_sim.schema.calibration import NominalCalibration
 from warehouse_sim.schema.change import SceneChange
-from warehouse_sim.schema.face import PalletFace
 from warehouse_sim.schema.intensity import IntensityDistribution
-from warehouse_sim.schema.labels import Agreement, ObjectAnnotation, PoseEstimate
+from warehouse_sim.schema.labels import (
+    FREE,
+    UNDER_A_STACK,
+    Accessibility,
+    Agreement,
+    ObjectAnnotation,
+    PalletFace,
+    PoseEstimate,
+)
 from warehouse_sim.schema.observation import Conditions, Observation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -19,6 +24,7 @@ from warehouse_sim.schema.readings import (
     Channels,
     LidarScan,
     MountedReading,
+    NominalCalibration,
     Reading,
     RenderBuffers,
     RgbdReading,

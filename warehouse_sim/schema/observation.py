@@ -8,7 +8,6 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.schema.calibration import NominalCalibration
 from warehouse_sim.schema.labels import ObjectAnnotation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -16,6 +15,7 @@ from warehouse_sim.schema.readings import (
     RIGHT,
     LidarScan,
     MountedReading,
+    NominalCalibration,
     Reading,
     RenderBuffers,
     RgbdReading,

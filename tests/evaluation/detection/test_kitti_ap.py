@@ -11,9 +11,8 @@ from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.dataset.formats.kitti.label import KittiLabel
 from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.detection.kitti_ap import kitti_scores
-from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, shared_areas
 from warehouse_sim.evaluation.detection.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
-from warehouse_sim.geometry.footprints import shared_areas
 
 
 def pallet(number: int = 0, **changes) -> KittiLabel:

@@ -9,10 +9,9 @@ import numpy as np
 
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.interchange.usd.bindings import bindings
+from warehouse_sim.interchange.usd.bindings import bindings, prim_names
 from warehouse_sim.interchange.usd.colliders import add_colliders, read_colliders
 from warehouse_sim.interchange.usd.meshes import MeshClasses, MeshReader
-from warehouse_sim.interchange.usd.names import prim_names
 from warehouse_sim.interchange.usd.placement import place, placed_at
 from warehouse_sim.interchange.usd.record import Record, keep
 from warehouse_sim.render.painted_mesh import corner_tiles

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int32, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.detail_levels import detail_levels
-from warehouse_sim.geometry.facets import Facets, facets, parallelograms
+from warehouse_sim.geometry.detail_levels import Facets, detail_levels, facets, parallelograms
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR
