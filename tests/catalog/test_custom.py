@@ -137,7 +137,7 @@ def test_a_link_out_of_the_folder_is_rejected(tmp_path: Path) -> None:
 
 
 def test_too_many_triangles_are_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warehouse_sim.catalog.mesh_size.MAX_TRIANGLES", 11)
+    monkeypatch.setattr("warehouse_sim.catalog.mesh_files.MAX_TRIANGLES", 11)
     with pytest.raises(
         ConfigError, match=r"crate\.yaml: file: crate\.obj has 12 triangles or more; simplify it to 11 at most"
     ):

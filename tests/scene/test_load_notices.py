@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.racks.load_notice import MOST_PALLET, load_notice_of
+from warehouse_sim.catalog.racks.accessories import MOST_PALLET, load_notice_of
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 from warehouse_sim.schema import SceneSpec

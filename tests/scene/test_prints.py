@@ -9,7 +9,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, stuck_carton
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.scene.prints import LABELS, WAYS
+from warehouse_sim.scene.carton_details import LABELS, WAYS
 from warehouse_sim.scene.sampling import sample_scene
 from warehouse_sim.schema import SceneSpec
 

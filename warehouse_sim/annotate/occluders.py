@@ -1,4 +1,4 @@
-"""What is visible of a target and what hides it: the fraction of its amodal mask that each kind of thing stands before."""
+"""What is visible of a target, and what hides it: fractions of its amodal mask by kind of thing before it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

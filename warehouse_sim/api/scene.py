@@ -19,7 +19,7 @@ from warehouse_sim.generation import recipe as generation_recipe
 from warehouse_sim.geometry.pose import look_at as looking_at
 from warehouse_sim.ranges import Range
 from warehouse_sim.scene.hand_made import with_object, with_replaced, without_kind
-from warehouse_sim.scene.lighting.relight import relit
+from warehouse_sim.scene.lighting.switching import relit
 from warehouse_sim.schema import SceneSpec, Viewpoint
 from warehouse_sim.sensors.rig import RigConfig
 

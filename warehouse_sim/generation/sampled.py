@@ -10,7 +10,7 @@ from warehouse_sim.errors import PlacementError, SettleError
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.physics import SettleReport, settle_scene
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
-from warehouse_sim.scene.viewpoints.after_settling import replace_blocked_views
+from warehouse_sim.scene.viewpoints.choose import replace_blocked_views
 from warehouse_sim.schema import SceneSpec
 
 ATTEMPTS = 5

@@ -11,7 +11,7 @@ _HOMES = {
     "CrushFault": "crush",
     "CrushState": "crush",
     "SettleConfig": "settle",
-    "SettleReport": "report",
+    "SettleReport": "check",
     "contact_state": "check",
     "crush_state": "crush",
     "settle_scene": "settle",

@@ -7,6 +7,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.appearance import paint_scene
 from warehouse_sim.scene.backdrop import fill_backdrop
 from warehouse_sim.scene.bare_goods import stock_strips
+from warehouse_sim.scene.carton_details import batter_cartons, open_flaps, print_cartons
 from warehouse_sim.scene.clutter import add_clutter, clutter_shelves
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
@@ -14,10 +15,7 @@ from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
-from warehouse_sim.scene.open_flaps import open_flaps
-from warehouse_sim.scene.prints import print_cartons
 from warehouse_sim.scene.recipe import SceneRecipe
-from warehouse_sim.scene.rough_handling import batter_cartons
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng

@@ -1,7 +1,6 @@
 import numpy as np
 
-from warehouse_sim.catalog.loads.film_sheets import Sheet, laid_on
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, film_skin
+from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, Sheet, film_skin, laid_on
 
 SQUARE = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])
 

@@ -5,7 +5,7 @@ import pytest
 import zxingcpp
 
 from warehouse_sim.catalog.pictures import HEIGHT_PX, PICTURES, WIDTH_PX, draw_picture
-from warehouse_sim.catalog.pictures.code128 import code128
+from warehouse_sim.catalog.pictures.labels import code128
 from warehouse_sim.catalog.pictures.words import with_check_digit
 from warehouse_sim.errors import ConfigError, UnknownNameError
 

@@ -6,7 +6,7 @@ import pytest
 from tests.scene.building.halls import ALL_SERVICES, hall_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.scene.building.config import ServicesConfig
+from warehouse_sim.scene.building.services import ServicesConfig
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, equip_hall
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig

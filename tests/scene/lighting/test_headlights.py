@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.generation.light.dimming import FLUX, HEIGHT, work_lights
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
-from warehouse_sim.scene.lighting.headlights import FLUX, HEIGHT, work_lights
 from warehouse_sim.scene.lighting.photometry import luminous_flux
 from warehouse_sim.schema import Viewpoint
 

@@ -4,7 +4,7 @@ from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.lighting import LightingConfig
 from warehouse_sim.scene.lighting.presets import PRESETS
-from warehouse_sim.scene.lighting.relight import relit
+from warehouse_sim.scene.lighting.switching import relit
 
 BEFORE = LightingConfig(rows=2, luminaires=5, mounting_height=6.0, lux=Distribution.constant(500.0), temperature=None)
 

@@ -8,7 +8,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.scene import sample_scene
-from warehouse_sim.scene.viewpoints.after_settling import blocked_views, replace_blocked_views
+from warehouse_sim.scene.viewpoints.choose import blocked_views, replace_blocked_views
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 

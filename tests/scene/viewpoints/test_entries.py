@@ -3,8 +3,8 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.scene.viewpoints.entries import entries_of, pose_before
 from warehouse_sim.scene.viewpoints.paths import FloorPose
+from warehouse_sim.scene.viewpoints.plans import entries_of, pose_before
 from warehouse_sim.schema import ObjectInstance
 
 

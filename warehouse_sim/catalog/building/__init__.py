@@ -5,9 +5,8 @@ Origin at the centre of the bounding box, z up.
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
-from warehouse_sim.catalog.building.gate import GATE_SIZE
 from warehouse_sim.catalog.building.markings import LINE_WIDTH, LINES, PAINT, TYRE_TRACK
-from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
+from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS, GATE_SIZE
 from warehouse_sim.catalog.building.shell import (
     FLOOR_SIZE,
     MODULE_LENGTH,
@@ -44,7 +43,7 @@ BUILDING = {
         "dock_bumper": "dock:bumper",
         "dock_seal": "dock:seal",
         "trailer": "dock:trailer",
-        "drive_in_door": "gate:drive_in_door",
+        "drive_in_door": "safety:drive_in_door",
         "corner_marking": "markings:corner_marking",
         "keep_clear_marking": "markings:keep_clear_marking",
         "crossing_marking": "markings:crossing_marking",

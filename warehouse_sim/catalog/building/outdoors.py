@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog.building.building_model import building_model
-from warehouse_sim.catalog.outdoor_materials import SKY_BANDS
+from warehouse_sim.catalog.materials import SKY_BANDS
 from warehouse_sim.catalog.parts import box_part, fused, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform

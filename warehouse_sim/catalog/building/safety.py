@@ -1,4 +1,4 @@
-"""What hangs on walls and stands beside ways for safety and order: signs, extinguishers, hose cabinets, bins, rails.
+"""Safety and order on walls and beside ways: signs, extinguishers, hose cabinets, bins, rails, gates.
 
 Frame of all: origin at the centre of the bounding box, z up; what hangs on a wall faces -y, its back is at +y. Colours
 are those of ISO 3864: red for fire equipment, green for escape, blue for what must be done.
@@ -12,7 +12,31 @@ from warehouse_sim.catalog.building.building_model import Size, building_model
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
 from warehouse_sim.geometry.pose import rotation_x, rotation_y
 from warehouse_sim.geometry.solids import lathe, prism, unit_cylinder
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import LuminousFace, ObjectModel, Part
+
+GATE_SIZE = (4.2, 0.14, 4.4)
+"""Outer width, depth and height of the drive-in door with its frame (m)."""
+_LEAF_SIZE = (3.8, 4.2)  # width and height of its leaf, or of the sky that it shows when open (m)
+_LEAF_MATERIAL = "gate_leaf"
+
+
+def drive_in_door(name: str = "drive_in_door") -> ObjectModel:
+    """Build the door: a leaf on the floor between two jambs and the box of its roller, before the wall's inner face."""
+    width, depth, height = GATE_SIZE
+    leaf_width, leaf_height = _LEAF_SIZE
+    jamb, lintel, floor = (width - leaf_width) / 2, height - leaf_height, -height / 2
+    frame = [
+        box_part((jamb, depth, height), (side * (width - jamb) / 2, 0.0, 0.0), "galvanised") for side in (-1.0, 1.0)
+    ]
+    frame.append(box_part((leaf_width, depth, lintel), (0.0, 0.0, (height - lintel) / 2), "galvanised"))
+    thick = 0.04
+    leaf = box_part((leaf_width, thick, leaf_height), (0.0, depth / 2 - thick, floor + leaf_height / 2), _LEAF_MATERIAL)
+    sky = LuminousFace(
+        "daylight", _LEAF_MATERIAL, _LEAF_MATERIAL, np.array([0.0, 1.0, 0.0]), depth / 2, leaf_width * leaf_height
+    )
+    solid = collision_boxes([*frame, leaf])
+    return building_model(name, "door", 154, GATE_SIZE, (*fused(frame), leaf), solid, luminous_face=sky)
+
 
 _INK = 0.001
 Mark = tuple[tuple[float, float], tuple[float, float]]

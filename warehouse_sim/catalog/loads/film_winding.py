@@ -14,8 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.loads.film_sheets import Sheet, band_faces, laid_on
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, FilmSkin, Level, film_skin
+from warehouse_sim.catalog.loads.film_skin import COLUMNS, FilmSkin, Level, Sheet, band_faces, film_skin, laid_on
 from warehouse_sim.catalog.loads.wrap import OBJ_ID
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import make_transform

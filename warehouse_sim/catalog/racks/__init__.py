@@ -42,7 +42,7 @@ RACKS = {
             "row_spacer",
         )
     },
-    "load_notice": f"{_ROOM}.load_notice:load_notice",
+    "load_notice": f"{_ROOM}.accessories:load_notice",
     **{name: f"{_ROOM}.drive_in:{name}" for name in ("drive_in_rail", "drive_in_tie")},
     **dict.fromkeys(CANTILEVERS, f"{_ROOM}.cantilever:cantilever_column"),
     "cantilever_brace": f"{_ROOM}.cantilever:cantilever_brace",

@@ -5,8 +5,7 @@ tractor 0.80 m wide, its carts 1.25 x 0.85 m; a robot that lifts pallets 1.20 x 
 """
 
 from warehouse_sim.catalog.parts import box_part, solid_box
-from warehouse_sim.catalog.traffic.rounded import bar, body, round_wheel
-from warehouse_sim.catalog.traffic.shapes import placed, rod, side_profile
+from warehouse_sim.catalog.traffic.shapes import bar, body, placed, rod, round_wheel, side_profile
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_SPREAD
 from warehouse_sim.geometry.boxes import OrientedBox

@@ -4,8 +4,7 @@ Measures as in ``trucks``; the load is some 0.15 m over the floor, or just over 
 """
 
 from warehouse_sim.catalog.parts import box_part, solid_box
-from warehouse_sim.catalog.traffic.rounded import body, round_wheel
-from warehouse_sim.catalog.traffic.shapes import limb_box
+from warehouse_sim.catalog.traffic.shapes import body, limb_box, round_wheel
 from warehouse_sim.catalog.traffic.truck_pieces import (
     Mast,
     beacon,

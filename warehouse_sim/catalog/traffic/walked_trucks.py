@@ -7,8 +7,17 @@ steering wheels of 200 mm, load rollers of 82 mm; a 1.2 t stacker is 0.80 m wide
 import numpy as np
 
 from warehouse_sim.catalog.parts import box_part, solid_box
-from warehouse_sim.catalog.traffic.rounded import bar, body, round_wheel, rounded
-from warehouse_sim.catalog.traffic.shapes import limb_box, placed, rod, side_profile, tube
+from warehouse_sim.catalog.traffic.shapes import (
+    bar,
+    body,
+    limb_box,
+    placed,
+    rod,
+    round_wheel,
+    rounded,
+    side_profile,
+    tube,
+)
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH, Mast, mast
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD
 from warehouse_sim.geometry.boxes import OrientedBox

@@ -9,8 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.floor import floor_points
-from warehouse_sim.scene.lighting.photometry import light_illuminance
+from warehouse_sim.scene.lighting.photometry import floor_points, light_illuminance
 from warehouse_sim.schema import Light, SceneSpec
 
 _HEADROOM = 2.5

@@ -7,8 +7,7 @@ import numpy as np
 
 from warehouse_sim.catalog.textures import TEXTURES
 from warehouse_sim.color import LUMINANCE, linear_from_srgb
-from warehouse_sim.scene.appearance.paint import PaintConfig
-from warehouse_sim.scene.appearance.palettes import Finish
+from warehouse_sim.scene.appearance.palettes import Finish, PaintConfig
 from warehouse_sim.schema import Material
 
 _DUST = np.array([0.23, 0.21, 0.18])

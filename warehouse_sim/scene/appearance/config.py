@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 from warehouse_sim.ranges import ranged
-from warehouse_sim.scene.appearance.paint import PaintConfig
+from warehouse_sim.scene.appearance.palettes import PaintConfig
 from warehouse_sim.scene.appearance.presets import PRESETS, PresetName
 
 Surfaces = Literal["used", "smooth"]

@@ -9,7 +9,7 @@ from warehouse_sim.catalog import materials
 from warehouse_sim.catalog.smooth_materials import smooth_materials
 from warehouse_sim.scene.appearance.coating import Look, coated
 from warehouse_sim.scene.appearance.config import AppearanceConfig
-from warehouse_sim.scene.appearance.paint import PaintConfig
+from warehouse_sim.scene.appearance.palettes import PaintConfig
 from warehouse_sim.scene.appearance.surfaces import SURFACES, Surface
 from warehouse_sim.schema import Material, ObjectInstance, SceneSpec
 

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from warehouse_sim.scene.appearance.paint import PaintConfig
+from warehouse_sim.scene.appearance.palettes import PaintConfig
 from warehouse_sim.scene.appearance.surfaces import SURFACES
 from warehouse_sim.scene.distribution import Distribution
 

@@ -9,9 +9,8 @@ from warehouse_sim.catalog.building import AISLE_SIGNS, FLOOR_LABELS, PAINT
 from warehouse_sim.catalog.building.services import hanging_rods
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.scene.building.config import ServicesConfig
 from warehouse_sim.scene.building.free_places import FreePlaces, Wall, walls_of
-from warehouse_sim.scene.building.services import Roof
+from warehouse_sim.scene.building.services import Roof, ServicesConfig
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.schema import ObjectInstance
 

@@ -1,15 +1,50 @@
-"""Where services hang: pipes, trays, ducts, rows of light and rooflights under the roof, windows high in the walls."""
+"""Where services hang (pipes, trays, ducts, rows of light, rooflights, high windows), and what a recipe says of it."""
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
 from warehouse_sim.catalog.building import services as parts
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.scene.building.config import ServicesConfig
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.schema import ObjectModel
+
+
+@dataclass(frozen=True)
+@ranged
+class ServicesConfig:
+    """What a hall is equipped with. What hangs under the roof needs ``hall.roof``."""
+
+    sprinklers: bool = False
+    """Red pipes across the hall with a sprinkler head every 3 m."""
+    cable_trays: bool = False
+    """Galvanised trays with cables along the hall, below the girders."""
+    ducts: bool = False
+    """Ventilation ducts along the hall's long walls, below the girders."""
+    light_lines: bool = False
+    """Rows of trunking luminaires over all of the hall that the aisle's own luminaires leave free."""
+    rooflights: bool = False
+    """Strips of rooflight between the girders, which show the day, dusk or night of the light's preset."""
+    windows: bool = False
+    """Bands of windows high in the walls, which show the same."""
+    signs: bool = False
+    """Exit signs over the doors, signs on the walls, numbers over the aisle's ends, load notices."""
+    fire_equipment: bool = False
+    """Extinguishers with their signs and hose cabinets on walls and columns."""
+    guards: bool = False
+    """Collars around columns, rails along the wall, bumpers beside dock doors."""
+    markings: bool = False
+    """Keep-clear fields before doors, a crossing, corner markings beside the aisle, lines along the walls."""
+    floor_labels: bool = False
+    """Labels with a barcode on the floor beside the aisle."""
+    bins: Annotated[int, Range(0, 8)] = 0
+    """Rubbish bins along the walls, 0-8."""
+    floor_signs: Annotated[int, Range(0, 4)] = 0
+    """Folding signs that warn of a wet floor, at the aisle's sides, 0-4."""
+
 
 _PIPE_PITCH = 3.5
 """Greatest distance between sprinkler pipes (m); 3-4 at ordinary hazards (EN 12845)."""

@@ -13,10 +13,9 @@ from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.building.config import ServicesConfig
 from warehouse_sim.scene.building.floor import wear_floor
 from warehouse_sim.scene.building.furnishing import furnish
-from warehouse_sim.scene.building.services import hang_services, roof_over
+from warehouse_sim.scene.building.services import ServicesConfig, hang_services, roof_over
 from warehouse_sim.scene.building.sized_hall import SizedHall, build_to_size
 from warehouse_sim.scene.draft import Area, SceneDraft
 

@@ -23,7 +23,7 @@ from warehouse_sim.catalog.racks import (
     STEP_HEIGHT,
     UPRIGHT_WIDTH,
 )
-from warehouse_sim.catalog.racks.load_notice import load_notice_of
+from warehouse_sim.catalog.racks.accessories import load_notice_of
 from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, frame_pose
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import SceneDraft

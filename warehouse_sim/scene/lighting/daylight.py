@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from warehouse_sim.catalog.outdoor_materials import OUTDOOR, SKY_BANDS
+from warehouse_sim.catalog.materials import OUTDOOR, SKY_BANDS
 from warehouse_sim.schema import Material
 
 Hour = Literal["day", "dusk", "night"]

@@ -9,7 +9,26 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.schema import Light
+from warehouse_sim.scene.draft import Area
+from warehouse_sim.schema import Light, SceneSpec
+
+_ALONG, _ACROSS = 12, 6
+
+
+def floor_points(scene: SceneSpec) -> Float[np.ndarray, "n 3"]:
+    """Return a grid of points on the aisle's floor (m).
+
+    Raises:
+        ValueError: The scene does not say where its aisle is.
+    """
+    if scene.aisle is None:
+        raise ValueError(f"scene {scene.scene_index} has no aisle whose light could be measured; set SceneSpec.aisle")
+    area = Area(*scene.aisle)
+    x = area.x_min + (np.arange(_ALONG) + 0.5) / _ALONG * (area.x_max - area.x_min)
+    y = area.y_min + (np.arange(_ACROSS) + 0.5) / _ACROSS * (area.y_max - area.y_min)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.column_stack([grid, np.full(len(grid), 0.01)])
+
 
 _WIDEST = np.deg2rad(85.0)
 _OUTER = 1.6

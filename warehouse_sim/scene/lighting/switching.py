@@ -1,20 +1,50 @@
-"""Which luminaires of a scene are on, and how bright: one draw of a recipe's light."""
+"""Which luminaires of a scene are on and how bright: one sample of a recipe's light, at first and when lit again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.color import balanced_rgb
+from warehouse_sim.config import from_mapping, to_mapping
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.lighting.beam import Beam
 from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.exposure import exposure_of_ev
 from warehouse_sim.scene.lighting.hall_light import failing, fill_lights
 from warehouse_sim.scene.lighting.luminaires import Luminaire, luminaires_of
 from warehouse_sim.scene.lighting.panes import pane_lights
-from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
+from warehouse_sim.scene.lighting.photometry import floor_points, unshadowed_illuminance
 from warehouse_sim.scene.lighting.presets import Preset
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
 from warehouse_sim.schema import Light, SceneSpec
+
+HANGING = ("rows", "luminaires", "mounting_height", "luminaire")
+"""Settings that say where luminaires hang: geometry of the scene."""
+_OF_THE_HALL = (*HANGING, "hall_fraction", "daylight")
+
+
+def relit(config: LightingConfig, preset: str, settings: Mapping[str, Any], where: str) -> LightingConfig:
+    """Return the light of a preset in a hall; nothing but its luminaires is kept of what was said of light before.
+
+    Args:
+        config: The light of the scene.
+        preset: Name of the preset.
+        settings: Any others of ``LightingConfig``.
+        where: What takes them, for messages.
+
+    Raises:
+        ConfigError: A setting does not exist, does not fit, or moves luminaires.
+    """
+    if moved := [key for key in HANGING if key in settings]:
+        raise ConfigError(
+            f"{where}: {', '.join(moved)}: luminaires hang already; say it in a recipe, under scene.lights"
+        )
+    kept = {key: to_mapping(getattr(config, key)) for key in _OF_THE_HALL}
+    return from_mapping(LightingConfig, kept | {"preset": preset} | dict(settings), where)
+
 
 _FLUX = 15000.0
 """Flux of a luminaire (lm) before it is dimmed to the wanted lux: that of a high-bay luminaire of about 100 W."""
@@ -115,3 +145,21 @@ def _daylight(item: Luminaire, preset: Preset) -> Light:
         cone_outer=np.pi / 2.0,
         radius=_SKY_RADIUS,
     )
+
+
+_ALBEDO = 0.2
+"""Of what the camera looks at on average, before anyone has looked."""
+
+
+def light_without_shadows(scene: SceneSpec, config: LightingConfig, rng: np.random.Generator) -> SceneSpec:
+    """Return ``scene``, whose aisle is known, in the light of ``config``, as if nothing threw a shadow."""
+    floor = floor_points(scene)
+    lighting = draw_lighting(config, scene, floor, rng)
+    up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
+    lux = float(unshadowed_illuminance(lighting.switched_on, floor, up).mean()) + lighting.ambient
+    if lighting.lux is not None and lux > 0.0:
+        lighting = lighting.scaled(lighting.lux / lux)
+        lux = lighting.lux or lux
+    luminance = np.array([max(lux, 0.01) * _ALBEDO / np.pi])
+    ev = lighting.preset.exposure.ev_for(luminance, np.ones(1))
+    return replace(lighting.applied(scene), exposure=exposure_of_ev(ev))

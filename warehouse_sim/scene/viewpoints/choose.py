@@ -1,4 +1,6 @@
-"""The viewpoints of a scene: as many as its recipe asks for, each with its targets well in view."""
+"""The viewpoints of a scene, each with its targets well in view, chosen before or after it has settled."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +12,52 @@ from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.sequences import choose_drives
 from warehouse_sim.scene.viewpoints.single import TRIES, candidate_viewpoints
 from warehouse_sim.schema import SceneSpec, Viewpoint
+
+
+def replace_blocked_views(scene: SceneSpec, config: ViewpointsConfig, rng: np.random.Generator) -> SceneSpec:
+    """Return the scene with another view of the same target, or else of another one, for each that was lost.
+
+    Args:
+        scene: The scene at rest.
+        config: What its viewpoints were chosen by, with no setting left open.
+        rng: Where new views come from.
+
+    Raises:
+        PlacementError: A drive is blocked, or no other view is found.
+    """
+    space = FreeSpace.of_scene(scene)
+    lost = blocked_views(scene, config, space)
+    if not lost:
+        return scene
+    views = list(scene.viewpoints)
+    for number in lost:
+        if views[number].sequence is not None:
+            raise PlacementError(f"something fell before the drive of viewpoint {number}")
+        views[number] = _another_view(views[number], space, config, rng)
+    return replace(scene, viewpoints=tuple(views))
+
+
+def blocked_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) -> list[int]:
+    """Return the numbers of the viewpoints that have lost their room or the sight of their target."""
+    target_of = {item.instance_id: item for item in space.targets}
+    lift = None if config.mounting is not None and config.mounting.lifts else 0.0
+    lost = []
+    for number, view in enumerate(scene.viewpoints):
+        target = target_of.get(view.target) if view.target is not None else None
+        stands = space.has_room(view, config.clearance, lift)
+        if not stands or (target is not None and not shows(view, target, space, config)):
+            lost.append(number)
+    return lost
+
+
+def _another_view(view: Viewpoint, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
+    for target in sorted(
+        space.shuffled_targets(config.aisle_fraction, rng), key=lambda item: item.instance_id != view.target
+    ):
+        for candidate in candidate_viewpoints(target, space, config, rng):
+            if shows(candidate, target, space, config):
+                return candidate
+    raise PlacementError("something fell before a view, and no other one is found")
 
 
 def choose_viewpoints(

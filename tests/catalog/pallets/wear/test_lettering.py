@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.pallets.wear.lettering import framed_brand, lettering, oval_brand
+from warehouse_sim.catalog.pallets.wear.brands import framed_brand, lettering, oval_brand
 
 
 def test_letters_are_drawn_as_their_rows_say() -> None:
