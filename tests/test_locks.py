@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from benchmarks.acceptance.licences import installed, is_copyleft, locked, plain, read_table, stated_licence
+from locks.licences import installed, is_copyleft, locked, plain, read_table, stated_licence
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCKS = sorted((ROOT / "locks").glob("*.txt"))

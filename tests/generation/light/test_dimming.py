@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.acceptance.floor_walks import floor_lux_by_walks
+from tests.generation.light.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions, target_illuminance
 from warehouse_sim.generation.recipe import load_recipe

@@ -1,7 +1,7 @@
 """A time-of-flight camera as it rides on trucks, after recordings of pallet faces at 0.4-2 m.
 
 The recordings (640 x 480, 463 px, 15 frames of five places, of which four at rest) have no paper; what is fitted to
-them is said to be, and ``benchmarks/acceptance/depth_against_real.py`` compares all of it with them.
+them is said to be, and ``tests/sensors/rgbd/depth/recorded`` compares all of it with them.
 """
 
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight

@@ -50,7 +50,7 @@ class ActiveStereo(DepthModel):
     hall and angle, and with the slope of the surface. The defaults are those of a D435 at 848 x 480: 15 mm at 2 m, as
     Rustler et al. 2025 (arXiv 2501.07421) measured, 0.75 %, and within a quarter of Ahn et al. 2019 up to 4 m. What
     has no published figure was fitted to images that were rendered and matched
-    (``benchmarks.acceptance.active_stereo``).
+    (``tests/sensors/rgbd/depth/dots``).
     """
 
     kind: ClassVar[str] = "active_stereo"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from benchmarks.acceptance.active_stereo.boards import Hits, Place
+from tests.sensors.rgbd.depth.dots.boards import Hits, Place
 
 Image = Float[np.ndarray, "h w"]
 FINER = 3

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.acceptance.depth_recordings import recorded_faces
-from benchmarks.acceptance.depth_statistics import Front, statistics_of
-from benchmarks.acceptance.depth_surfaces import surface_rows
+from tests.sensors.rgbd.depth.recorded.recordings import recorded_faces
+from tests.sensors.rgbd.depth.recorded.statistics import Front, statistics_of
+from tests.sensors.rgbd.depth.recorded.surfaces import surface_rows
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise
 
@@ -39,7 +39,7 @@ def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0
         cv2.imwrite(str(site / f"{index:03d}_mask.png"), mask)
         items.append(
             {"depth": f"{index:03d}_depth.png", "mask": f"{index:03d}_mask.png", "T_camera_dock": dock}
-            | {"face_corners_px": OUTLINE, "pocket_left_px": POCKETS[0], "pocket_right_px": POCKETS[1]}
+            | {"front_corners_px": OUTLINE, "pocket_left_px": POCKETS[0], "pocket_right_px": POCKETS[1]}
             | {"gravity": [0.0, 1.0, 0.0], "floor_distance_m": FLOOR}
         )
     (site / "labels.json").write_text(json.dumps({"K": K.tolist(), "frames": items}), encoding="utf-8")

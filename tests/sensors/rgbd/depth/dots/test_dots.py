@@ -1,17 +1,15 @@
-"""The reference itself: light in closed form, a matcher on a known shift; and what is stored of the comparison."""
+"""The reference itself: light in closed form, a matcher on a known shift; and the fast model beside it."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.acceptance.active_stereo.boards import Board, Place
-from benchmarks.acceptance.active_stereo.cases import RIGS, Case, cases
-from benchmarks.acceptance.active_stereo.compare import by_model, compared
-from benchmarks.acceptance.active_stereo.infrared import Rig, ambient_light, infrared_pair, true_depth
-from benchmarks.acceptance.active_stereo.matcher import Matcher, match
-from benchmarks.result import RESULTS
+from tests.sensors.rgbd.depth.dots.boards import Board, Place
+from tests.sensors.rgbd.depth.dots.cases import Case, cases, held_out_cases
+from tests.sensors.rgbd.depth.dots.compare import by_model, compared
+from tests.sensors.rgbd.depth.dots.infrared import Rig, ambient_light, infrared_pair, true_depth
+from tests.sensors.rgbd.depth.dots.matcher import Matcher, match
 
 SMALL = Rig(424.0, 0.05, size_wh=(120, 40))
 QUIET = replace(SMALL, speckle=0.0, read_noise=0.0, electrons=3e9, most_per_lux=1e9, full_well=1e10)
@@ -62,15 +60,17 @@ def test_model_and_reference_agree_where_it_is_dim() -> None:
     assert row["fast"]["sigma_px"] == pytest.approx(row["reference"]["sigma_px"], rel=0.25)
 
 
-def test_the_stored_comparison_keeps_its_bounds_up_to_75_degrees() -> None:
-    rows = json.loads((RESULTS / "active_stereo.json").read_text(encoding="utf-8"))["rows"]
-    names = {row["name"] for row in rows}
-    assert {f"{case.preset}: {case.name}" for case in cases()} < names
-    assert set(RIGS) == {"d435", "d455"}
-    for row in rows:
-        residuals = row.get("residuals", {})
-        if any(angle in row["name"] for angle in ("80 deg", "84 deg")):
-            continue
-        assert abs(residuals.get("fill") or 0.0) <= 0.05, row["name"]
-        assert abs(residuals.get("sigma") or 0.0) <= 0.25, row["name"]
-        assert abs(residuals.get("holes") or 0.0) <= 1.0, row["name"]
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [*cases(), *held_out_cases()], ids=lambda case: f"{case.preset} {case.name}")
+def test_model_and_reference_agree(case: Case) -> None:
+    """Up to 75 degrees; beyond, both lose most and the model's fill is off by up to 12 points."""
+    row = compared(case)
+    reference, fast = row["reference"], row["fast"]
+    if case.edge:
+        for name, most in (("holes", 1.0), ("wider", 1.7)):
+            assert max(abs(fast[f"{name}_{side}"] - reference[f"{name}_{side}"]) for side in ("left", "right")) <= most
+        return
+    far = case.name.endswith((" 80 deg", " 84 deg"))
+    assert fast["fill"] == pytest.approx(reference["fill"], abs=0.13 if far else 0.05)
+    if not far and reference["sigma_px"] and fast["sigma_px"]:
+        assert fast["sigma_px"] == pytest.approx(reference["sigma_px"], rel=0.25)

@@ -1,7 +1,7 @@
 """Hold datasets of two versions of the code against each other, file by file.
 
-    python -m benchmarks.acceptance.same_bytes make FOLDER            # some two minutes on two cores
-    python -m benchmarks.acceptance.same_bytes compare BEFORE AFTER
+    python -m tests.same_bytes make FOLDER            # some two minutes on two cores
+    python -m tests.same_bytes compare BEFORE AFTER
 
 The first generates the sets with the code of this checkout; the second says which files differ, by how much in images,
 and whether a manifest lost a key or has another value there. Bytes are those of one machine: make both folders on it.

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from benchmarks.acceptance.depth_planes import of_material, plane
-from benchmarks.acceptance.depth_statistics import row_of
+from tests.sensors.rgbd.depth.planes import of_material, plane
+from tests.sensors.rgbd.depth.recorded.statistics import row_of
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.rgbd.depth import PRESETS

@@ -1,23 +1,17 @@
-"""LiDAR presets against what is published of them, from the points of their sweeps alone.
-
-    python -m benchmarks.acceptance.lidar_presets                      # prints the table: half a CPU-minute
-    python -m benchmarks.acceptance.lidar_presets --kitti FOLDER --write    # with real sweeps beside; stores it
+"""What the points of a sweep alone tell of a LiDAR preset: angles, turn, points a second, noise, bias, intensities.
 
 The same beams are cast in two square halls, of 20 m and of 60 m; the line through both points of a beam says where it
 looks and nothing else does. Errors are what a noisy sweep of a unit differs by, along the beam, from an even one;
 their means over a laser's points are its bias. Intensities are those of a floor, in patches 5-8 m ahead as wide as a
-lane: over all points, within rings, and from ring to ring; of KITTI's sweeps by the same lines of code.
+lane: over all points, within rings, and from ring to ring.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import tyro
 from jaxtyping import Float, Int
 
-from benchmarks.acceptance.lidar_sources import PUBLISHED, Published
-from benchmarks.result import RESULTS, rounded, write_result
+from tests.sensors.lidar.published import Published
 from warehouse_sim.catalog import materials
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
@@ -111,14 +105,6 @@ def floor_spread(config: LidarConfig, number: int) -> Values:
     return spread(read.points.astype(float), read.intensity.astype(float), read.ring)
 
 
-def kitti_spread(path: Path) -> Values:
-    """Return the same of a file of KITTI's, whose rings come one after the other."""
-    cloud = np.fromfile(path, "<f4").reshape(-1, 4).astype(float)
-    azimuth = np.degrees(np.arctan2(cloud[:, 1], cloud[:, 0])) % 360.0
-    ring = np.concatenate([[0], np.cumsum((azimuth[:-1] > 300.0) & (azimuth[1:] < 60.0))])
-    return spread(cloud[:, :3], cloud[:, 3], ring)
-
-
 def spread(points: Float[np.ndarray, "n 3"], intensity: Float[np.ndarray, " n"], ring: Int[np.ndarray, " n"]) -> Values:
     """Return relative standard deviations of the intensities on the floor ahead."""
     x, y, z = points.T
@@ -136,25 +122,6 @@ def spread(points: Float[np.ndarray, "n 3"], intensity: Float[np.ndarray, " n"],
     }
 
 
-def table(kitti: Path | None) -> Values:
-    """Return all values by name."""
-    found: Values = {}
-    for model, published in PUBLISHED.items():
-        found |= {f"{model}: {key}": value for key, value in (angles(model, published) | errors(model)).items()}
-        expected = {"points a second": published.points_a_second, "noise from pulse to pulse (mm)": published.noise_mm}
-        if published.bias_mm is not None:
-            expected["bias from laser to laser (mm)"] = published.bias_mm
-        found |= {f"{model}: {key}, published": value for key, value in expected.items()}
-    patches = [floor_spread(LidarConfig(), number) for number in range(UNITS)]
-    for key in patches[0]:
-        values = [patch[key] for patch in patches]
-        found |= {f"floor, hdl64e: {key}": float(np.median(values))}
-        found |= {f"floor, hdl64e, least: {key}": min(values), f"floor, hdl64e, most: {key}": max(values)}
-    for path in sorted(kitti.glob("*.bin")) if kitti is not None else []:
-        found |= {f"floor, KITTI {path.stem}: {key}": value for key, value in kitti_spread(path).items()}
-    return found
-
-
 def _keys(read: LidarScan) -> Int[np.ndarray, " n"]:
     """Return a number of each beam, the same in each sweep: time in steps of 10 ns, and ring."""
     keys: Int[np.ndarray, " n"] = np.rint(read.time.astype(float) * 1e8).astype(np.int64) * 256 + read.ring
@@ -163,29 +130,3 @@ def _keys(read: LidarScan) -> Int[np.ndarray, " n"]:
 
 def _circular(degrees: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     return (degrees + 180.0) % 360.0 - 180.0
-
-
-def main(kitti: Path | None = None, write: bool = False) -> None:
-    """Measure every preset that has a source.
-
-    Args:
-        kitti: Folder of KITTI's velodyne files, to be measured beside.
-        write: Store the result.
-    """
-    values = table(kitti)
-    for name, value in values.items():
-        print(f"{name:75s} {value:.5g}")
-    if write:
-        rows = [{"name": name, "value": value} for name, value in values.items()]
-        # Results hold amounts; the sign of the turn is in the name.
-        for row in rows:
-            if row["value"] < 0:
-                row |= {"name": str(row["name"]).replace("counter-clockwise", "clockwise"), "value": -row["value"]}
-        folder = "" if kitti is None else " --kitti KITTI/training/velodyne"
-        command = f"python -m benchmarks.acceptance.lidar_presets{folder} --write"
-        sources = {model: item.source for model, item in PUBLISHED.items()}
-        write_result(RESULTS / "lidar_presets.json", command, rounded(rows), sources=sources)
-
-
-if __name__ == "__main__":
-    tyro.cli(main)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.acceptance.same_bytes import compare, differences
+from tests.same_bytes import compare, differences
 
 
 @pytest.fixture

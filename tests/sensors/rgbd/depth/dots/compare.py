@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
-from benchmarks.acceptance.active_stereo.cases import RIGS, Case, middle
-from benchmarks.acceptance.active_stereo.infrared import ambient_light, boards_seen, infrared_pair, true_depth
-from benchmarks.acceptance.active_stereo.matcher import Matcher, match
+from tests.sensors.rgbd.depth.dots.cases import RIGS, Case, middle
+from tests.sensors.rgbd.depth.dots.infrared import ambient_light, boards_seen, infrared_pair, true_depth
+from tests.sensors.rgbd.depth.dots.matcher import Matcher, match
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import RenderBuffers

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.acceptance.active_stereo.boards import Board, Place
-from benchmarks.acceptance.active_stereo.infrared import Rig
+from tests.sensors.rgbd.depth.dots.boards import Board, Place
+from tests.sensors.rgbd.depth.dots.infrared import Rig
 
 RIGS = {"d435": Rig(424.0, 0.050), "d455": Rig(447.0, 0.095, projector_x=0.040)}
 """Focal lengths and baselines are those of the presets."""

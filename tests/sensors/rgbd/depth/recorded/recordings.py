@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.acceptance.depth_statistics import Front
+from tests.sensors.rgbd.depth.recorded.statistics import Front
 from warehouse_sim.errors import DatasetError
 
 
@@ -30,13 +30,13 @@ def _site(path: Path) -> Front:
     dock = np.array(first["T_camera_dock"])
     down = np.array(first["gravity"])
     # Where the floor's distance could not be labelled, the pallet's lower edge tells it.
-    floor = first["floor_distance_m"] or _lower_edge(np.array(first["face_corners_px"]), K, dock, down)
+    floor = first["floor_distance_m"] or _lower_edge(np.array(first["front_corners_px"]), K, dock, down)
     return Front(
         name=path.name,
         K=K,
         depths=tuple(_image(path / frame["depth"]).astype(float) / 1000 for frame in frames),
         docks=tuple(np.array(frame["T_camera_dock"]) for frame in frames),
-        outline_px=np.array(first["face_corners_px"]),
+        outline_px=np.array(first["front_corners_px"]),
         pockets_px=(np.array(first["pocket_left_px"]), np.array(first["pocket_right_px"])),
         mask=_image(path / first["mask"]) > 0,
         down=down,

@@ -1,7 +1,7 @@
 """List the licences of all locked packages, as the packages themselves state them.
 
     pip install --target SITE --no-deps --require-hashes -r locks/dev.txt   # and each other lock whose packages lack
-    python -m benchmarks.acceptance.licences --site SITE
+    python -m locks.licences --site SITE
 
 Packages that are installed in neither place keep the row that they have, if it is of the same version.
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import tyro
 
-LOCKS = Path(__file__).parents[2] / "locks"
+LOCKS = Path(__file__).parent
 TABLE = LOCKS / "licences.csv"
 _PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;]+)", re.MULTILINE)
 _LONGEST = 60

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.acceptance.depth_statistics import Front
+from tests.sensors.rgbd.depth.recorded.statistics import Front
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.geometry.camera import PinholeCamera

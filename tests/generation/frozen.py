@@ -1,22 +1,16 @@
-"""Hold the frozen recipe ``industrial-v1`` against what it drew when it was frozen.
-
-    python -m benchmarks.acceptance.frozen                # compare; about a minute
-    python -m benchmarks.acceptance.frozen --write        # freeze again: only when no number counts on the old scenes
+"""Hashes of scenes of the frozen recipe ``industrial-v1``, as they were stored when it was frozen.
 
 Compared are the settled objects, the cameras, and of each observation the depth that was read, ids, masks and labels.
 Colours are left out: a renderer may be mended. Hashes are those of one machine and its packages, as all bytes are.
 """
 
 import hashlib
-import json
-import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-import tyro
 
-from benchmarks.result import RESULTS, write_result
+from benchmarks.result import RESULTS
 from warehouse_sim.dataset.formats.kitti.labels import label_rows
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.observe import observe_scene
@@ -29,25 +23,6 @@ NAME, SEED, SCENES = "industrial-v1", 0, (0, 1)
 RESULT = RESULTS / "frozen.json"
 _STEPS_PER_METRE = 10_000
 """Depth is compared as BOP stores it, 0.1 mm a step."""
-
-
-def main(write: bool = False) -> int:
-    """Print a line for each hash that differs; exit code 1 if there is one.
-
-    Args:
-        write: Store the hashes of this checkout instead.
-    """
-    rows = [
-        {"name": f"{NAME} scene {index}", "value": len(found["observations"]), "sha256": found}
-        for index, found in zip(SCENES, map(scene_hashes, SCENES), strict=True)
-    ]
-    if write:
-        write_result(RESULT, "python -m benchmarks.acceptance.frozen --write", rows, seed=SEED)
-        return 0
-    stored = {row["name"]: row["sha256"] for row in json.loads(RESULT.read_text(encoding="utf-8"))["rows"]}
-    lines = [line for row in rows for line in differences(stored[row["name"]], row["sha256"], row["name"])]
-    print("\n".join(lines) or f"{NAME}: no hash differs")
-    return int(bool(lines))
 
 
 def scene_hashes(index: int) -> dict[str, Any]:
@@ -110,7 +85,3 @@ def _flat(items: Iterable[Any]) -> Iterator[np.ndarray]:
             yield from _flat(item)
         else:
             yield np.asarray(str(item)) if item is None else np.asarray(item)
-
-
-if __name__ == "__main__":
-    sys.exit(tyro.cli(main))
