@@ -11,7 +11,7 @@ from torch.utils.data import DataLoader
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.stream import stream
-from warehouse_sim.learning.iterable_data import IterableData
+from warehouse_sim.learning.samples.torch_data import IterableData
 
 SIZE = (48, 64)
 

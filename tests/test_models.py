@@ -7,7 +7,7 @@ import pytest
 import safetensors.numpy
 
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, headline, observations
-from warehouse_sim.estimators import DETECTORS, SEGMENTERS, trained_names
+from warehouse_sim.estimators.registries import DETECTORS, SEGMENTERS, trained_names
 from warehouse_sim.resources import data_folder, model_dir, model_names
 from warehouse_sim.schema import Observation
 from warehouse_sim.yaml_file import read_yaml

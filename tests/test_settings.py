@@ -19,11 +19,11 @@ from hypothesis import strategies as st
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.generation.plan import GenerateConfig

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from warehouse_sim.api.training import load_estimator, train
     from warehouse_sim.api.writer import Writer
     from warehouse_sim.errors import WarehouseSimError
-    from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+    from warehouse_sim.estimators.image import Detection, RgbdImage
     from warehouse_sim.schema import PoseEstimate
 
 __all__ = [
@@ -52,11 +52,11 @@ __all__ = [
 _PUBLIC = {
     "Camera": "warehouse_sim.api.camera",
     "Dataset": "warehouse_sim.api.dataset",
-    "Detection": "warehouse_sim.estimators.rgbd_image",
+    "Detection": "warehouse_sim.estimators.image",
     "Observation": "warehouse_sim.api.observation",
     "PoseEstimate": "warehouse_sim.schema",
     "Recipe": "warehouse_sim.api.recipe",
-    "RgbdImage": "warehouse_sim.estimators.rgbd_image",
+    "RgbdImage": "warehouse_sim.estimators.image",
     "Rig": "warehouse_sim.api.rig",
     "Scene": "warehouse_sim.api.scene",
     "WarehouseSimError": "warehouse_sim.errors",

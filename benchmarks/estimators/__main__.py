@@ -14,7 +14,7 @@ from benchmarks.estimators import bounds, card, table
 from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, VERIFICATION, bound_rows, rows, score
-from warehouse_sim.estimators import trained_names
+from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.resources import data_folder
 

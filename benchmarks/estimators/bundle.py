@@ -13,9 +13,9 @@ import torch
 import tyro
 import yaml
 
-from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes, write_meshes
+from warehouse_sim.estimators.pose.densefusion.objects import read_meshes, write_meshes
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
-from warehouse_sim.estimators.pose.densefusion.training.warm_start import per_object_tensors
+from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
 from warehouse_sim.learning import run_folder
 from warehouse_sim.output import write_bytes
 from warehouse_sim.resources import data_folder

@@ -20,10 +20,9 @@ from sklearn.metrics import adjusted_rand_score
 
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.estimators.lidar.boxes import BoxPoints, box_points
-from warehouse_sim.estimators.lidar.choice import chosen_points
-from warehouse_sim.estimators.lidar.clusters import ClusterConfig, Clusters, cluster
+from warehouse_sim.estimators.lidar.clusters import ClusterConfig, Clusters, chosen_points, cluster
 from warehouse_sim.estimators.lidar.projection import sparse_depth
+from warehouse_sim.estimators.segmenters.cluster import BoxPoints, box_points
 from warehouse_sim.geometry.pose import transform_points
 
 _LEAST_POINTS = 40

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
+from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.errors.pose_error import add, estimates_in_object
 from warehouse_sim.generation.observe import observe_scene

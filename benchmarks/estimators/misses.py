@@ -13,7 +13,7 @@ import tyro
 from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, place_of
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.estimators import trained_names
+from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.report.images import close_up
 

@@ -21,9 +21,9 @@ from benchmarks.estimators.ways import open_way
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.schema import PoseEstimate
 

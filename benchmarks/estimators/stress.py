@@ -21,9 +21,9 @@ from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS, Disturb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.evaluation import Scores, evaluate
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.estimators.marked import replace_table
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.resources import data_folder
 
 COMMAND = "python -m benchmarks.estimators --write"

@@ -13,9 +13,9 @@ import tyro
 
 from benchmarks.estimators.bundle import bundle
 from benchmarks.estimators.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY, Data, made
-from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, Preset, TrainConfig, with_preset
+from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.train import train
 
 

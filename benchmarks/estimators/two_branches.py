@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.methods import TrainableMethod
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.settings import Size
-from warehouse_sim.estimators.pose.densefusion.trainable import TrainableMethod
+from warehouse_sim.estimators.registries import ESTIMATORS
 
 NAME = "two-branches"
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 
 __all__ = ["Way", "open_way", "way_of"]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import yaml
 
-from warehouse_sim.estimators.detection.run_config import RunConfig as DetectorRun
-from warehouse_sim.estimators.detection.run_config import read_config as read_detector
-from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
-from warehouse_sim.estimators.segmentation.run_config import read_config as read_segmenter
-from warehouse_sim.estimators.sweep.run_config import SweepRunConfig
-from warehouse_sim.estimators.sweep.run_config import read_config as read_sweeper
+from warehouse_sim.estimators.detectors.run_config import RunConfig as DetectorRun
+from warehouse_sim.estimators.detectors.run_config import read_config as read_detector
+from warehouse_sim.estimators.lidar.sweep.run_config import SweepRunConfig
+from warehouse_sim.estimators.lidar.sweep.run_config import read_config as read_sweeper
+from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig as SegmenterRun
+from warehouse_sim.estimators.segmenters.segnet.run_config import read_config as read_segmenter
 from warehouse_sim.estimators.train import trainable
 from warehouse_sim.learning.run_folder import read_kind
 

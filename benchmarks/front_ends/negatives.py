@@ -22,9 +22,9 @@ from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.catalog.traffic.shapes import assembled
 from warehouse_sim.dataset.objects import object_info
-from warehouse_sim.estimators import Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import Onboarding, PoseEstimator
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.estimators.settings import PredictConfig, Refinement
 from warehouse_sim.evaluation.intervals import wilson
 from warehouse_sim.generation.observe import observe_scene

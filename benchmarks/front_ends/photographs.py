@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import tyro
 
-from warehouse_sim.estimators.detection.estimator import DetectConfig, TrainedDetector
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.resources import model_dir
 

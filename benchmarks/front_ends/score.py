@@ -21,7 +21,7 @@ from benchmarks.front_ends.sweeps import SWEEP_QUESTIONS, answer_in_sweeps
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
-from warehouse_sim.estimators.detect import detect
+from warehouse_sim.estimators.predict import detect
 from warehouse_sim.evaluation.detection.intervals import precision_intervals
 from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections, seen_by_class, wanted_in
 

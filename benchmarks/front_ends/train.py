@@ -19,9 +19,9 @@ import tyro
 from benchmarks.estimators.data import FOLDER as POSE_FOLDER
 from benchmarks.estimators.data import Data, made
 from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
-from warehouse_sim.estimators.detection.settings import DetectorConfig
-from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
-from warehouse_sim.estimators.sweep.settings import SweepDetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
+from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train, trainable
 
 _AT_ONCE = 4
@@ -158,9 +158,9 @@ def generate_missing(plans: Sequence[Plan], folder: Path, pose_folder: Path | No
 def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, cache: Path) -> None:
     """Read the images that a method is trained on into the cache."""
     # Parts of the package that need torch: the processes that generate do without.
-    from warehouse_sim.estimators.detection.training.preparation import prepare as prepare_images
-    from warehouse_sim.estimators.segmentation.training.preparation import prepare as prepare_boxes
-    from warehouse_sim.estimators.sweep.train import prepare_sweeps
+    from warehouse_sim.estimators.detectors.preparation import prepare as prepare_images
+    from warehouse_sim.estimators.lidar.sweep.train import prepare_sweeps
+    from warehouse_sim.estimators.segmenters.segnet.preparation import prepare as prepare_boxes
 
     found, folders = trainable(name), plan.folders(folder, pose_folder, 1)
     if isinstance(plan.config, SweepDetectorConfig):

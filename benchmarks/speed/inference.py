@@ -11,17 +11,16 @@ import torch
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, Subject, draw_subject
-from warehouse_sim.estimators import ESTIMATORS, trained_names
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.object_meshes import write_meshes
-from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, write_meshes
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import build_surface
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.geometry.mesh import diameter, sample_surface

@@ -17,16 +17,16 @@ from torch import Tensor
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, draw_subject
 from warehouse_sim.annotate import targets_in_view
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.heads import SplitTrunk
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
-from warehouse_sim.learning.precision import has_bf16
+from warehouse_sim.learning.compute import has_bf16
 
 _BATCH, _STEPS = 16, 4
 _ORIGINAL_STEP = 8

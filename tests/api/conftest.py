@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.api.dataset import Dataset
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe

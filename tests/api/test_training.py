@@ -7,7 +7,7 @@ import pytest
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.training import load_estimator, train
 from warehouse_sim.errors import DatasetError, InputError, WarehouseSimError
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 
 pytestmark = pytest.mark.gl
 

@@ -10,9 +10,9 @@ import torch
 
 from benchmarks.estimators import bundle
 from benchmarks.estimators.train import FIRST, in_order, limited
-from warehouse_sim.estimators.pose.densefusion.object_meshes import read_meshes
+from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
 from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config, write_config
-from warehouse_sim.estimators.pose.densefusion.training.warm_start import per_object_tensors
+from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
 from warehouse_sim.resources import data_folder
 
 

@@ -11,7 +11,7 @@ from warehouse_sim.benchmark.recorded.entries import entries, gravity_of, masked
 from warehouse_sim.benchmark.recorded.faces import RecordedFace, drive_in, read_faces
 from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_y, rotation_z
 

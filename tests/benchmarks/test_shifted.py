@@ -11,7 +11,7 @@ import yaml
 
 from benchmarks.estimators import data, shifted, slices, stress, transfer
 from benchmarks.estimators.shifts import SEED, SHIFTS, WAREHOUSES, Shift, as_recipe
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform

@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.rows.simulated import CLOSED_LOOPS, SIMULATIONS
 from warehouse_sim.catalog import CATALOG
 from warehouse_sim.cli.commands import COMMANDS
 from warehouse_sim.dataset.formats import FORMATS
-from warehouse_sim.estimators import DETECTORS, ESTIMATORS, FAMILIES, SEGMENTERS
+from warehouse_sim.estimators.registries import DETECTORS, ESTIMATORS, FAMILIES, SEGMENTERS
 from warehouse_sim.render import BACKENDS
 from warehouse_sim.sensors import SENSORS
 

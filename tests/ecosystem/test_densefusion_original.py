@@ -12,9 +12,9 @@ import pytest
 import torch
 
 from tests.ecosystem.conftest import RunTool
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.interface import NetworkInput
+from warehouse_sim.estimators.registries import ESTIMATORS
 
 pytestmark = pytest.mark.ecosystem
 OBJECTS, COUNT = 3, 40

@@ -11,13 +11,13 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import read_results
 from warehouse_sim.errors import InputError, TrainingError
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators import composed as module
 from warehouse_sim.estimators.composed import Composed, WithFrontEnd
 from warehouse_sim.estimators.detections import Finder, taken_by
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 
 
@@ -135,7 +135,7 @@ def test_chains_say_what_they_are_made_of(name: str) -> None:
 
 
 def test_a_chain_without_weights_says_which(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warehouse_sim.estimators.detection.trainable.model_names", lambda: [])
+    monkeypatch.setattr("warehouse_sim.estimators.detectors.trainable.model_names", lambda: [])
     with pytest.raises(TrainingError, match="detector-depth has no bundled weights"):
         load_estimator("segment-icp-multistart")
 

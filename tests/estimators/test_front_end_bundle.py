@@ -9,10 +9,10 @@ import pytest
 from benchmarks.estimators import bundle as bundling
 from benchmarks.front_ends import card
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.detection.estimator import DetectConfig, TrainedDetector
-from warehouse_sim.estimators.detection.settings import DetectorConfig, WantedConfig
-from warehouse_sim.estimators.overview import describe_model
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
+from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.registries import describe_model
 from warehouse_sim.estimators.train import train
 
 CONFIG = DetectorConfig(

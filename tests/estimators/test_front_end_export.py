@@ -8,17 +8,17 @@ import pytest
 import torch
 
 from warehouse_sim.cli.main import main
-from warehouse_sim.estimators.detection.networks.detector import DetectorNetwork, DetectorNetworkConfig
-from warehouse_sim.estimators.detection.run_config import RunConfig as DetectorRun
-from warehouse_sim.estimators.detection.run_config import write_config as write_detector
-from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.run_config import RunConfig as DetectorRun
+from warehouse_sim.estimators.detectors.run_config import write_config as write_detector
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
-from warehouse_sim.estimators.segmentation.networks.segmenter import SegmenterNetwork, SegmenterNetworkConfig
-from warehouse_sim.estimators.segmentation.run_config import RunConfig as SegmenterRun
-from warehouse_sim.estimators.segmentation.run_config import write_config as write_segmenter
-from warehouse_sim.estimators.segmentation.settings import BoxCropConfig, SegmenterConfig
-from warehouse_sim.estimators.sweep.run_config import load_network as load_sweep_network
-from warehouse_sim.estimators.sweep.run_config import read_config as read_sweep_config
+from warehouse_sim.estimators.lidar.sweep.run_config import load_network as load_sweep_network
+from warehouse_sim.estimators.lidar.sweep.run_config import read_config as read_sweep_config
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterNetworkConfig
+from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig as SegmenterRun
+from warehouse_sim.estimators.segmenters.segnet.run_config import write_config as write_segmenter
+from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, SegmenterConfig
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.resources import model_dir
 

@@ -12,9 +12,9 @@ import torch
 from tests.estimators.test_killed_training import checkpoints, finish, start, weights
 from tests.test_one_writer import start_holder
 from warehouse_sim.errors import OutputError
-from warehouse_sim.estimators.detection.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.segmentation.settings import SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.one_writer import LOCK

@@ -7,13 +7,14 @@ import pytest
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
-from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion import runner as module
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.cut import wanted_targets
 from warehouse_sim.estimators.pose.densefusion.runner import NetworkProposals
 from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import make_transform, quat_wxyz_from_matrix, rotation_angle, rotation_z
 

@@ -16,9 +16,9 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.predict import predict
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import make_transform, rotation_z

@@ -10,7 +10,7 @@ import pytest
 STRANGER = '''
 import numpy as np
 from scipy import ndimage
-from warehouse_sim.estimators.rgbd_image import Detection
+from warehouse_sim.estimators.image import Detection
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.schema import PoseEstimate
 

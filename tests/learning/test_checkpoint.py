@@ -8,7 +8,7 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.clock import Clock
 from warehouse_sim.learning.loop import Task, fit
 from warehouse_sim.learning.observer import Observer, TrainingState
-from warehouse_sim.learning.order import SampleOrder
+from warehouse_sim.learning.samples.order import SampleOrder
 from warehouse_sim.learning.settings import LoopConfig
 
 CONFIG = LoopConfig(max_minutes=None, max_steps=12, batch=4, validations=4, precision="32", warmup_steps=2)

@@ -20,7 +20,7 @@ from warehouse_sim.errors import DatasetError, InputError, OutOfRangeError, show
 
 if TYPE_CHECKING:
     from warehouse_sim.evaluation import Scores
-    from warehouse_sim.learning.torch_data import TorchData
+    from warehouse_sim.learning.samples.torch_data import TorchData
 
 
 class Dataset(Sequence[Observation]):

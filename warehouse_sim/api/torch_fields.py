@@ -13,7 +13,7 @@ from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
     from warehouse_sim.api.dataset import Dataset
-    from warehouse_sim.learning.torch_data import TorchData
+    from warehouse_sim.learning.samples.torch_data import TorchData
 
 Array = np.ndarray[Any, Any]
 _OF_OBJECTS: dict[str, tuple[type, Callable[[LabelledObject], Any]]] = {
@@ -50,7 +50,7 @@ def torch_view(data: "Dataset", fields: Sequence[str]) -> "TorchData":
         if name not in FIELDS:
             raise UnknownNameError("field of observations", name, list(FIELDS))
     require_extra("learn", "for Dataset.torch")
-    from warehouse_sim.learning.torch_data import TorchData
+    from warehouse_sim.learning.samples.torch_data import TorchData
 
     reader = FieldReader(tuple(dict.fromkeys(fields)), Largest.of(data, "lidar" in fields))
     if len(data):

@@ -9,11 +9,11 @@ from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.settings import settings_of
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.learning.stream_settings import StreamConfig
+from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
-    from warehouse_sim.estimators import PoseEstimator
+    from warehouse_sim.estimators.api import PoseEstimator
     from warehouse_sim.schema import Observation
 
 log = logging.getLogger(__name__)

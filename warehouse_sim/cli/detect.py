@@ -34,7 +34,7 @@ def detect(
     require_extra("learn", "to detect")
     from warehouse_sim.dataset.reader import DatasetReader
     from warehouse_sim.dataset.results.detections import write_labels, write_results
-    from warehouse_sim.estimators.detect import detect as find
+    from warehouse_sim.estimators.predict import detect as find
     from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
 
     reader = DatasetReader(data)

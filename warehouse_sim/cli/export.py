@@ -21,11 +21,11 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """
     require_extra("learn", "to read a network")
     require_extra("export", "to export it")
-    from warehouse_sim.estimators.detection.export import export_detector
+    from warehouse_sim.estimators.detectors.export import export_detector
+    from warehouse_sim.estimators.detectors.rtdetr.export import export_rtdetr
+    from warehouse_sim.estimators.lidar.sweep.export import export_sweep_detector
     from warehouse_sim.estimators.pose.densefusion.export import export_onnx
-    from warehouse_sim.estimators.rtdetr.export import export_rtdetr
-    from warehouse_sim.estimators.segmentation.export import export_segmenter
-    from warehouse_sim.estimators.sweep.export import export_sweep_detector
+    from warehouse_sim.estimators.segmenters.segnet.export import export_segmenter
     from warehouse_sim.learning.run_folder import read_kind
 
     folder = model_dir(run)

@@ -141,8 +141,7 @@ def _objects() -> Mapping[str, str]:
 
 
 def _estimators() -> Mapping[str, str]:
-    from warehouse_sim.estimators import ESTIMATORS
-    from warehouse_sim.estimators.overview import describe_model
+    from warehouse_sim.estimators.registries import ESTIMATORS, describe_model
     from warehouse_sim.resources import model_dir, model_names
 
     bundled = model_names()
@@ -152,13 +151,13 @@ def _estimators() -> Mapping[str, str]:
 
 
 def _detectors() -> Mapping[str, str]:
-    from warehouse_sim.estimators import DETECTORS
+    from warehouse_sim.estimators.registries import DETECTORS
 
     return {"gt": "ground-truth masks", "gt-boxes": "ground-truth boxes"} | dict.fromkeys(DETECTORS.names(), "")
 
 
 def _segmenters() -> Mapping[str, str]:
-    from warehouse_sim.estimators import SEGMENTERS
+    from warehouse_sim.estimators.registries import SEGMENTERS
 
     return dict.fromkeys(SEGMENTERS.names(), "")
 

@@ -39,8 +39,8 @@ def predict(
     """
     require_extra("learn", "to predict")
     from warehouse_sim.dataset.results import predictions
+    from warehouse_sim.estimators.own.program import ProgramEstimator
     from warehouse_sim.estimators.predict import predict as estimate
-    from warehouse_sim.estimators.program import ProgramEstimator
 
     if (run is None) == (exec is None):
         raise InputError("predict takes an estimator or --exec COMMAND; see warehouse-sim list estimators")

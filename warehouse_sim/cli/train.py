@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from warehouse_sim.cli.console import finish, fraction_progress, say
-from warehouse_sim.estimators import DETECTORS, SEGMENTERS
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
-from warehouse_sim.learning.settings import LoopConfig
-from warehouse_sim.learning.stream_settings import StreamConfig
+from warehouse_sim.estimators.registries import DETECTORS, SEGMENTERS
+from warehouse_sim.learning.settings import LoopConfig, StreamConfig
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:

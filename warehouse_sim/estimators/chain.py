@@ -11,9 +11,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from jaxtyping import Float, Float32
 
-from warehouse_sim.estimators import KnownObject
+from warehouse_sim.estimators.api import KnownObject
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.choose import Candidates
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
 

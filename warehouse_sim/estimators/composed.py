@@ -7,12 +7,11 @@ from typing import Any
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
-from warehouse_sim.estimators.detections import known_among, open_stages, taken_by
-from warehouse_sim.estimators.front_ends import FindObjects
+from warehouse_sim.estimators.api import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
+from warehouse_sim.estimators.detections import FindObjects, known_among, open_stages, taken_by
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.rgbd_image import RgbdImage
-from warehouse_sim.estimators.segmentation.keypoint_estimator import KeypointEstimator
+from warehouse_sim.estimators.pose.keypoints.estimator import KeypointEstimator
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_dir, model_names
 from warehouse_sim.schema import PoseEstimate

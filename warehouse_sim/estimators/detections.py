@@ -1,24 +1,117 @@
-"""Where the detections of a dataset's images come from: its ground-truth masks, or detectors and segmenters by name."""
+"""Where the detections of a dataset's images come from: its masks, files, or detectors and segmenters by name."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import DatasetError, InputError
-from warehouse_sim.estimators import PoseEstimator
-from warehouse_sim.estimators.found_objects import StoredDetections, is_detections
-from warehouse_sim.estimators.front_ends import FindObjects, open_front_end
+from warehouse_sim.dataset.results.detections import FoundObject, is_label_folder, read_labels, read_results
+from warehouse_sim.errors import DatasetError, InputError, UnknownNameError
+from warehouse_sim.estimators.api import DepthSource, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
-from warehouse_sim.estimators.lidar.image import with_lidar_depth
-from warehouse_sim.estimators.lidar.source import DepthSource
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage, SweepView
-from warehouse_sim.estimators.visibility import LeastVisible
+from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
+from warehouse_sim.estimators.lidar.projection import with_lidar_depth
+from warehouse_sim.estimators.registries import DETECTORS, FRONT_ENDS, SEGMENTERS
 from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.learning.run_folder import read_kind
+
+FindObjects = Callable[[RgbdImage], Sequence[Detection]]
+
+
+def open_front_end(name_or_run: str | Path) -> FindObjects:
+    """Return what finds objects in an image, or outlines those that its detections name.
+
+    Args:
+        name_or_run: Registered name of a detector or a segmenter, or the run folder of a trained one.
+
+    Raises:
+        UnknownNameError: Neither a name nor a folder.
+        InputError: The folder holds something else.
+        TrainingError: There are no weights, or they cannot be read.
+    """
+    name = str(name_or_run)
+    if name in DETECTORS.names():
+        return as_stage(DETECTORS.get(name)())
+    if name in SEGMENTERS.names():
+        return as_stage(SEGMENTERS.get(name)())
+    if not Path(name_or_run).is_dir():
+        known = [*DETECTORS.names(), *SEGMENTERS.names()]
+        raise UnknownNameError("detector or segmenter (or the run folder of one)", name, known)
+    kind = read_kind(Path(name_or_run))
+    if kind not in FRONT_ENDS.names():
+        raise InputError(f"{name} holds a run of the kind {kind}, which finds no objects")
+    return as_stage(FRONT_ENDS.get(kind)(Path(name_or_run)))
+
+
+def as_stage(found: Any) -> FindObjects:
+    """Return what a detector or a segmenter does to an image."""
+    stage: FindObjects = found.segment if hasattr(found, "segment") else found.detect
+    return stage
+
+
+def found_object(item: Detection, image: RgbdImage) -> FoundObject:
+    """Return a detection of an image as files hold it."""
+    edges = None
+    if item.box_xyxy is not None:
+        left, top, right, bottom = item.box_xyxy
+        # A box holds pixel centres, which lie half a pixel within its edges.
+        edges = (left + 0.5, top + 0.5, right + 0.5, bottom + 0.5)
+    return FoundObject(image.scene_id, image.image_id, item.score, item.class_name, item.model, edges, item.mask)
+
+
+def detection(item: FoundObject) -> Detection:
+    """Return what a file holds as a detection."""
+    box = None
+    if item.edges is not None:
+        left, top, right, bottom = item.edges
+        box = (left - 0.5, top - 0.5, right - 0.5, bottom - 0.5)
+    return Detection(item.mask, item.model, item.score, box_xyxy=box, class_name=item.class_name)
+
+
+class StoredDetections:
+    """What a file says of the images of a dataset; a stage like a detector.
+
+    Args:
+        path: COCO's or BOP's results, or a folder of YOLO's label files.
+        reader: The dataset.
+
+    Raises:
+        DatasetError: The file is malformed, or was made for another dataset.
+    """
+
+    def __init__(self, path: Path, reader: DatasetReader) -> None:
+        self._by_image: dict[tuple[int, int], list[Detection]] = {}
+        parts = [_read(path, reader, split) for split in reader.splits]
+        for item in (item for part in parts for item in part):
+            self._by_image.setdefault((item.scene_id, item.image_id), []).append(detection(item))
+
+    def detect(self, image: RgbdImage) -> Sequence[Detection]:
+        """Return what the file says of an image."""
+        return self._by_image.get((image.scene_id, image.image_id), [])
+
+
+def is_detections(path: str | Path) -> bool:
+    """Return whether a path is a file of detections or a folder of them."""
+    found = Path(path)
+    return found.is_file() or (found.is_dir() and is_label_folder(found))
+
+
+def _read(path: Path, reader: DatasetReader, split: str) -> list[FoundObject]:
+    if path.is_file():
+        return read_results(path, reader, split)
+    try:
+        return read_labels(path, reader, split)
+    except DatasetError:
+        # Mostly a folder holds one split; it is wrong only where it holds none.
+        if any(path.rglob("*_*.txt")) or any(path.rglob("[0-9]*.txt")):
+            return []
+        raise
+
 
 AUTO, GT, GT_BOXES = "auto", "gt", "gt-boxes"
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.viewing.overlay import Image, colorize_depth, draw_box_3d, draw_caption, draw_segment
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.output import make_folder, write_bytes

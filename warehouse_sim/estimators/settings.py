@@ -4,8 +4,8 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from warehouse_sim.dataset.reader import Calibration
+from warehouse_sim.estimators.api import DepthSource
 from warehouse_sim.estimators.gravity import GravitySource
-from warehouse_sim.estimators.lidar.source import DepthSource
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.tracking.settings import TrackConfig

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators import DETECTORS, ESTIMATORS, SEGMENTERS, Trainable, is_trainable
-from warehouse_sim.learning.progress import Progress
-from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.estimators.api import Trainable
+from warehouse_sim.estimators.registries import DETECTORS, ESTIMATORS, SEGMENTERS, is_trainable
+from warehouse_sim.learning.settings import LoopConfig, Progress
 from warehouse_sim.one_writer import one_writer
 
 if TYPE_CHECKING:

@@ -14,11 +14,11 @@ from torch.nn.parallel import DistributedDataParallel
 from warehouse_sim.learning.averaging import MovingAverage
 from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
+from warehouse_sim.learning.compute import choose_precision, mixed
 from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
-from warehouse_sim.learning.precision import choose_precision, mixed
+from warehouse_sim.learning.samples.order import step_seed
 from warehouse_sim.learning.settings import LoopConfig
-from warehouse_sim.learning.step_seed import step_seed
 
 
 class Task(nn.Module, ABC):

@@ -1,14 +1,70 @@
-"""Observers that write the curves of a run and report its progress."""
+"""Observers that write the curves and the diary of a run and report its progress."""
 
 import csv
 import math
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
-from warehouse_sim.learning.event_file import EventFile
+from tensorboardX.proto.event_pb2 import Event
+from tensorboardX.proto.summary_pb2 import Summary
+from tensorboardX.record_writer import RecordWriter
+
 from warehouse_sim.learning.observer import Observer, TrainingState
-from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.settings import Progress
 from warehouse_sim.output import make_folder, writing
+
+
+class EventFile:
+    """One file of events.
+
+    Args:
+        path: The file to make; its folder must exist.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with writing(path):
+            self._records = RecordWriter(str(path))
+        self._append(Event(wall_time=time.time(), file_version="brain.Event:2"))
+
+    def write(self, values: dict[str, float], step: int) -> None:
+        """Append the values of one step, by tag.
+
+        Raises:
+            OutputError: They cannot be written.
+        """
+        summary = Summary(value=[Summary.Value(tag=tag, simple_value=value) for tag, value in values.items()])
+        self._append(Event(wall_time=time.time(), step=step, summary=summary))
+
+    def _append(self, event: Event) -> None:
+        with writing(self._path):
+            self._records.write(event.SerializeToString())
+            self._records.flush()
+
+
+class RunLog(Observer):
+    """Append lines to a text file; as an observer, also one after each validation.
+
+    Args:
+        path: The file; lines of an earlier session of the run stay.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def note(self, message: str) -> None:
+        """Write one line with the time (UTC) before it."""
+        with writing(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}Z  {message}\n")
+
+    def on_validation(self, state: TrainingState) -> None:
+        """Write where the run stands."""
+        values = ", ".join(f"{name} {value:.1f}" for name, value in state.metrics.items())
+        self.note(f"step {state.step}, loss {state.loss:.4f}, {values}")
 
 
 class CurveWriter(Observer):

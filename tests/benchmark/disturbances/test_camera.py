@@ -8,7 +8,7 @@ import pytest
 from warehouse_sim.benchmark.disturbances.by_name import DISTURBANCES, disturbance
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators.gravity import down_of_camera
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 

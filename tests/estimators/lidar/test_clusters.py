@@ -7,8 +7,15 @@ import pytest
 
 from warehouse_sim.errors import ConfigError, MissingPackageError
 from warehouse_sim.estimators.lidar import clusters as module
-from warehouse_sim.estimators.lidar.choice import chosen_points
-from warehouse_sim.estimators.lidar.clusters import ClusterConfig, Clusters, cluster, dbscan, eps_at, in_reaches
+from warehouse_sim.estimators.lidar.clusters import (
+    ClusterConfig,
+    Clusters,
+    chosen_points,
+    cluster,
+    dbscan,
+    eps_at,
+    in_reaches,
+)
 
 SPACING = 1.0 / 700.0
 PLAIN = ClusterConfig(voxels=0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.benchmark.disturbances.masks import Disturb
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.geometry.pose import Transform, make_transform
 
 

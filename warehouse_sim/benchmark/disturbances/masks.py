@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 
 Disturb = Callable[[RgbdImage, np.random.Generator], RgbdImage]
 _FIELD_PX = 8.0

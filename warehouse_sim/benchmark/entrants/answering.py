@@ -8,10 +8,10 @@ import numpy as np
 from warehouse_sim.benchmark.disturbances.by_name import UNNAMED, disturbance
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators import BatchedPoseEstimator, PoseEstimator
+from warehouse_sim.estimators.api import BatchedPoseEstimator, PoseEstimator
 from warehouse_sim.estimators.detections import Finder
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.predict import require_known
-from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.schema import PoseEstimate
 
 

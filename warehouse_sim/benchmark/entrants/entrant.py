@@ -16,9 +16,9 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.estimators.own_source import is_own_source, source_file
-from warehouse_sim.estimators.program import PROGRAM
+from warehouse_sim.estimators.own.program import PROGRAM
+from warehouse_sim.estimators.own.source import is_own_source, source_file
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate

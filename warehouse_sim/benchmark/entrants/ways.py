@@ -13,9 +13,10 @@ from typing import get_args
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators import ESTIMATORS, Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import Onboarding, PoseEstimator
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 

@@ -11,8 +11,8 @@ from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in
 from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.estimators import PoseEstimator
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.evaluation.docking.fork import ForkConfig, approached_face, docking_faces
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import PoseEstimate

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
-from warehouse_sim.learning.array_store import Arrays
+from warehouse_sim.learning.samples.array_store import Arrays
 
 _GREY = 114
 _LEAST_FRACTION = 0.15

@@ -7,7 +7,7 @@ import torch
 from jaxtyping import Int
 from torch import Tensor
 
-from warehouse_sim.learning.order import SampleOrder
+from warehouse_sim.learning.samples.order import SampleOrder
 
 _CYCLE = 1000
 """Steps over which each group has its fraction."""

@@ -10,17 +10,16 @@ from typing import cast
 import numpy as np
 
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators import PoseEstimator
+from warehouse_sim.estimators.api import DepthSource, PoseEstimator
 from warehouse_sim.estimators.chain import Chain, FindDetections, ObjectPoints
 from warehouse_sim.estimators.composed import WithFrontEnd
 from warehouse_sim.estimators.detections import open_stages
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.lidar.resample import Resampling, resample
-from warehouse_sim.estimators.lidar.segment import BoxClusters, detection_points
-from warehouse_sim.estimators.lidar.source import DepthSource
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.pose.densefusion.crops import Crop
+from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.segmenters.cluster import BoxClusters, detection_points
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_names
 

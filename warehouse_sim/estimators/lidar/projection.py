@@ -1,12 +1,15 @@
-"""Sweeps onto images and back: KITTI's calibration as one invertible matrix, and the sparse depth image of a sweep."""
+"""Sweeps onto images and back: KITTI's calibration as one matrix, and depth images of sweeps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import DepthSource
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.lidar.upsample import UpsampleConfig, upsample
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.clouds import cloud_to_depth
 from warehouse_sim.geometry.pose import Transform
@@ -84,3 +87,23 @@ def sparse_depth(camera: PinholeCamera, points: Float[np.ndarray, "n 3"]) -> Spa
     ahead = ahead[(x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y)]
     depth, index = cloud_to_depth(points[ahead], camera)
     return SparseDepth(depth.astype(np.float32), np.where(index >= 0, ahead[index], -1) if len(ahead) else index)
+
+
+def with_lidar_depth(
+    image: RgbdImage,
+    points: Float[np.ndarray, "n 3"],
+    source: DepthSource = "lidar",
+    config: UpsampleConfig = UpsampleConfig(),  # noqa: B008  frozen
+) -> RgbdImage:
+    """Return the image with the depth of a sweep.
+
+    Args:
+        image: Of any camera; its own depth is not looked at.
+        points: Of the sweep in the frame of that camera (m).
+        source: "lidar" or "lidar-sparse"; "camera" returns the image as it is.
+        config: How the sparse depth is filled.
+    """
+    if source == "camera":
+        return image
+    depth = sparse_depth(image.camera, points).depth
+    return replace(image, depth=upsample(depth, config) if source == "lidar" else depth)

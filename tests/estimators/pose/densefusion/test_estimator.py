@@ -9,13 +9,14 @@ from tests.dataset.toy import make_scene, observe
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators import trained_names
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, wanted_targets
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.cut import wanted_targets
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.schema import Observation, PoseEstimate

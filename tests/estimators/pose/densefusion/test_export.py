@@ -7,7 +7,6 @@ import torch
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import MissingPackageError, TrainingError
-from warehouse_sim.estimators import trained_names
 from warehouse_sim.estimators.pose.densefusion import export as module
 from warehouse_sim.estimators.pose.densefusion.export import (
     OUTPUTS,
@@ -17,6 +16,7 @@ from warehouse_sim.estimators.pose.densefusion.export import (
     random_inputs,
 )
 from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+from warehouse_sim.estimators.registries import trained_names
 
 pytest.importorskip("onnxscript")
 onnxruntime = pytest.importorskip("onnxruntime")

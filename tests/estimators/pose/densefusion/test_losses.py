@@ -14,9 +14,9 @@ from warehouse_sim.estimators.pose.densefusion.losses import (
     equivalent_poses,
     pose_distance,
 )
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
+from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import SymmetryLoss
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z, transform_points

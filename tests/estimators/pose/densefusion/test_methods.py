@@ -5,14 +5,15 @@ import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_crop, made_set, pallet_shape
-from warehouse_sim.estimators import ESTIMATORS, trained_names
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.batch import draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
+from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask
+from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.learning.clock import learning_rate_factor
 
 STILL = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_fraction=0, colour=0)

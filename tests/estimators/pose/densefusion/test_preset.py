@@ -3,9 +3,9 @@ from dataclasses import replace
 import pytest
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, MaskNoiseConfig, TrainConfig, with_preset
 from warehouse_sim.estimators.pose.densefusion.training.preparation import crop_of, network_of
+from warehouse_sim.estimators.registries import ESTIMATORS
 
 METHOD = ESTIMATORS.get("densefusion-depth")
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.estimators.gravity import down_of_camera
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_z
 

@@ -8,9 +8,9 @@ import pytest
 from tests.estimators.pose.faces.made_face import CAMERA, MadePallet, seen
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators import ESTIMATORS
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.faces.estimator import front_fit
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.geometry.pose import invert, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PalletFace, Pocket

@@ -5,13 +5,13 @@ import pytest
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.gravity import down_of_camera
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting import search
 from warehouse_sim.estimators.pose.fitting.fit import icp_multistart, rectangle_fit
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.estimators.pose.fitting.test_fit import HALF_TURN, SIZE, box, seen
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting.fit import icp_multistart
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
 
 YAW = 0.6

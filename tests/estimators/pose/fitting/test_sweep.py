@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 
 from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting.hypotheses import hypotheses, masked_points
 from warehouse_sim.estimators.pose.fitting.sweep import SweepConfig, anchored, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import build_surface
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
 
 YAWS_DEG = (0, 25, 60, 90, 115, 140)

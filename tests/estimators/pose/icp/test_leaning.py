@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.search import FitConfig
 from warehouse_sim.estimators.pose.icp.refine import refine_poses
 from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
 from warehouse_sim.estimators.pose.icp.surface import build_surface

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from stranger_warehouse.floor import heights, points_of
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 
 _LOW, _HIGH = 0.03, 0.15
 """Heights (m) between which a pallet on the floor shows."""

@@ -8,7 +8,7 @@ from stranger_warehouse.face import fit_face, pallet_pose
 from stranger_warehouse.floor import points_of
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.schema import PoseEstimate
 
 _LEAST_FRACTION = 0.15

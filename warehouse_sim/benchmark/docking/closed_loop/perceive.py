@@ -8,11 +8,10 @@ from jaxtyping import Float
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
 from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
-from warehouse_sim.estimators import PoseEstimator
-from warehouse_sim.estimators.detections import taken_by
-from warehouse_sim.estimators.front_ends import FindObjects
+from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.detections import FindObjects, taken_by
 from warehouse_sim.estimators.gravity import down_of_camera
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

@@ -19,13 +19,12 @@ from warehouse_sim.estimators.pose.densefusion.calibration import (
     write_calibration,
 )
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
-from warehouse_sim.estimators.pose.densefusion.object_meshes import without_mesh
-from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, without_mesh
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.learning.progress import Progress
+from warehouse_sim.learning.settings import Progress
 
 WAYS = (
     *(PredictConfig(selection=selection, refine="none") for selection in get_args(Selection)),

@@ -8,22 +8,22 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.api import LeastVisible
 from warehouse_sim.estimators.chain import Chain, ObjectPoints, Proposals, Stages, Verdict
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
-from warehouse_sim.estimators.pose.densefusion.crops import Crop, CropConfig, CropLabel, cut_mask
-from warehouse_sim.estimators.pose.densefusion.object_meshes import MESHES, read_meshes, without_mesh
-from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, CropLabel, cut_mask
+from warehouse_sim.estimators.pose.densefusion.objects import MESHES, ObjectShape, read_meshes, without_mesh
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.search import FitConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.fitting.verification_refiner import VerificationRefiner
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
-from warehouse_sim.estimators.pose.uncertainty.agreement import agreement
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
+from warehouse_sim.estimators.pose.uncertainty.covariance import agreement
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.estimators.visibility import LeastVisible
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.geometry.symmetry import SymmetryGroup

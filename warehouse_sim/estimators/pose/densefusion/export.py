@@ -6,11 +6,11 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.onnx_file import export_network
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import NetworkInput
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
+from warehouse_sim.estimators.pose.densefusion.networks.interface import NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.learning.onnx_file import export_network
 
 OUTPUTS = ("rotations", "translations", "confidences", "rotation", "translation")
 """Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""

@@ -13,13 +13,14 @@ from torch import Tensor
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.choose import Candidates
-from warehouse_sim.estimators.pose.densefusion.crops import Crop, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
-from warehouse_sim.estimators.pose.densefusion.networks.proposal import Proposal
-from warehouse_sim.estimators.pose.densefusion.rotations import multiply_quat_wxyz
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
+from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
+from warehouse_sim.estimators.pose.densefusion.networks.interface import Proposal
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import multiply_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
 from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
-from warehouse_sim.learning.threads import SMALL, cpu_threads
+from warehouse_sim.learning.compute import SMALL, cpu_threads
 
 
 @dataclass(frozen=True, eq=False)

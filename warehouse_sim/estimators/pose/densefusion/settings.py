@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Annotated, Any, Literal, TypeVar
 
-from warehouse_sim.learning.settings import LoopConfig
-from warehouse_sim.learning.stream_settings import StreamConfig
+from warehouse_sim.learning.settings import LoopConfig, StreamConfig
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 Size = Literal["nano", "small", "full"]

@@ -1,8 +1,9 @@
-"""``face-fit``: where a fork goes into a pallet that may be in no catalog; nothing is trained."""
+"""Settings of the fit of pallet faces."""
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -10,20 +11,71 @@ from scipy.special import erf
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.faces.answer import describe
-from warehouse_sim.estimators.pose.faces.leveling import Leveling, find_down
+from warehouse_sim.estimators.gravity import Direction, down_from_floor, upright_frame
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.pose.faces.answer import describe, without_walls
 from warehouse_sim.estimators.pose.faces.plane_view import PlaneView, view_plane
-from warehouse_sim.estimators.pose.faces.planes import face_planes
-from warehouse_sim.estimators.pose.faces.settings import FaceConfig
+from warehouse_sim.estimators.pose.faces.planes import SolidPlane, face_planes, fit_plane
 from warehouse_sim.estimators.pose.faces.shape import ANY_PALLET, CatalogFace, FacePrior, catalog_faces
-from warehouse_sim.estimators.pose.faces.solid import SolidPlane, fit_plane
 from warehouse_sim.estimators.pose.faces.template import FaceLikelihood, FrontFit, fit_face
-from warehouse_sim.estimators.pose.faces.walls import without_walls
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, transform_points
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import PalletFace, PoseEstimate
+
+
+@dataclass(frozen=True)
+@ranged
+class FaceConfig:
+    """How a face is fitted."""
+
+    planes: Annotated[int, Range(1, 20)] = 3
+    """Upright planes that are looked at, 1-20."""
+    rounds: Annotated[int, Range(1, 10)] = 2
+    """How often plane and face are fitted in turn, 1-10."""
+    gravity: bool = True
+    """Whether the image's gravity is believed; without it the floor in sight is, or the camera is taken for level."""
+    gravity_deg: Annotated[float, Range(0.01, 30, "deg")] = 0.5
+    """Standard deviation of gravity, and of a pallet's own tilt, 0.01-30."""
+    floor_deg: Annotated[float, Range(0.01, 30, "deg")] = 0.7
+    """Least standard deviation of gravity where the floor in sight gives it, 0.01-30."""
+    level_deg: Annotated[float, Range(0.01, 45, "deg")] = 4.0
+    """Standard deviation of gravity where the camera is taken for level, 0.01-45."""
+    catalog_spread: Annotated[float, Range(0.0005, 0.1, "m")] = 0.004
+    """How far pallets are from a CAD that is named (m), 0.0005-0.1."""
+    range_bias: Annotated[float, Range(0, 0.2, "m")] = 0.01
+    """Standard deviation of what all readings are off together (m), 0-0.2."""
+    least_openings: Annotated[float, Range(0, 1000)] = 6.0
+    """Log likelihood that the pockets must add; with less there is no answer, 0-1,000."""
+
+
+_LOOKS = 3
+"""The floor is looked for so often, each time on other readings; where it is no plane, as a mirror is, they differ."""
+
+
+@dataclass(frozen=True, eq=False)
+class Leveling:
+    """Gravity in the camera frame."""
+
+    down: Direction
+    sigma: float
+    """Standard deviation about each horizontal axis (rad)."""
+
+
+def find_down(image: RgbdImage, config: FaceConfig, rng: np.random.Generator) -> Leveling:
+    """Return gravity as the image brings it, else as the floor has it, else that of a level camera."""
+    if config.gravity and image.gravity is not None:
+        return Leveling(np.asarray(image.gravity, dtype=float), np.deg2rad(config.gravity_deg))
+    seen = [down_from_floor(image.camera, image.depth, rng) for _ in range(_LOOKS)]
+    found = [down for down in seen if down is not None]
+    if len(found) < _LOOKS:
+        return Leveling(np.array([0.0, 1.0, 0.0]), np.deg2rad(config.level_deg))
+    mean = np.mean(found, axis=0)
+    mean /= np.linalg.norm(mean)
+    spread = float(np.sqrt(np.mean([np.sum((down - mean) ** 2) for down in found])))
+    sigma = float(np.hypot(np.deg2rad(config.floor_deg), 1.5 * spread))
+    return Leveling(mean, min(sigma, np.deg2rad(config.level_deg)))
+
 
 _LEAST_POINTS = 60
 _AROUND = np.array([0.20, 0.10])
@@ -62,7 +114,7 @@ class FaceEstimator:
     objects = None
     reads_rgb = False
 
-    def __init__(self, config: FaceConfig = FaceConfig(), seed: int = 0) -> None:  # noqa: B008  frozen
+    def __init__(self, config: FaceConfig = FaceConfig(), seed: int = 0) -> None:
         self.config, self._seed = config, seed
         self._models: dict[int | str, ObjectInfo] = {}
 

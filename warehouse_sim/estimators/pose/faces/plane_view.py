@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 _MOST_ODDS = 3.0

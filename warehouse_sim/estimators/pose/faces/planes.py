@@ -1,9 +1,15 @@
-"""Upright planes that may hold a pallet's face: lines in the view from above (RANSAC, Fischler and Bolles 1981)."""
+"""Upright planes that may hold a pallet's face, and the plane through the material of a face."""
+
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from scipy.ndimage import binary_erosion
 
-from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.estimators.pose.faces.plane_view import PlaneView
+from warehouse_sim.estimators.pose.faces.shape import FOOT, HEIGHT, MIDDLE, WIDTH
+from warehouse_sim.estimators.pose.faces.template import pocket_borders
+from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y, rotation_z
 
 _PAIRS = 400
 """Lines that are tried; with two points of one face in ten pairs, all but 1e-18 of the clouds get a good one."""
@@ -75,3 +81,94 @@ def _is_alike(T: Transform, other: Transform) -> bool:
     cosine = float(T[:2, 0] @ other[:2, 0])
     away = abs(float(other[:2, 0] @ (T[:2, 3] - other[:2, 3])))
     return cosine >= np.cos(_ALIKE[0]) and away <= _ALIKE[1]
+
+
+_MAD_TO_SIGMA = 1.4826
+_LEAST_CELLS = 40
+_FARTHEST_LAG = 12
+_LEAST_CORRELATION = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class SolidPlane:
+    """A plane through the material."""
+
+    T_camera_plane: Transform
+    covariance: Float[np.ndarray, "3 3"]
+    """Of its turn about z (rad), its turn about y (rad) and its place along x (m), in its own frame."""
+    sigma: float
+    """Error of a reading across it (m)."""
+    dependent: float
+    """How many neighbouring pixels are worth one independent reading."""
+
+
+def fit_plane(view: PlaneView, shape: Float[np.ndarray, " 8"], sigma: float, tilt: tuple[float, float]) -> SolidPlane:
+    """Return the plane through what is seen of a face's material.
+
+    Args:
+        view: What is seen.
+        shape: The face.
+        sigma: Error of readings (m) as it is known so far.
+        tilt: Turn about y (rad) that gravity asks for, from the view's own plane, and its standard deviation.
+    """
+    material = _material(view, shape) & (np.abs(np.nan_to_num(view.behind, nan=np.inf)) <= 4.0 * sigma)
+    y, z = (axis[material] for axis in np.meshgrid(*view.coordinates()))
+    behind = view.behind[material]
+    prior = np.diag([1e-6, 1.0 / tilt[1] ** 2, 1e-6])
+    if len(behind) < _LEAST_CELLS:
+        return SolidPlane(view.T_camera_plane, np.linalg.inv(prior + np.diag([25.0, 0.0, 400.0])), sigma, 9.0)
+    # Columns: turn left about z, turn down about y, shift along x; a place of the plane moves by these along x.
+    jacobian = np.stack([-y, z, np.ones_like(y)], axis=1)
+    found, scale, dependent = np.zeros(3), sigma, 9.0
+    for _ in range(6):
+        away = behind - jacobian @ found
+        scale = max(_MAD_TO_SIGMA * float(np.median(np.abs(away))), 5e-4)
+        weight = 1.0 / (1.0 + (away / (2.4 * scale)) ** 2)
+        dependent = max(_dependent_cells(view, material, away) * view.pixels_a_cell, 1.0)
+        fraction = view.pixels_a_cell / (dependent * scale**2)
+        matrix = (jacobian * (weight * fraction)[:, None]).T @ jacobian + prior
+        right = (jacobian * (weight * fraction)[:, None]).T @ behind + prior @ np.array([0.0, tilt[0], 0.0])
+        found = np.linalg.solve(matrix, right)
+    turned = make_transform(rotation_z(found[0]) @ rotation_y(found[1]), np.array([found[2], 0.0, 0.0]))
+    return SolidPlane(view.T_camera_plane @ turned, np.linalg.inv(matrix), scale, dependent)
+
+
+def _material(view: PlaneView, shape: Float[np.ndarray, " 8"]) -> Bool[np.ndarray, "r c"]:
+    """Return the cells of a face's material, a cell and a half pixel away from all edges."""
+    y, z = np.meshgrid(*view.coordinates())
+    q = shape[None]
+    inside = np.abs(y - q[0, MIDDLE]) <= q[0, WIDTH] / 2.0
+    inside &= (z >= q[0, FOOT]) & (z <= q[0, FOOT] + q[0, HEIGHT])
+    for right, left, bottom, top in pocket_borders(q):
+        inside &= ~((y >= right) & (y <= left) & (z >= bottom) & (z <= top))
+    away = 1 + round(0.5 / max(view.pixels_a_cell, 0.04) ** 0.5)
+    inner = binary_erosion(inside, np.ones((2 * away + 1, 2 * away + 1), bool))
+    # Far away a face is a few pixels high, and nothing is left of it.
+    return (inner if inner.sum() >= _LEAST_CELLS else inside) & ~np.isnan(view.behind)
+
+
+def _dependent_cells(view: PlaneView, material: Bool[np.ndarray, "r c"], away: Float[np.ndarray, " n"]) -> float:
+    """Return how many cells are worth one, from the correlation of the residuals along rows and columns."""
+    grid = np.zeros(view.behind.shape)
+    limit = 3.0 * _MAD_TO_SIGMA * float(np.median(np.abs(away)))
+    grid[material] = np.clip(away, -limit, limit)
+    variance = float((grid[material] ** 2).mean()) or 1.0
+    sums = []
+    for axis in (0, 1):
+        total = 1.0
+        for lag in range(1, min(_FARTHEST_LAG, grid.shape[axis] - 1) + 1):
+            one, other = (
+                np.take(grid, range(lag, grid.shape[axis]), axis),
+                np.take(grid, range(grid.shape[axis] - lag), axis),
+            )
+            both = np.take(material, range(lag, grid.shape[axis]), axis) & np.take(
+                material, range(grid.shape[axis] - lag), axis
+            )
+            if both.sum() < _LEAST_CELLS:
+                break
+            correlation = float((one * other)[both].mean()) / variance
+            if correlation < _LEAST_CORRELATION:
+                break
+            total += 2.0 * correlation
+        sums.append(total)
+    return sums[0] * sums[1]

@@ -7,14 +7,12 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.pose.fitting.hypotheses import look_alike, masked_points
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import FitModel, Found, Sought
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Found, Sought
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import build_surface
-from warehouse_sim.estimators.pose.own_points import LEAST_POINTS
-from warehouse_sim.estimators.rgbd_image import Detection, RgbdImage
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement, PoseEstimate
 

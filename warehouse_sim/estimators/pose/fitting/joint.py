@@ -11,11 +11,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.estimators.pose.fitting.search import Found, Sought, search
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS
+from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, search
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig
-from warehouse_sim.estimators.pose.icp.cells import NearestByCell
-from warehouse_sim.estimators.pose.own_points import LEAST_POINTS
+from warehouse_sim.estimators.pose.icp.nearest import NearestByCell
 from warehouse_sim.geometry.pose import Transforms, invert, transform_points
 
 _NOBODY_PROPOSES = np.empty((0, 4, 4))

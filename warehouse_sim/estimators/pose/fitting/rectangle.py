@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.estimators.pose.fitting.quantiles import quantiles
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, rotation_z
 
 _DIRECTIONS = 45
@@ -104,3 +103,23 @@ def _placed(found: _Rectangle, centre: Float[np.ndarray, " 2"], centre_z: float,
 def _axes(yaw: float) -> Float[np.ndarray, "2 2"]:
     """Return the directions of a rectangle's sides as columns."""
     return np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+
+
+def quantiles(
+    values: Float[np.ndarray, "*batch n"], fraction: float
+) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
+    """Return the quantiles ``fraction`` and ``1 - fraction`` of the last axis, linear as numpy's default.
+
+    Args:
+        values: At least one a row.
+        fraction: 0-0.5.
+    """
+    ordered = np.sort(values, axis=-1)
+    last = ordered.shape[-1] - 1
+    low = int(fraction * last)
+    part = fraction * last - low
+    high, inner = last - low, min(low + 1, last)
+    return (
+        ordered[..., low] + part * (ordered[..., inner] - ordered[..., low]),
+        ordered[..., high] + part * (ordered[..., last - inner] - ordered[..., high]),
+    )

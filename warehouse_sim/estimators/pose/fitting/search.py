@@ -1,7 +1,8 @@
-"""Hypotheses, each fitted coarsely, the best ones finely, in order of what the depth image says for them."""
+"""How poses are fitted to depth without a network, and how a network's are tried against others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,14 +13,55 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import (
     look_alike,
     within_reach,
 )
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
-from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
+from warehouse_sim.estimators.pose.fitting.sweep import Sides, SweepConfig, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
-from warehouse_sim.estimators.pose.icp.cells import NearestByCell, SurfaceCells
+from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.ranges import Range, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class FitConfig:
+    """How poses are fitted without a network."""
+
+    sweep: SweepConfig = field(default_factory=SweepConfig)
+    """Which upright poses are tried beside the rectangle."""
+    kept: Annotated[int, Range(1, 100)] = 3
+    """Hypotheses that are refined to the end, 1-100, a network's own not counted."""
+    close: Annotated[float, Range(0, 2)] = 0.2
+    """A hypothesis whose verification is behind the best one's by more than this is not refined to the end, 0-2."""
+    uncertainty: Annotated[float, Range(0, 1)] = 0.02
+    """By so much the verification for another pose must exceed that for a network's, 0-1."""
+    models_kept: Annotated[int, Range(1, 1000)] = 2
+    """Objects that a detection of an unknown model is taken for to the end, 1-1,000."""
+    refine: bool = True
+    """Whether ICP follows; without it the rectangle is the estimate."""
+    gravity: bool = True
+    """Whether the image's gravity is believed; without it the camera is taken for level."""
+    coarse: IcpConfig = field(
+        default_factory=lambda: IcpConfig(
+            rounds=2, iterations=5, points=160, gate_start=0.3, gate_end=0.05, prior_shift=1.0, prior_turn=0.7,
+            max_displacement=0.8, most_turn=0.9,
+        )
+    )  # fmt: skip
+    """Settings of the ICP that every hypothesis passes, which looks nearest points up in a table of cells."""
+    fine: IcpConfig = field(default_factory=lambda: IcpConfig(rounds=2, prior_shift=0.3, prior_turn=0.2))
+    """Settings of the ICP of those that are kept."""
+    coarse_verification: VerificationConfig = field(
+        default_factory=lambda: VerificationConfig(samples=600, tolerance=0.06)
+    )
+    """How the depth image is weighed where poses are some centimetres off."""
+    verification: VerificationConfig = field(default_factory=lambda: VerificationConfig(samples=3000, through=2.0))
+    """How it is weighed in the end, and where the objects that a detection may be are compared."""
+
+    def believing(self, grazing: float) -> "FitConfig":
+        """Return the same with another trust in level surfaces, as ``IcpConfig.grazing`` says."""
+        return replace(self, coarse=replace(self.coarse, grazing=grazing), fine=replace(self.fine, grazing=grazing))
+
 
 _QUARTERS = np.stack([make_transform(rotation_z(quarter * np.pi / 2.0), np.zeros(3)) for quarter in (1, 2, 3)])
 """Turns of poses that look alike from afar."""

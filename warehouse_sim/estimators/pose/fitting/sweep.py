@@ -13,10 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.fitting.quantiles import quantiles
+from warehouse_sim.estimators.pose.fitting.rectangle import quantiles
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
-from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.pose.icp.triangles import dot
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
 from warehouse_sim.geometry.pose import (
     Transform,
     Transforms,

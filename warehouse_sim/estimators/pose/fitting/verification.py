@@ -13,8 +13,7 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.pose.icp.triangles import dot
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.ranges import Range, ranged

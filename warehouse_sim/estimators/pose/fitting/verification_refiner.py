@@ -6,13 +6,11 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
-from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, own_of
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import FitModel, Sought
-from warehouse_sim.estimators.pose.fitting.settings import FitConfig
+from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Sought
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
-from warehouse_sim.estimators.pose.own_points import own_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
 from warehouse_sim.geometry.symmetry import SymmetryGroup

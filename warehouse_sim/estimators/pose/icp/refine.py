@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
+from warehouse_sim.estimators.pose.icp.nearest import VisibleSurfaces
 from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_angle, transform_points
 from warehouse_sim.ranges import Range, ranged
 

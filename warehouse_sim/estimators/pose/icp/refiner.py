@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
+from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
-from warehouse_sim.estimators.pose.own_points import own_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transforms
 

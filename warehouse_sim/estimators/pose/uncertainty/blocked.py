@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.rgbd_image import RgbdImage
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.pose.fitting.verification import (
     DepthView,
     Verification,
@@ -22,7 +23,6 @@ from warehouse_sim.estimators.pose.uncertainty.covariance import (
     surface_metric,
 )
 from warehouse_sim.estimators.pose.uncertainty.residuals import Residuals, measure_residuals
-from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.schema import Agreement

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.pose.icp.nearest import VisibleSurfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.pose.icp.visible_surface import VisibleSurfaces
-from warehouse_sim.estimators.rgbd_image import RgbdImage
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 POINTS = 400

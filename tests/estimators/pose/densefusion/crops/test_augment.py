@@ -1,13 +1,13 @@
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_set
-from warehouse_sim.estimators.pose.densefusion.crops import CropTable
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     disturb_colour,
     draw_noise,
     hide_points,
     random_turns,
 )
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 

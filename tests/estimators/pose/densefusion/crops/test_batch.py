@@ -4,8 +4,10 @@ import numpy as np
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import DIAMETER, made_crop, made_set, pallet_shape
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, stack_crops
-from warehouse_sim.estimators.pose.densefusion.crops.batch import DEPTH_LIMIT, Batch, draw_batch
+from warehouse_sim.estimators.gravity import upright_frame
+from warehouse_sim.estimators.pose.densefusion.crops.batch import DEPTH_LIMIT, Batch, draw_batch, is_known, level_turns
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 
@@ -134,3 +136,28 @@ def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
         part = draw_batch(crops, index, 64, generator(), AugmentConfig(), fraction)
         for found, expected in zip(tensors(part), tensors(whole), strict=True):
             torch.testing.assert_close(found, expected[fraction], rtol=0, atol=1e-6)
+
+
+CAMERA_IN_UPRIGHT = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Right, down and ahead of a level camera in the upright frame: x ahead, y left, z up."""
+
+
+def test_turns_are_those_of_the_upright_frame() -> None:
+    rng = np.random.default_rng(0)
+    for down in rng.normal(size=(20, 3)):
+        down /= np.linalg.norm(down)
+        R = level_turns(torch.tensor(down)[None].float())[0]
+        expected = (upright_frame(down) @ CAMERA_IN_UPRIGHT).T
+        torch.testing.assert_close(R, torch.tensor(expected).float(), atol=1e-5, rtol=0)
+        torch.testing.assert_close(R @ torch.tensor(down).float(), torch.tensor([0.0, 1.0, 0.0]), atol=1e-6, rtol=0)
+
+
+def test_a_level_camera_and_one_of_which_nothing_is_known_are_not_turned() -> None:
+    down = torch.tensor([[0.0, 1.0, 0.0], [torch.nan] * 3])
+    torch.testing.assert_close(level_turns(down), torch.eye(3).expand(2, 3, 3))
+    assert is_known(down).tolist() == [True, False]
+
+
+def test_a_camera_that_looks_straight_down_has_its_upper_border_ahead() -> None:
+    (R,) = level_turns(torch.tensor([[0.0, 0.0, 1.0]]))
+    torch.testing.assert_close(R @ torch.tensor([0.0, -1.0, 0.0]), torch.tensor([0.0, 0.0, 1.0]))

@@ -2,12 +2,12 @@
 
 import torch
 
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import Size
+from warehouse_sim.estimators.registries import ESTIMATORS
 
 BATCH, CLASSES = 2, 3
 

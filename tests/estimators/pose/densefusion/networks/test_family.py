@@ -13,11 +13,11 @@ from tests.estimators.pose.densefusion.networks.made_inputs import (
 )
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.psp import Upsample
+from warehouse_sim.estimators.pose.densefusion.networks.image import Upsample
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
+from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 
 READS = {
     "densefusion": [("rgb",)],

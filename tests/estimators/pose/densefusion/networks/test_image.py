@@ -3,9 +3,8 @@ import torch
 
 from tests.estimators.pose.densefusion.networks.made_inputs import made_input
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators import ESTIMATORS
-from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
-from warehouse_sim.estimators.pose.densefusion.networks.pixels import at_pixels
+from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig, at_pixels
+from warehouse_sim.estimators.registries import ESTIMATORS
 
 
 def test_pixels_are_row_major() -> None:

@@ -11,16 +11,16 @@ import torch
 
 from tests.processes import left_after_kill
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.estimators import ESTIMATORS
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.preparation import prepare
 from warehouse_sim.estimators.pose.densefusion.training.train import train_network
+from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.clock import Clock
+from warehouse_sim.learning.compute import cpu_threads
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.run_folder import write_weights
-from warehouse_sim.learning.threads import cpu_threads
 
 CONFIG = TrainConfig(
     max_minutes=None, max_steps=4, batch=4, validations=2, precision="32", warmup_steps=2, threads=1, refiner_start=0.5

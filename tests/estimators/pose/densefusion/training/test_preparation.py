@@ -6,9 +6,9 @@ import pytest
 
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators import ESTIMATORS, trained_names
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
+from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 
 CONFIG = TrainConfig(workers=1)
 

@@ -1,17 +1,30 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_set, pallet_shape
-from warehouse_sim.estimators import ESTIMATORS
+from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.batch import draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz as matrices
-from warehouse_sim.estimators.pose.densefusion.training.start import mean_quat_wxyz, start_at_mean_rotation
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz as matrices
+from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig, with_preset
+from warehouse_sim.estimators.pose.densefusion.training.start import (
+    mean_quat_wxyz,
+    settings_from,
+    start_at_mean_rotation,
+    start_from,
+)
+from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
+from warehouse_sim.estimators.train import train
 from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, rotation_angle, rotation_x, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.learning.run_folder import DatasetSource, write_weights
 
 C2 = SymmetryGroup.turns("z", 2).transforms[:, :3, :3]
 
@@ -38,3 +51,80 @@ def test_an_untrained_network_proposes_about_the_mean(name: str) -> None:
     true = crops.T_camera_object[:, :3, :3].numpy()
     off = np.min([rotation_angle(found, (true @ S)[:, None]) for S in C2], axis=0)
     assert np.degrees(np.median(off)) < 35.0
+
+
+NAMES = ("a", "b", "c")
+
+
+def shapes(*names: str):
+    return tuple(replace(pallet_shape(), obj_id=1 + i, name=name) for i, name in enumerate(names))
+
+
+def network(method: str, classes: int, seed: int) -> DenseFusion:
+    torch.manual_seed(seed)
+    made = DenseFusion(ESTIMATORS.get(method).network("nano"), classes)
+    for value in made.state_dict().values():
+        if value.is_floating_point():
+            value.normal_()
+    return made
+
+
+def run_of(method: str, folder: Path) -> tuple[Path, DenseFusion]:
+    folder.mkdir()
+    source = network(method, 3, 1)
+    datasets = (DatasetSource("data", "0" * 64),)
+    write_config(
+        folder, RunConfig(method, "1", datasets, shapes(*NAMES), source.config, CropConfig(), TrainConfig())
+    )  # fmt: skip
+    write_weights(folder, source)
+    return folder, source
+
+
+@pytest.mark.parametrize("method", trained_names())
+def test_known_objects_keep_their_weights_and_new_ones_start_fresh(method: str, tmp_path: Path) -> None:
+    folder, source = run_of(method, tmp_path / "run")
+    target = network(method, 4, 2)
+    fresh = {name: value.clone() for name, value in target.state_dict().items()}
+    began = start_from(folder, target, shapes("new", "c", "a", "newer"))
+    assert (began.name, len(began.sha256)) == (str(folder), 64)
+    per_object = 0
+    for name, value in target.state_dict().items():
+        old = source.state_dict()[name]
+        if value.shape == old.shape:
+            assert torch.equal(value, old), name
+            continue
+        per_object += 1
+        assert torch.equal(value[1], old[2]), name
+        assert torch.equal(value[2], old[0]), name
+        assert torch.equal(value[[0, 3]], fresh[name][[0, 3]]), name
+    assert per_object >= 2
+
+
+def test_another_size_is_rejected_with_what_would_fit(tmp_path: Path) -> None:
+    folder, _ = run_of("densefusion-pointcloud", tmp_path / "run")
+    target = DenseFusion(ESTIMATORS.get("densefusion-pointcloud").network("small"), 3)
+    with pytest.raises(TrainingError, match=r"other points.*--size nano"):
+        start_from(folder, target, shapes(*NAMES))
+
+
+def test_what_is_left_at_its_default_is_that_of_the_weights(tmp_path: Path) -> None:
+    robust = with_preset(TrainConfig(loss=LossConfig(symmetry="shape")), "robust")
+    run = made_run(tmp_path / "run", "densefusion-depth", preset="robust")
+    write_config(run, replace(read_config(run), train=robust))
+    found = settings_from(run, TrainConfig(batch=7))
+    assert (found.batch, found.surroundings, found.upright) == (7, True, True)
+    assert (found.augment, found.loss) == (robust.augment, robust.loss)
+    other = LossConfig(distance="chamfer")
+    assert settings_from(run, TrainConfig(loss=other)).loss == other
+    plain = DenseFusion(ESTIMATORS.get("densefusion-depth").network("nano"), 1)
+    with pytest.raises(TrainingError, match=r"other .*inliers, upright.*--surroundings --upright"):
+        start_from(run, plain, shapes("toy-pallet"))
+
+
+def test_robust_weights_are_gone_on_from_by_their_name_alone(toy_root: Path, tmp_path: Path) -> None:
+    below = made_run(tmp_path / "below", preset="robust")
+    short = TrainConfig(max_minutes=None, max_steps=2, batch=2, validations=1, workers=1)
+    for phase in ("joint", "refiner"):
+        run = train("densefusion-pointcloud", toy_root, tmp_path / phase, replace(short, phase=phase), init=below)
+        config = read_config(run)
+        assert (config.train.surroundings, config.network.upright, config.train.phase) == (True, True, phase)

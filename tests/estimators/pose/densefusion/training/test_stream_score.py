@@ -19,7 +19,7 @@ from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.streamed import as_stored
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.train import train
-from warehouse_sim.learning.stream_settings import StreamConfig
+from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.schema import Observation
 
 pytestmark = pytest.mark.slow

@@ -13,11 +13,11 @@ from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
-from warehouse_sim.estimators.pose.densefusion.crops import CropSet
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training import pose_task
+from warehouse_sim.estimators.pose.densefusion.training import task as pose_task
 from warehouse_sim.estimators.train import train
 
 POINTS = "densefusion-pointcloud"

@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Bool, Float, UInt8
 from torch import Tensor
 
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_vector
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_vector
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from warehouse_sim.estimators.visibility import LeastVisible
+from warehouse_sim.estimators.api import LeastVisible
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 _MOST_SIDE_PX = 181

@@ -12,7 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
-from warehouse_sim.learning.array_file import shared_tensor
+from warehouse_sim.learning.samples.array_store import shared_tensor
 
 
 class CropTable(NamedTuple):

@@ -1,16 +1,53 @@
-"""Keep the crops of a split on disk, so that they are cut out of the images once and never fill the memory."""
+"""All targets of a split as crops, read once and kept on disk."""
 
 import hashlib
 import json
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_arrays
-from warehouse_sim.estimators.pose.densefusion.crops.read import read_crops
-from warehouse_sim.learning.array_store import Arrays, joined, kept_arrays
+from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, image_crops
+from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
+
+log = logging.getLogger(__name__)
+
+
+def read_crops(
+    reader: DatasetReader,
+    split: str,
+    config: CropConfig,
+    seed: int,
+    workers: int,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[list[Crop]]:
+    """Yield the crops of each image of a split that has any, in their order, decoding in ``workers`` threads.
+
+    Raises:
+        TrainingError: The dataset has no such split.
+    """
+    if split not in reader.splits:
+        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
+    images = reader.images(split)
+
+    def cut(image: ImageRecord) -> list[Crop]:
+        return list(image_crops(reader, image, config, seed))
+
+    count = 0
+    with ThreadPoolExecutor(workers) as pool:
+        for done, found in enumerate(pool.map(cut, images), start=1):
+            count += len(found)
+            if found:
+                yield found
+            if progress:
+                progress(done / len(images))
+    log.info("%d crops from %d images of %s", count, len(images), split)
+
 
 _FORMAT = 2
 """To be raised when the arrays change."""

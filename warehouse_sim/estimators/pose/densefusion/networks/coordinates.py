@@ -9,13 +9,10 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, coordinate_loss, loss_distance
-from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, SplitTrunk
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
-from warehouse_sim.estimators.pose.densefusion.networks.kabsch import fit_pose
-from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear
-from warehouse_sim.estimators.pose.densefusion.networks.proposal import Coordinates, Hypotheses, Proposal
+from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PerClassLinear, SplitTrunk
+from warehouse_sim.estimators.pose.densefusion.networks.interface import Coordinates, GroundTruth, Hypotheses, Proposal
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import fit_pose, matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 
 # Scales of errors in half diameters: from a fraction of a millimetre to several objects.

@@ -13,12 +13,11 @@ from warehouse_sim.estimators.pose.densefusion.networks.coordinates import Coord
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
 from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig, InlierHead
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth, NetworkInput
+from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, Inliers, NetworkInput, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
-from warehouse_sim.estimators.pose.densefusion.networks.proposal import Inliers, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import Refiner, RefinerConfig
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import compose, matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.rotations import compose, matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.ranges import ranged
 

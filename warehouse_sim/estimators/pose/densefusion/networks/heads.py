@@ -1,4 +1,4 @@
-"""Per-point heads: each point proposes a whole pose and says how much it trusts it."""
+"""Layers that differ from class to class, at a cost that does not grow with the number of classes."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -6,16 +6,51 @@ from typing import Annotated, Literal
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
+from torch.nn.functional import embedding
 
 from warehouse_sim.estimators.pose.densefusion.losses import confidence_loss, loss_distance
-from warehouse_sim.estimators.pose.densefusion.networks.inputs import GroundTruth
-from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear, class_bias
+from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, Hypotheses, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.points import point_layers
-from warehouse_sim.estimators.pose.densefusion.networks.proposal import Hypotheses, Proposal
+from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.ranges import Range, ranged
+
+
+class PerClassLinear(nn.Module):
+    """A linear layer with weights of its own for each class: each object is multiplied with its class's only.
+
+    Computed in 32 bits, because the result is a pose.
+
+    Args:
+        before: Channels of the input.
+        after: Channels of the result.
+        classes: Number of classes.
+    """
+
+    def __init__(self, before: int, after: int, classes: int) -> None:
+        super().__init__()
+        bound = before**-0.5
+        self.weight = nn.Parameter(torch.empty(classes, before, after).uniform_(-bound, bound))
+        self.bias = nn.Parameter(torch.empty(classes, after).uniform_(-bound, bound))
+
+    def forward(self, x: Float[Tensor, "b n before"], class_index: Int[Tensor, " b"]) -> Float[Tensor, "b n after"]:
+        """Return the result of each object's class."""
+        with torch.autocast(x.device.type, enabled=False):
+            weight = embedding(class_index, self.weight.flatten(1)).unflatten(1, self.weight.shape[1:])
+            bias = embedding(class_index, self.bias)
+            return torch.baddbmm(bias[:, None], x.float(), weight)
+
+
+def class_bias(classes: int, width: int) -> nn.Embedding:
+    """Return a table of one vector a class, zero at first, to be added to hidden features.
+
+    With it a trunk that all classes share knows which object it looks at, say how long the sides are that it does not
+    see; output layers alone, being linear, cannot bring that in. It costs one addition per object and channel.
+    """
+    table = nn.Embedding(classes, width)
+    nn.init.zeros_(table.weight)
+    return table
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.pose.densefusion.networks.per_class import PerClassLinear, class_bias
+from warehouse_sim.estimators.pose.densefusion.networks.heads import PerClassLinear, class_bias
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, point_layers
 from warehouse_sim.ranges import Range, ranged
 

@@ -11,8 +11,8 @@ import torch
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops import CropConfig, CropSet
-from warehouse_sim.estimators.pose.densefusion.crops.crop_set import table_of
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, table_of
 from warehouse_sim.estimators.pose.densefusion.crops.store import load_crops
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
@@ -21,9 +21,9 @@ from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measu
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream, StreamedCrops
-from warehouse_sim.learning.array_store import Arrays
-from warehouse_sim.learning.progress import Progress
 from warehouse_sim.learning.run_folder import DatasetSource, package_version
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.settings import Progress
 
 _RIM_PX, _RIM_FRACTION = 6, 0.08
 """About twice what an outline is off, and as much as boxes are off of large objects."""

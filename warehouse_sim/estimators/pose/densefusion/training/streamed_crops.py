@@ -1,10 +1,10 @@
-"""Crops of observations that no file holds: cut when they come, dropped when the window of the stream has passed."""
+"""Crops of observations that no file holds: cut when they come, drawn in balance, dropped when a window has passed."""
 
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import torch
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from torch import Tensor
 
 from warehouse_sim.dataset.streamed import ObservedImage
@@ -21,11 +21,36 @@ from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.crops.store import CUT_SEED
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance
-from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_weights
-from warehouse_sim.learning.order import SampleOrder
-from warehouse_sim.learning.stream_settings import StreamConfig
-from warehouse_sim.learning.stream_window import StreamWindow
+from warehouse_sim.learning.samples.order import SampleOrder
+from warehouse_sim.learning.samples.stream_window import StreamWindow
+from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.schema import Observation
+
+
+def sampling_weights(
+    object_index: Int[Tensor, " k"], classes: Sequence[str], balance: Balance
+) -> Float[Tensor, " k"] | None:
+    """Return how often each crop is drawn; the mean is 1. None stands for equal weights.
+
+    Args:
+        object_index: Object of each crop, 0 to the number of ``classes``.
+        classes: Class name of each object.
+        balance: What is to be drawn equally often. Within a class, an object is drawn with the square root of its
+            number of crops, which lies between equal objects and equal crops.
+    """
+    if balance == "crops":
+        return None
+    counts = torch.bincount(object_index, minlength=len(classes)).double()
+    fractions = torch.zeros_like(counts)
+    for name in set(classes):
+        members = torch.tensor([other == name for other in classes])
+        if balance == "objects":
+            fractions[members] = (counts[members] > 0).double()
+        elif counts[members].sum() > 0:
+            fractions[members] = counts[members].sqrt() / counts[members].sqrt().sum()
+    weights = (fractions / counts.clamp(min=1.0))[object_index]
+    return (weights / weights.mean()).float()
+
 
 OpenStream = Callable[[StreamConfig, int], Iterator[Observation]]
 """Gives the observations of a stream from a number on."""

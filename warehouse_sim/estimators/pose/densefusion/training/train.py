@@ -10,31 +10,31 @@ from typing import Any
 import torch
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops import CropSet
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.object_meshes import dataset_meshes, write_meshes
-from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
+from warehouse_sim.estimators.pose.densefusion.objects import dataset_meshes, shape_tensors, write_meshes
 from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config, write_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.balance import sampling_weights
-from warehouse_sim.estimators.pose.densefusion.training.pose_task import PoseTask
 from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
-from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
-from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream, StreamedCrops, StreamOrder
-from warehouse_sim.estimators.pose.densefusion.training.warm_start import settings_from, start_from
+from warehouse_sim.estimators.pose.densefusion.training.start import settings_from, start_at_mean_rotation, start_from
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
+    OpenStream,
+    StreamedCrops,
+    StreamOrder,
+    sampling_weights,
+)
+from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask
 from warehouse_sim.learning import run_folder
 from warehouse_sim.learning.checkpoint import latest_checkpoint
 from warehouse_sim.learning.clock import Clock
-from warehouse_sim.learning.forecast import StepForecast
+from warehouse_sim.learning.compute import cpu_threads
 from warehouse_sim.learning.loop import fit
-from warehouse_sim.learning.observer import Observer, TrainingState
-from warehouse_sim.learning.order import SampleOrder
+from warehouse_sim.learning.observer import Observer, StepForecast, TrainingState
 from warehouse_sim.learning.parallel import Worker, start_workers
-from warehouse_sim.learning.progress import Progress
-from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter
-from warehouse_sim.learning.run_log import RunLog
-from warehouse_sim.learning.threads import cpu_threads
+from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
+from warehouse_sim.learning.samples.order import SampleOrder
+from warehouse_sim.learning.settings import Progress
 from warehouse_sim.output import writing
 from warehouse_sim.resources import cache_folder
 

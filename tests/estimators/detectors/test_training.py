@@ -1,0 +1,117 @@
+"""Training on the toy warehouse, as a person starts it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.detectors.estimator import TrainedDetector
+from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.registries import DETECTORS
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.train import train
+
+CONFIG = DetectorConfig(
+    max_minutes=None,
+    max_steps=90,
+    batch=4,
+    size="pico",
+    input_wh=(160, 96),
+    validations=3,
+    ema=0.9,
+    learning_rate=4e-3,
+    threads=1,
+    workers=1,
+    wanted=WantedConfig(height_px=4),
+)
+
+
+@pytest.fixture(scope="module")
+def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return train("detector-rgbd", toy_root, tmp_path_factory.mktemp("detector") / "run", CONFIG)
+
+
+def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, max_steps=8, validations=2, precision="32")
+    whole = train("detector-depth", toy_root, tmp_path / "whole", config)
+    part = tmp_path / "part"
+
+    def stop(fraction: float, note: str) -> None:
+        if note.startswith("step 6"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train("detector-depth", toy_root, part, config, progress=stop)
+    with pytest.raises(TrainingError, match="no weights"):
+        TrainedDetector(part)
+    train("detector-depth", toy_root, part, config, resume=True)
+    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (whole, part))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
+    # The last of six steps has no mosaics, which the one before cannot know.
+    config = replace(CONFIG, max_steps=6, validations=1, precision="32")
+    for workers in (1, 3):
+        train("detector-rgbd", toy_root, tmp_path / str(workers), replace(config, workers=workers))
+    a, b = (safetensors.numpy.load_file(tmp_path / name / "weights.safetensors") for name in ("1", "3"))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_what_is_found_is_what_a_pose_estimator_works_on(run: Path, toy_root: Path) -> None:
+    poses = predict("rectangle-fit", toy_root, "test", PredictConfig(detections=str(run)))
+    found = [
+        TrainedDetector(run).detect(RgbdImage.from_dataset(reader, image, ()))
+        for reader in (DatasetReader(toy_root),)
+        for image in reader.images("test")
+    ]
+    assert len(poses) <= sum(map(len, found))
+    assert all(pose.detection is not None for pose in poses)
+
+
+def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--detections"):
+        load_estimator(run)
+    with pytest.raises(TrainingError, match="no target is of the class 'truck'"):
+        train("detector-rgb", toy_root, tmp_path / "a", replace(CONFIG, classes=("truck",)))
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "config.yaml").write_bytes((run / "config.yaml").read_bytes())
+    with pytest.raises(TrainingError, match="not of detector-rgb"):
+        train("detector-rgb", toy_root, tmp_path / "b", CONFIG, resume=True)
+    image = RgbdImage.from_dataset(*_first(toy_root), (), rgb=False)
+    with pytest.raises(InputError, match="has no rgb"):
+        TrainedDetector(run).detect(image)
+
+
+def test_a_command_trains_a_detector_with_settings_of_its_own(
+    toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    words = ["train", "detector-depth", "--data", str(toy_root), "--out", str(out), "--max-steps", "2", "--batch", "2"]
+    more = ["--size", "pico", "--input-wh", "160", "96", "--wanted.height-px", "3", "--validations", "1"]
+    assert main([*words, *more]) == 0
+    assert "detect" in capsys.readouterr().out
+    assert (out / "result.json").is_file()
+    assert main(["train", "detector-depht", "--data", str(toy_root), "--out", str(tmp_path / "no")]) == 2
+    assert "detector-depth" in capsys.readouterr().err
+
+
+def test_a_detector_without_bundled_weights_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warehouse_sim.estimators.detectors.trainable.model_names", lambda: [])
+    with pytest.raises(TrainingError, match="train it first"):
+        DETECTORS.get("detector-rgb")()
+
+
+def _first(root: Path):
+    reader = DatasetReader(root)
+    return reader, reader.images("train")[0]

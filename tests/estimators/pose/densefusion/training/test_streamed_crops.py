@@ -1,0 +1,194 @@
+"""Training on observations that no file holds: the crops of files, and weights that an interruption does not change."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.torch
+import torch
+
+from tests.dataset.toy import PALLET, make_scene, observe
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.streamed import ObservedImage, as_stored
+from warehouse_sim.errors import ConfigError, TrainingError
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
+from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.settings import Balance, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
+    StreamedCrops,
+    StreamOrder,
+    sampling_weights,
+)
+from warehouse_sim.estimators.train import train
+from warehouse_sim.learning.settings import StreamConfig
+from warehouse_sim.schema import Observation
+
+NAME = "densefusion-pointcloud"
+STREAM = StreamConfig(recipe="toy", seed=99, window=4, fresh=1.5)
+CONFIG = TrainConfig(
+    max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", warmup_steps=2, threads=1, stream=STREAM
+)
+
+
+def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
+    """Give two observations of each toy scene, of which the second shows no target."""
+    for number in count(start):
+        yield as_stored(observe(make_scene(number // 2))[number % 2])
+
+
+def weights(run: Path) -> dict[str, torch.Tensor]:
+    return safetensors.torch.load_file(run / "weights.safetensors")
+
+
+@pytest.mark.parametrize(
+    "config", [CropConfig(), CropConfig(80, True, True), CropConfig(80, True, True, surround_px=6)]
+)
+def test_crops_of_an_observation_are_those_of_its_files(toy_root: Path, config: CropConfig) -> None:
+    reader, cut = DatasetReader(toy_root), 0
+    for split in reader.splits:
+        for image in reader.images(split):
+            streamed = ObservedImage(as_stored(observe(make_scene(image.scene_id))[image.image_id]))
+            pairs = zip(
+                image_crops(reader, image, config, 0), image_crops(streamed, streamed.record, config, 0), strict=True
+            )
+            for of_file, of_stream in pairs:
+                cut += 1
+                for name in ("obj_id", "T_camera_object", "points", "border_px", "pixel", "rgb", "depth", "down"):
+                    np.testing.assert_array_equal(getattr(of_file, name), getattr(of_stream, name), err_msg=name)
+    assert cut > 5
+
+
+@pytest.fixture(scope="module")
+def whole(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return train(NAME, toy_root, tmp_path_factory.mktemp("streamed") / "run", CONFIG, open_stream=toy_stream)
+
+
+def test_a_window_that_shows_the_train_split_teaches_the_weights_of_its_files(toy_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(toy_root)
+    shown = [(image.scene_id, image.image_id) for image in reader.images("train")]
+
+    def same(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return (as_stored(observe(make_scene(scene))[number]) for scene, number in shown[start:])
+
+    streams = replace(CONFIG, batch=3, stream=replace(STREAM, window=len(shown), fresh=0.0))
+    files = weights(train(NAME, toy_root, tmp_path / "files", replace(streams, stream=StreamConfig())))
+    streamed = weights(train(NAME, toy_root, tmp_path / "stream", streams, open_stream=same))
+    assert files.keys() == streamed.keys()
+    assert all(torch.equal(value, streamed[name]) for name, value in files.items())
+
+
+STRIDING = replace(STREAM, window=10, fresh=0.4)
+"""Moves by one at step 3 and stays until step 6; a run that goes on at step 4 does so between."""
+
+
+@pytest.mark.parametrize(("stream", "requested"), [(STREAM, [0, 6]), (STRIDING, [0])])
+def test_a_run_that_was_interrupted_ends_with_the_same_weights(
+    toy_root: Path, tmp_path: Path, stream: StreamConfig, requested: list[int]
+) -> None:
+    def stop(fraction: float, note: str) -> None:
+        if note.startswith("step 5"):
+            raise KeyboardInterrupt
+
+    opened: list[int] = []
+
+    def watched(config: StreamConfig, start: int) -> Iterator[Observation]:
+        opened.append(start)
+        return toy_stream(config, start)
+
+    config, part = replace(CONFIG, stream=stream), tmp_path / "part"
+    expected = weights(train(NAME, toy_root, tmp_path / "whole", config, open_stream=toy_stream))
+    with pytest.raises(KeyboardInterrupt):
+        train(NAME, toy_root, part, config, progress=stop, open_stream=toy_stream)
+    train(NAME, toy_root, part, config, resume=True, open_stream=watched)
+    assert opened == requested  # where the network begins, then where step 4 goes on, unless that is in sight
+    found = weights(part)
+    assert all(torch.equal(value, found[name]) for name, value in expected.items())
+
+
+@pytest.mark.parametrize("balance", ["crops", "objects", "classes"])
+def test_every_crop_of_a_window_is_seen_once_in_a_round(toy_root: Path, balance: Balance) -> None:
+    shape = measure_shape(DatasetReader(toy_root).objects[PALLET.obj_id], np.random.default_rng(0))
+    config = replace(STREAM, window=16, fresh=0.1)  # 24 crops and strides of 20 steps
+    crops = StreamedCrops(lambda _, start: toy_stream(config, start), config, CropConfig(), [shape])
+    order = StreamOrder(crops, 4, seed=5, classes=("pallet",), balance=balance)
+    seen, rounds = Counter[int](), []
+    for step in range(40):
+        if crops.arrived(step) == step:
+            seen = Counter()
+            rounds.append(seen)
+            numbers = set(crops.window(step)[0].tolist())
+        sampled = order.indices(step).tolist()
+        seen.update(sampled)
+        assert set(sampled) <= numbers
+        most, least = max(seen.values()), min(seen[number] for number in numbers)
+        assert most - least <= 1  # with replacement the fourth round would miss some and show others thrice
+    assert [min(times.values()) for times in rounds] == [3, 3]
+
+
+def test_another_stream_teaches_something_else(toy_root: Path, tmp_path: Path, whole: Path) -> None:
+    def later(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return toy_stream(config, start + 100)
+
+    other = weights(train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=later))
+    assert any(not torch.equal(value, other[name]) for name, value in weights(whole).items())
+
+
+def test_the_run_says_what_it_was_trained_on(whole: Path) -> None:
+    assert read_config(whole).train.stream == STREAM
+    assert "train: the stream of toy, seed 99" in (whole / "train.log").read_text()
+
+
+def test_scenes_of_the_data_are_rejected(toy_root: Path, tmp_path: Path) -> None:
+    seed = DatasetReader(toy_root).manifest.seed  # type: ignore[union-attr]
+    config = replace(CONFIG, stream=replace(STREAM, seed=seed))
+    with pytest.raises(TrainingError, match=rf"stream.seed {seed} is the seed of .*; choose another one"):
+        train(NAME, toy_root, tmp_path / "run", config, open_stream=toy_stream)
+
+
+def test_a_stream_that_shows_nothing_is_named(toy_root: Path, tmp_path: Path) -> None:
+    def empty(config: StreamConfig, start: int) -> Iterator[Observation]:
+        return (as_stored(observe(make_scene(number))[1]) for number in count(start))
+
+    with pytest.raises(TrainingError, match=r"none of the stream's observations .* shows an object of the data"):
+        train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=empty)
+
+
+def test_settings_that_need_a_stream_are_rejected_without_one(toy_root: Path, tmp_path: Path) -> None:
+    with pytest.raises(TrainingError, match="nothing here opens the stream of toy"):
+        train(NAME, toy_root, tmp_path / "run", CONFIG)
+    with pytest.raises(ConfigError, match="a stream feeds one process, not 2: leave"):
+        replace(CONFIG, devices=2)
+
+
+# Three pallets and one carton: 100, 400, 0 and 4500 crops.
+OBJECTS = torch.repeat_interleave(torch.arange(4), torch.tensor([100, 400, 0, 4500]))
+CLASSES = ("pallet", "pallet", "pallet", "carton")
+
+
+def fractions(balance: str) -> list[float]:
+    weights = sampling_weights(OBJECTS, CLASSES, balance)
+    assert weights.mean() == pytest.approx(1.0, abs=1e-4)
+    return [float(weights[number == OBJECTS].sum() / len(OBJECTS)) for number in range(4)]
+
+
+def test_classes_are_drawn_equally_often_and_their_objects_by_the_root() -> None:
+    assert fractions("classes") == pytest.approx([0.5 / 3, 1.0 / 3, 0.0, 0.5], abs=1e-3)
+
+
+def test_objects_are_drawn_equally_often() -> None:
+    assert fractions("objects") == pytest.approx([1 / 3, 1 / 3, 0.0, 1 / 3], abs=1e-3)
+
+
+def test_crops_need_no_weights() -> None:
+    assert sampling_weights(OBJECTS, CLASSES, "crops") is None
+
+
+def test_a_class_without_crops_takes_no_part() -> None:
+    weights = sampling_weights(torch.tensor([0, 0, 1, 1]), ("pallet", "carton", "tote"), "classes")
+    torch.testing.assert_close(weights, torch.ones(4))

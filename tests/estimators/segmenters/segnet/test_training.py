@@ -1,0 +1,107 @@
+"""Training on the toy warehouse, as a person starts it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.detectors.estimator import TrainedDetector
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.segmenters.segnet.estimator import SegmentConfig, TrainedSegmenter
+from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, SegmenterConfig
+from warehouse_sim.estimators.train import train
+
+CONFIG = SegmenterConfig(
+    max_minutes=None,
+    max_steps=120,
+    batch=8,
+    width=8,
+    validations=2,
+    ema=0.9,
+    learning_rate=5e-3,
+    threads=1,
+    workers=1,
+    augment=BoxAugmentConfig(depth_holes=0, colour=0.1),
+)
+
+
+@pytest.fixture(scope="module")
+def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return train("keypoints-rgbd", toy_root, tmp_path_factory.mktemp("segmenter") / "run", CONFIG)
+
+
+def boxed(reader: DatasetReader, split: str):
+    """Yield images with the ground-truth boxes of what is seen well, and the ground-truth masks."""
+    for image in reader.images(split):
+        targets = [item for item in image.targets if item.visible_fraction > 0.5 and item.pixels_visible > 100]
+        boxes = tuple(Detection(box_xyxy=item.box_visible_xyxy, class_name="pallet") for item in targets)
+        masks = [reader.mask_visible(image, item.gt_index) for item in targets]
+        yield replace(RgbdImage.from_dataset(reader, image, ()), detections=boxes), masks, image, targets
+
+
+def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
+    segmenter, overlaps = TrainedSegmenter(run, SegmentConfig(least_pixels=1)), []
+    for image, masks, _, _ in boxed(DatasetReader(toy_root), "train"):
+        for item in segmenter.segment(image):
+            assert item.mask is not None
+            assert item.mask_probability is not None
+            assert ((item.mask_probability >= 0) & (item.mask_probability <= 1.0001)).all()
+            assert (item.mask_probability[item.mask] >= 0.5).all()
+            overlaps.append(max((item.mask & gt).sum() / (item.mask | gt).sum() for gt in masks))
+    assert np.mean(overlaps) > 0.7
+    assert segmenter.segment(replace(image, detections=())) == []
+
+
+def test_no_pixel_belongs_to_two(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    left, top, right, bottom = image.detections[0].box_xyxy
+    near = replace(image.detections[0], box_xyxy=(left + 2, top, right + 2, bottom))
+    image = replace(image, detections=(*image.detections, near))
+    found = TrainedSegmenter(run).segment(image)
+    assert np.sum([item.mask for item in found], axis=0).max() == 1
+    several = TrainedSegmenter(run, SegmentConfig(exclusive=False)).segment(image)
+    assert np.sum([item.mask for item in several], axis=0).max() == 2
+
+
+def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, max_steps=8, validations=2)
+    whole, part = train("segmenter-depth", toy_root, tmp_path / "whole", config), tmp_path / "part"
+
+    def stop(fraction: float, note: str) -> None:
+        if note.startswith("step 6"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train("segmenter-depth", toy_root, part, config, progress=stop)
+    train("segmenter-depth", toy_root, part, config, resume=True)
+    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (whole, part))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
+    config = replace(CONFIG, max_steps=4, validations=1)
+    for workers in (1, 3):
+        train("keypoints-rgbd", toy_root, tmp_path / str(workers), replace(config, workers=workers))
+    a, b = (safetensors.numpy.load_file(tmp_path / name / "weights.safetensors") for name in ("1", "3"))
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    with pytest.raises(InputError, match="has no rgb"):
+        TrainedSegmenter(run).segment(replace(image, rgb=None))
+    with pytest.raises(TrainingError, match="kind segmenter, not detector"):
+        TrainedDetector(run)
+
+
+def test_a_command_trains_a_segmenter(toy_root: Path, tmp_path: Path) -> None:
+    words = ["train", "segmenter-rgb", "--data", str(toy_root), "--out", str(tmp_path / "run"), "--max-steps", "2"]
+    assert main([*words, "--batch", "2", "--width", "4", "--validations", "1"]) == 0
+    assert (tmp_path / "run" / "result.json").is_file()

@@ -1,1 +1,0 @@
-"""A one-stage detector of the YOLOv5 architecture, written from its published facts, and what surrounds it."""

@@ -1,1 +1,0 @@
-"""The detector's network: blocks, backbone and neck, head."""

@@ -1,0 +1,115 @@
+"""Networks that give boxes: which of their boxes remain (non-maximum suppression), and how good these are."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, UInt8
+from torch import Tensor, nn
+
+from warehouse_sim.geometry.overlap import box_coverage, box_ious
+from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
+
+
+class BoxNetwork(nn.Module, ABC):
+    """Detects in batches of images of one size.
+
+    Args:
+        classes: Number of classes.
+    """
+
+    def __init__(self, classes: int) -> None:
+        super().__init__()
+        self.classes = classes
+
+    @abstractmethod
+    def forward(self, rgb: UInt8[Tensor, "b h w 3"] | None, depth: Float[Tensor, "b h w"] | None) -> Any:
+        """Return what ``decode`` takes.
+
+        Args:
+            rgb: Colours, if they are read.
+            depth: Canonical depth (m), if it is read.
+        """
+
+    @abstractmethod
+    def decode(self, raw: Any) -> tuple[Float[Tensor, "b n 4"], Float[Tensor, "b n k"]]:
+        """Return boxes (edges on the canvas, px) and the score of each class (0-1)."""
+
+
+CONSIDERED = 1000
+"""Of more boxes, those with the best scores."""
+
+
+class Kept(NamedTuple):
+    """Boxes that remain, the best first."""
+
+    boxes: Float[np.ndarray, "k 4"]
+    scores: Float[np.ndarray, " k"]
+    classes: Int[np.ndarray, " k"]
+    rows: Int[np.ndarray, " k"]
+    """Which of the given boxes they are."""
+
+
+def suppress(
+    boxes: Float[np.ndarray, "n 4"],
+    scores: Float[np.ndarray, "n c"],
+    least_score: float = 0.25,
+    most_overlap: float = 0.6,
+    most_boxes: int = 300,
+) -> Kept:
+    """Return the boxes that no better one of their class overlaps.
+
+    Args:
+        boxes: Left, top, right, bottom.
+        scores: Of each class, 0-1; a box may stay for several.
+        least_score: Boxes below it are left out.
+        most_overlap: Largest intersection over union with a better box of the class.
+        most_boxes: How many remain at most.
+    """
+    rows, classes = np.nonzero(scores > least_score)
+    values = scores[rows, classes]
+    best = np.argsort(-values, kind="stable")[:CONSIDERED]
+    rows, classes, values = rows[best], classes[best], values[best]
+    found = boxes[rows]
+    alike = (box_ious(found, found) > most_overlap) & (classes[:, None] == classes)
+    stays = np.ones(len(rows), dtype=bool)
+    kept = list[int]()
+    for number in range(len(rows)):
+        if stays[number]:
+            kept.append(number)
+            if len(kept) == most_boxes:
+                break
+            stays &= ~alike[number]
+    return Kept(found[kept], values[kept], classes[kept], rows[kept])
+
+
+def box_precision(
+    found: Sequence[Kept],
+    boxes: Sequence[Float[np.ndarray, "m 4"]],
+    classes: Sequence[np.ndarray],
+    wanted: Sequence[Bool[np.ndarray, " m"]],
+    class_count: int,
+    least_overlap: float,
+) -> float:
+    """Return the mean over classes of the average precision, in percent; classes that never occur do not count.
+
+    Args:
+        found: What was detected in each image.
+        boxes: Ground-truth boxes of each image, in the same coordinates.
+        classes: Their classes.
+        wanted: Which of them are to be found.
+        class_count: Number of classes.
+        least_overlap: Intersection over union from which on a detection is right.
+    """
+    values = list[float]()
+    for number in range(class_count):
+        rows = list[Matches]()
+        for kept, gt, labels, requested in zip(found, boxes, classes, wanted, strict=True):
+            mine, theirs = kept.classes == number, labels == number
+            box, gt_box, is_requested = kept.boxes[mine], gt[theirs], requested[theirs]
+            overlap = np.where(is_requested, box_ious(box, gt_box), box_coverage(box, gt_box))
+            rows.append(match(kept.scores[mine], overlap, is_requested, least_overlap))
+        values.append(average_precision(rows))
+    known = [value for value in values if not np.isnan(value)]
+    return 100.0 * float(np.mean(known)) if known else 0.0

@@ -1,0 +1,113 @@
+"""A trained detector: images in, boxes with classes and scores out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import torch
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, suppress
+from warehouse_sim.estimators.detectors.run_config import AnyRunConfig, load_network, read_config
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.images.letterbox import Letterbox
+from warehouse_sim.estimators.images.rows import canonical_mm
+from warehouse_sim.estimators.images.settings import DepthSource
+from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.ranges import Fraction, Range, ranged
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectConfig:
+    """What counts as found."""
+
+    least_score: Fraction = 0.25
+    """Detections of lower scores are left out, 0-1."""
+    most_overlap: Fraction = 0.6
+    """Intersection over union with a better one of the same class from which on a detection is left out, 0-1."""
+    most: Annotated[int, Range(1, 1000)] = 300
+    """Detections of an image at most, 1-1,000."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where the network runs; auto takes a GPU if there is one."""
+    threads: Annotated[int, Range(1, 1024)] | None = None
+    """Processor threads of the network, 1-1,024; by default torch's own number, one for the smallest."""
+
+
+class TrainedDetector:
+    """The detector of a run folder.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: What counts as found.
+
+    Raises:
+        TrainingError: The folder holds no complete run of a detector.
+    """
+
+    def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
+        self.run_config, network = self._opened(run)
+        self.config = config
+        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
+        self._device = torch.device(chosen)
+        self._network = network.to(self._device)
+        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
+        self._threads = config.threads or (1 if small else None)
+
+    def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
+        """Return the configuration and the trained network of a run folder."""
+        config = read_config(run)
+        return config, load_network(run, config)
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """What it tells apart."""
+        return self.run_config.classes
+
+    @property
+    def depth_source(self) -> DepthSource:
+        """Whose depth it was trained with."""
+        return self.run_config.images.depth_source
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour."""
+        return "rgb" in self.run_config.images.reads
+
+    @torch.inference_mode()
+    def detect(self, image: RgbdImage) -> list[Detection]:
+        """Return what is found, the best first.
+
+        Raises:
+            InputError: The image lacks colour, which the detector reads.
+        """
+        reads = self.run_config.images.reads
+        if image.rgb is None and self.reads_rgb:
+            raise InputError(f"{self.run_config.estimator} reads colour, but the image has no rgb")
+        box = Letterbox.fit((image.camera.width, image.camera.height), self.run_config.images.input_wh)
+        rgb = depth = None
+        if image.rgb is not None and self.reads_rgb:
+            rgb = torch.from_numpy(box.smooth(image.rgb))[None].to(self._device)
+        if "depth" in reads:
+            steps = canonical_mm(box.picked(image.depth), box.focal_px(image.camera))
+            depth = torch.from_numpy(steps.astype("float32") / 1000.0)[None].to(self._device)
+        with cpu_threads(self._threads):
+            boxes, scores = self._network.decode(self._network(rgb, depth))
+        config = self.config
+        kept = suppress(
+            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.least_score, config.most_overlap,
+            config.most,
+        )  # fmt: skip
+        edges = box.off_canvas(kept.boxes)
+        by_object = self.run_config.train.labels == "object"
+        # Pixel centres are integers: an edge is half a pixel beyond the centre of the outermost pixel.
+        return [
+            Detection(
+                model=self.classes[number] if by_object else None,
+                score=float(score),
+                box_xyxy=(left - 0.5, top - 0.5, right - 0.5, bottom - 0.5),
+                class_name="" if by_object else self.classes[number],
+            )
+            for (left, top, right, bottom), score, number in zip(edges.tolist(), kept.scores, kept.classes, strict=True)
+            if right > left and bottom > top
+        ]

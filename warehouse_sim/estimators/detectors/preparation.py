@@ -1,0 +1,152 @@
+"""Turn dataset folders into what training of a detector runs on: images of both splits, classes; then anchors."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import TrainingError
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorSize
+from warehouse_sim.estimators.detectors.yolov5.anchors import cluster_anchors
+from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, DetectorNetworkConfig
+from warehouse_sim.estimators.images.rows import load_images
+from warehouse_sim.estimators.images.settings import ImageConfig, Reads
+from warehouse_sim.learning.run_folder import DatasetSource
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.settings import Progress
+
+WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
+DEPTH = 0.33
+"""Of all three sizes."""
+_ANCHORS_A_LEVEL = 3
+_MOST_CLUSTERED = 20_000
+"""Boxes that anchors are found from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a training runs on."""
+
+    images: dict[str, list[Arrays]]
+    """By split, "train" and "val"; those of one canvas together."""
+    class_of: dict[int, int]
+    """Class of each object number."""
+    classes: tuple[str, ...]
+    """Their names."""
+    reading: Any
+    """What was read of the images."""
+    datasets: tuple[DatasetSource, ...]
+    """Where they come from."""
+
+
+def prepare(
+    reads: Reads,
+    data: Sequence[Path],
+    config: AnyDetectorConfig,
+    cache: Path | None,
+    progress: Progress | None,
+) -> Prepared:
+    """Read the images of train and val, and find the classes.
+
+    Args:
+        reads: What the network reads.
+        data: Dataset folders.
+        config: Settings.
+        cache: Folder to keep images in; None keeps them in memory.
+        progress: Called with what is read.
+
+    Raises:
+        DatasetError: A folder is no dataset that can be read, or lacks what is read.
+        TrainingError: A split is empty, or a class is not there.
+    """
+    if not data:
+        raise TrainingError("there is nothing to train on: name at least one dataset folder")
+    readers = [DatasetReader(folder) for folder in data]
+    images = ImageConfig(reads, config.input_wh, config.depth_source)
+    found: dict[str, list[Arrays]] = {}
+    for split in ("train", "val"):
+        found[split] = [
+            arrays
+            for reader in readers
+            for arrays in load_images(
+                reader, split, images, config.workers, cache, _reading(progress, f"{split} of {reader.root.name}")
+            )
+        ]
+    classes, class_of = known_classes(readers, found["train"], config)
+    require_wanted(found, data, classes, class_of, config, "--wanted.visible and --wanted.height-px")
+    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    return Prepared(found, class_of, classes, images, sources)
+
+
+def require_wanted(
+    found: dict[str, list[Arrays]],
+    data: Sequence[Path],
+    classes: tuple[str, ...],
+    class_of: dict[int, int],
+    config: BoxTrainingConfig,
+    options: str,
+) -> None:
+    """Check that each split shows something that is to be found.
+
+    Raises:
+        TrainingError: One does not; it names the ``options`` that ask for less.
+    """
+    for split, parts in found.items():
+        if not _wanted_sizes(parts, class_of, config).size:
+            raise TrainingError(
+                f"{', '.join(map(str, data))}: the split {split!r} shows none of {', '.join(classes)} well enough; "
+                f"generate more scenes, or ask for less with {options}"
+            )
+
+
+def network_config(prepared: Prepared, config: BoxTrainingConfig, size: DetectorSize) -> DetectorNetworkConfig:
+    """Return the network of a size for the classes, with anchors for the boxes of the training data."""
+    rng = np.random.default_rng(config.seed)
+    sizes = rng.permutation(_wanted_sizes(prepared.images["train"], prepared.class_of, config))[:_MOST_CLUSTERED]
+    fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
+    anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
+    return DetectorNetworkConfig(WIDTHS[size], DEPTH, len(prepared.classes), anchors)
+
+
+def known_classes(
+    readers: Sequence[DatasetReader], images: Sequence[Arrays], config: BoxTrainingConfig
+) -> tuple[tuple[str, ...], dict[int, int]]:
+    """Return the names of the classes that training sees, sorted, and the class of each object number.
+
+    Raises:
+        TrainingError: One number stands for two classes, or a class that is requested is not there.
+    """
+    names: dict[int, str] = {}
+    for reader in readers:
+        for obj_id, info in reader.objects.items():
+            name = _label(info, config)
+            if names.setdefault(obj_id, name) != name:
+                raise TrainingError(f"object {obj_id} is {names[obj_id]} in one dataset and {name} in {reader.root}")
+    seen = {int(number) for arrays in images for number in np.unique(arrays["labels"][..., 4]) if np.isfinite(number)}
+    labels = {names[number] for number in seen}
+    if unknown := sorted(set(config.classes) - labels):
+        raise TrainingError(f"no target is of the class {unknown[0]!r}; classes: {', '.join(sorted(labels))}")
+    classes = tuple(sorted(labels & set(config.classes) if config.classes else labels))
+    return classes, {number: classes.index(name) for number, name in names.items() if name in classes}
+
+
+def _label(info: ObjectInfo, config: BoxTrainingConfig) -> str:
+    return info.class_name if config.labels == "class" else info.name
+
+
+def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxTrainingConfig) -> np.ndarray:
+    """Return width and height on the canvas (px) of all boxes that are to be found."""
+    labels = [np.asarray(arrays["labels"]).reshape(-1, arrays["labels"].shape[-1]) for arrays in parts]
+    rows = np.concatenate(labels) if labels else np.zeros((0, 8), dtype=np.float32)
+    rows = rows[np.isfinite(rows[:, 0])]
+    rows = rows[np.isin(rows[:, 4].astype(int), list(class_of))]
+    rows = rows[config.is_wanted(rows)]
+    return rows[:, 2:4] - rows[:, :2]
+
+
+def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
+    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

@@ -1,0 +1,43 @@
+"""Settings of training an RT-DETR; free of torch, so that a command line can show them at once."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig
+from warehouse_sim.ranges import Range, ranged
+
+RtdetrSize = Literal["tiny", "r18", "r34", "r50"]
+
+
+@dataclass(frozen=True)
+@ranged
+class RtdetrLossConfig:
+    """Weights of what is minimised; the defaults are the library's."""
+
+    classes: Annotated[float, Range(0, 1000)] = 1.0
+    """Of varifocal loss, 0-1,000."""
+    box: Annotated[float, Range(0, 1000)] = 5.0
+    """Of differences of centres and sizes, 0-1,000."""
+    overlap: Annotated[float, Range(0, 1000)] = 2.0
+    """Of 1 - GIoU, 0-1,000."""
+
+
+@dataclass(frozen=True)
+@ranged
+class RtdetrConfig(AnyDetectorConfig):
+    """How an RT-DETR is trained."""
+
+    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-4
+    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
+    batch: Annotated[int, Range(1, 65_536)] = 16
+    """Images a step, 1-65,536."""
+    warmup_steps: Annotated[int, Range(0, 1_000_000_000)] = 500
+    """Steps over which the learning rate rises, at most a tenth of the run, 0-1,000,000,000."""
+    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 0.1
+    """Largest norm of the gradient, 0.000001-1,000,000; the authors'."""
+    precision: Literal["32"] = "32"
+    """Arithmetic of the network; in 16 bits its boxes would be off by pixels."""
+    size: RtdetrSize = "r18"
+    """Backbone and widths: r18, r34 and r50 are the published ones, tiny is for trials."""
+    loss: RtdetrLossConfig = field(default_factory=RtdetrLossConfig)
+    """What is minimised."""

@@ -1,0 +1,186 @@
+"""One training step and one validation of a detector."""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, Kept, box_precision, suppress
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorConfig
+from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork
+from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
+from warehouse_sim.estimators.images.order import GroupedOrder
+from warehouse_sim.learning.compute import on_device
+from warehouse_sim.learning.loop import Task
+from warehouse_sim.learning.samples.ahead import MadeAhead
+from warehouse_sim.learning.samples.array_store import Arrays
+
+_VALIDATION_BATCH = 8
+_MOST_VALIDATED = 300
+"""Images of a validation, evenly spread."""
+_LEAST_SCORE = 0.01
+Inputs = tuple[Tensor | None, Tensor | None]
+
+
+class _Place(NamedTuple):
+    """What decides a sample."""
+
+    step: int
+    place: int
+    """In the step."""
+    group: int
+    row: int
+    mosaics: bool
+    """Whether it may be one."""
+
+
+class BoxTask(Task):
+    """Train a network that gives boxes on samples composed again at each step.
+
+    Args:
+        network: What is trained.
+        config: Settings.
+        images: Arrays of images by split, those of one canvas together.
+        class_of: Class of each object number.
+        order: Order of the training samples, which says which group they are of.
+    """
+
+    network: BoxNetwork
+    most_overlap = 0.6
+    """Of a detection with a better one of its class, in validation."""
+
+    def __init__(
+        self,
+        network: BoxNetwork,
+        config: BoxTrainingConfig,
+        images: dict[str, list[Arrays]],
+        class_of: dict[int, int],
+        order: GroupedOrder,
+    ) -> None:
+        super().__init__(network)
+        self.config, self._images, self._class_of, self._order = config, images, class_of, order
+        self._device = torch.device("cpu")
+        self._samples = MadeAhead(self._composed, config.workers)
+
+    def move_samples(self, device: torch.device) -> None:
+        """Remember where batches go; images stay on the disk."""
+        self._device = device
+
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+        """Return the loss on the images ``index``, composed afresh."""
+        mosaics = fraction < 1.0 - self.config.calm_fraction
+        following = self._order.indices(step + 1)
+        # Whether the next step has mosaics is known when it comes; it is probably as this one.
+        samples = self._samples.take(
+            self._keys(index, part, step, mosaics), self._keys(following, part, step + 1, mosaics)
+        )
+        return self.loss(self._tensors(samples), self._targets(samples))
+
+    @abstractmethod
+    def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
+        """Return a training sample of a row of arrays, disturbed afresh."""
+
+    @abstractmethod
+    def plain(self, arrays: Arrays, row: int) -> Sample:
+        """Return a row of arrays as validation sees it."""
+
+    @abstractmethod
+    def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
+        """Return what is minimised, of colours and depths and what is to be found in them."""
+
+    def _keys(self, index: Int[Tensor, " b"], part: slice, step: int, mosaics: bool) -> list[_Place]:
+        group, rows = self._order.group_of(index)
+        return [_Place(step, place, group, row, mosaics) for place, row in enumerate(rows.tolist())][part]
+
+    def _composed(self, at: _Place) -> Sample:
+        rng = np.random.default_rng([self.config.seed, at.step, at.place])
+        return self.composed(self._images["train"][at.group], at.row, rng, at.mosaics)
+
+    def validate(self, network: nn.Module) -> dict[str, float]:
+        """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
+        assert isinstance(network, BoxNetwork)
+        images = [(arrays, row) for arrays in self._images["val"] for row in range(len(arrays["labels"]))]
+        images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
+        found, gt = list[Kept](), list[np.ndarray]()
+        for start in range(0, len(images), _VALIDATION_BATCH):
+            group = [self.plain(arrays, row) for arrays, row in images[start : start + _VALIDATION_BATCH]]
+            found += self._detect(network, group)
+            gt += [sample.labels for sample in group]
+        rows = [self._known(labels) for labels in gt]
+        boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
+        requested = [self.config.is_wanted(labels) for labels, _ in rows]
+        return {
+            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, requested, network.classes, overlap)
+            for overlap in (0.5, 0.75)
+        }
+
+    def _detect(self, network: BoxNetwork, samples: Sequence[Sample]) -> list[Kept]:
+        found = list[Kept]()
+        sizes = {_size(sample) for sample in samples}
+        # Images of several canvases pass one after the other.
+        parts = [samples] if len(sizes) == 1 else [[sample] for sample in samples]
+        for part in parts:
+            boxes, scores = network.decode(network(*self._tensors(part)))
+            for box, score in zip(boxes.cpu().numpy(), scores.cpu().numpy(), strict=True):
+                found.append(suppress(box.astype(float), score, _LEAST_SCORE, self.most_overlap))
+        return found
+
+    def _tensors(self, samples: Sequence[Sample]) -> Inputs:
+        rgb = [sample.rgb for sample in samples if sample.rgb is not None]
+        depth = [sample.depth for sample in samples if sample.depth is not None]
+        colours, metres = (
+            on_device(torch.from_numpy(np.stack(images)), self._device) if images else None for images in (rgb, depth)
+        )
+        return colours, metres
+
+    def _targets(self, samples: Sequence[Sample]) -> Targets:
+        parts = [self._known(sample.labels) for sample in samples]
+        labels = np.concatenate([rows for rows, _ in parts])
+        classes = np.concatenate([numbers for _, numbers in parts])
+        image = np.repeat(np.arange(len(parts)), [len(rows) for rows, _ in parts])
+        wanted = self.config.is_wanted(labels)
+        return Targets(*map(torch.from_numpy, (image, labels[:, :4].astype(np.float32), classes, wanted)))
+
+    def _known(self, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the labels of classes that are detected, and their classes."""
+        numbers = np.array([self._class_of.get(int(obj_id), -1) for obj_id in labels[:, 4]], dtype=np.int64)
+        return labels[numbers >= 0], numbers[numbers >= 0]
+
+
+class ImageBoxTask(BoxTask):
+    """Train a network that gives boxes on images; see ``BoxTask`` for the arguments."""
+
+    config: AnyDetectorConfig
+
+    def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
+        """Return an image zoomed, shifted and mirrored, or a mosaic of four."""
+        return composed_sample(arrays, row, self.config.augment, rng, mosaics)
+
+    def plain(self, arrays: Arrays, row: int) -> Sample:
+        """Return an image as it is stored."""
+        return plain_sample(arrays, row)
+
+
+class DetectionTask(ImageBoxTask):
+    """Train the detector of this package."""
+
+    network: DetectorNetwork
+    config: DetectorConfig
+
+    def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
+        """Return CIoU, objectness and classes, weighted."""
+        raw = self.network(*inputs)
+        with torch.autocast(self._device.type, enabled=False):
+            return detection_loss(self.network, raw, targets, self.config.loss)
+
+
+def _size(sample: Sample) -> tuple[int, ...]:
+    image = sample.rgb if sample.rgb is not None else sample.depth
+    assert image is not None
+    return image.shape

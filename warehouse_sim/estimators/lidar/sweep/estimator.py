@@ -1,0 +1,153 @@
+"""A trained detector of sweeps: a LiDAR's points in, boxes of their range image out."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.detectors.boxes import suppress
+from warehouse_sim.estimators.detectors.estimator import DetectConfig
+from warehouse_sim.estimators.image import RgbdImage, SweepView
+from warehouse_sim.estimators.lidar.projection import sparse_depth
+from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
+from warehouse_sim.estimators.lidar.sweep.floor import Plane, up_of
+from warehouse_sim.estimators.lidar.sweep.found import FoundInSweep, SweepDetection, facing, own_points
+from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid, on_turn, range_image
+from warehouse_sim.estimators.lidar.sweep.rows import floor_in, two_planes
+from warehouse_sim.estimators.lidar.sweep.run_config import load_network, read_config
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.learning.compute import SMALL, cpu_threads
+
+_LEAST_SEEN = 0.3
+"""Fraction of an object's points that a camera must see, that the object is one of its image."""
+_LEAST_FREE = 0.5
+"""Fraction of an object's points that no better detection has taken."""
+UPWARDS = np.array([0.0, 0.0, 1.0])
+"""Against gravity, where no floor says better: a LiDAR's z axis is taken for vertical, as KITTI's readers do."""
+
+
+class TrainedSweepDetector:
+    """The detector of a run folder.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: What counts as found.
+
+    Raises:
+        TrainingError: The folder holds no complete run of a detector of sweeps.
+    """
+
+    reads_sweep = True
+    reads_rgb = False
+
+    def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:  # noqa: B008  frozen
+        self.run_config, self.config = read_config(run), config
+        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
+        self._device = torch.device(chosen)
+        self._network = load_network(run, self.run_config).to(self._device)
+        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
+        self._threads = config.threads or (1 if small else None)
+        self.grid = SweepGrid(self.run_config.images)
+        """Of the boxes."""
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """What it tells apart."""
+        return self.run_config.classes
+
+    def find(self, points: Float[np.ndarray, "n 3"]) -> tuple[list[FoundInSweep], Plane | None]:
+        """Return what is found all around, the best first, and the floor.
+
+        Args:
+            points: A sweep (LiDAR frame, m), in any order.
+        """
+        points = np.asarray(points, dtype=float)
+        floor = floor_in(points)
+        return self.find_above(points, floor), floor
+
+    @torch.inference_mode()
+    def find_above(self, points: Float[np.ndarray, "n 3"], floor: Plane | None) -> list[FoundInSweep]:
+        """Return what is found all around, the best first, where the floor is known, or known to be unknown."""
+        image = range_image(points, self.grid)
+        planes = two_planes(image, points, floor)
+        # Both ends are seen whole: what lies across one is found in the margin of the other.
+        turn = np.concatenate([planes[..., -MARGIN:], planes, planes[..., :MARGIN]], axis=2)
+        seen = torch.from_numpy(turn)[None].to(self._device)
+        with cpu_threads(self._threads):
+            raw = self._network(None, seen)
+            boxes, scores = self._network.decode(raw)
+        likely = self._shown(points, raw.pixels[0, :, MARGIN:-MARGIN].cpu().numpy() > 0.0)
+        config, columns = self.config, self.grid.config.columns
+        kept = suppress(
+            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.least_score, config.most_overlap,
+            2 * config.most,
+        )  # fmt: skip
+        by_object, found = self.run_config.train.labels == "object", list[FoundInSweep]()
+        for box, score, number in zip(kept.boxes - np.array([MARGIN, 0] * 2), kept.scores, kept.classes, strict=True):
+            box[[1, 3]] = np.clip(box[[1, 3]], 0.0, self.grid.config.rows)
+            # What lies in a margin was found in its own place, too.
+            if 0.0 <= (box[0] + box[2]) / 2.0 < columns and box[2] > box[0] and box[3] > box[1]:
+                name = self.classes[int(number)]
+                class_name, model = ("", name) if by_object else (name, None)
+                found.append(FoundInSweep(on_turn(box, columns), float(score), class_name, model, likely))
+        return found[: config.most]
+
+    def _shown(self, points: Float[np.ndarray, "n 3"], pixels: Bool[np.ndarray, "h w"]) -> Bool[np.ndarray, " n"]:
+        """Return which points lie in some pixels."""
+        u, v = self.grid.pixels(points).T
+        return np.asarray((v >= 0) & pixels[v, u])
+
+    def detect(self, image: RgbdImage) -> list[SweepDetection]:
+        """Return what of it an image's camera sees, each by the box about its points there, the best first.
+
+        Raises:
+            InputError: The image comes without a sweep.
+        """
+        sweep, seen = require_sweep(image), list[SweepDetection]()
+        for item in self.around(sweep.points):
+            points = transform_points(sweep.T_camera_lidar, sweep.points[item.own])
+            shown = sparse_depth(image.camera, points).shown
+            v, u = np.nonzero(shown >= 0)
+            # Of what is cut by the image's border most must be in it.
+            if len(v) and np.isin(np.arange(len(points)), shown[v, u]).mean() > _LEAST_SEEN:
+                box = (float(u.min()), float(v.min()), float(u.max()), float(v.max()))
+                seen.append(replace(item, box_xyxy=box))
+        return seen
+
+    def around(self, points: Float[np.ndarray, "n 3"]) -> list[SweepDetection]:
+        """Return what is found all around a LiDAR, each with its points, the best first.
+
+        A point is one object's: what would be made mostly of points of better detections is left out. ``box_xyxy`` is
+        in pixels of the range image, whatever camera there is.
+
+        Args:
+            points: A sweep (LiDAR frame, m), in any order.
+        """
+        found, floor = self.find(points)
+        up, detections = UPWARDS if floor is None else up_of(floor), list[SweepDetection]()
+        taken = np.zeros(len(points), dtype=bool)
+        for item in found:
+            own = own_points(points, self.grid, item.box, facing(self.grid, item.box, up), floor, item.likely)
+            free = own & ~taken
+            if free.sum() > _LEAST_FREE * own.sum():
+                own, taken = free, taken | free
+                left, top, right, bottom = (item.box - 0.5).tolist()
+                box = (left, top, right, bottom)
+                detections.append(
+                    SweepDetection(None, item.model, item.score, None, box, class_name=item.class_name, own=own)
+                )
+        return detections
+
+
+def require_sweep(image: RgbdImage) -> SweepView:
+    """Return the sweep of an image.
+
+    Raises:
+        InputError: It comes without one.
+    """
+    if image.sweep is None:
+        raise InputError("the image comes without a LiDAR's sweep, which is what is looked at: give RgbdImage.sweep")
+    return image.sweep

@@ -1,0 +1,132 @@
+"""A sweep of a dataset as rows of arrays: range, height above the floor, and boxes of the objects that it shows."""
+
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float32
+
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.errors import DatasetError, TrainingError
+from warehouse_sim.estimators.images.rows import MOST_LABELS, read_rows, rows_digest
+from warehouse_sim.estimators.lidar.sweep.floor import Plane, above_floor, floor_of
+from warehouse_sim.estimators.lidar.sweep.range_image import RangeImage, SweepGrid, id_boxes, range_image
+from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
+from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
+from warehouse_sim.learning.settings import Progress
+from warehouse_sim.schema import LidarScan, MountedReading
+
+SWEEP_LABEL = ("left", "top", "right", "bottom", "obj_id", "fraction", "points", "instance_id")
+"""Columns of a label: edges (px), object, fraction of its box that is seen (1 of a whole turn), its points, its id."""
+UNKNOWN_MM = -32_768
+"""Height of a pixel where no floor was found."""
+_FORMAT = 1
+"""To be raised when the arrays change."""
+
+
+def read_sweep(reader: DatasetReader, image: ImageRecord) -> MountedReading[LidarScan]:
+    """Return the sweep of an image.
+
+    Raises:
+        DatasetError: There is none.
+    """
+    mounted = reader.sweep(image)
+    if mounted is None:
+        raise DatasetError(
+            f"{reader.root}: holds no sweep of image {image.scene_id}/{image.image_id}; generate it with a LiDAR and "
+            "the format kitti"
+        )
+    return mounted
+
+
+def floor_in(points: np.ndarray) -> Plane | None:
+    """Return the floor of a sweep (LiDAR frame); the same sweep has the same floor, None where it shows none."""
+    return floor_of(points, np.random.default_rng(0))
+
+
+def two_planes(image: RangeImage, points: np.ndarray, floor: Plane | None) -> Float32[np.ndarray, "2 h w"]:
+    """Return range (m, 0 = no reading) and height above the floor (m, NaN = unknown) as a network reads them."""
+    height = np.full(len(points), np.nan) if floor is None else above_floor(points, floor)
+    return np.stack([image.range, image.of_points(height, np.nan)])
+
+
+def sweep_rows(reader: DatasetReader, image: ImageRecord, config: RangeImageConfig) -> Arrays:
+    """Return one row of each array.
+
+    ``range_mm`` (1 h w) uint16, 0 = no reading; ``height_mm`` (1 h w) int16, ``UNKNOWN_MM`` where nobody knows;
+    ``obj_id`` (1 h w) uint16, that of the object with a label which a pixel shows, 0 = none;
+    ``labels`` (1 m 8) a row an object as ``SWEEP_LABEL`` names it, those of most points, NaN where there is none.
+    """
+    scan = read_sweep(reader, image).reading
+    points = scan.points.astype(float)
+    seen = range_image(points, SweepGrid(config))
+    metres, height = two_planes(seen, points, floor_in(points))
+    objects = objects_about(reader, image)
+    ids, of = np.unique(scan.instance_ids, return_inverse=True)
+    obj_id = np.array([objects.get(int(number), 0) for number in ids], dtype=float)[of]
+    steps = np.clip(np.rint(np.nan_to_num(height, nan=0.0) * 1000.0), -32_767, 32_767)
+    return {
+        "labels": sweep_labels(seen, scan, objects)[None],
+        "range_mm": np.clip(np.rint(metres * 1000.0), 0, 65_535).astype(np.uint16)[None],
+        "height_mm": np.where(np.isnan(height), UNKNOWN_MM, steps).astype(np.int16)[None],
+        "obj_id": seen.of_points(obj_id).astype(np.uint16)[None],
+        "number": np.array([[image.scene_id, image.image_id]], dtype=np.int32),
+    }
+
+
+def objects_about(reader: DatasetReader, image: ImageRecord) -> dict[int, int]:
+    """Return the obj_id of each instance id about the sensor, in the camera's view or not, of objects with labels."""
+    if reader.manifest is None:
+        return {target.instance_id: target.obj_id for target in image.targets if target.instance_id}
+    record = read_scene_record(reader.root, image.scene_id)
+    return {item.instance_id: item.obj_id for item in record.objects if item.obj_id in reader.objects}
+
+
+def sweep_labels(seen: RangeImage, scan: LidarScan, objects: dict[int, int]) -> Float32[np.ndarray, "m 8"]:
+    """Return the labels of the objects that a sweep shows."""
+    labels = np.full((MOST_LABELS, len(SWEEP_LABEL)), np.nan, dtype=np.float32)
+    ids, counts = np.unique(scan.instance_ids, return_counts=True)
+    known = [(int(count), int(number)) for number, count in zip(ids, counts, strict=True) if int(number) in objects]
+    known = sorted(known, key=lambda item: (-item[0], item[1]))[:MOST_LABELS]
+    numbers = np.array([number for _, number in known], dtype=np.int64)
+    row = 0
+    for (count, number), box in zip(known, id_boxes(seen, scan.instance_ids, numbers), strict=True):
+        if np.isfinite(box).all():
+            labels[row] = *box, objects[number], 1.0, count, number
+            row += 1
+    return labels
+
+
+def load_sweeps(
+    reader: DatasetReader,
+    split: str,
+    config: RangeImageConfig,
+    workers: int,
+    cache: Path | None,
+    progress: Progress | None = None,
+) -> Arrays | None:
+    """Return the arrays of ``sweep_rows`` for all images of a split; None if it has none.
+
+    Args:
+        reader: The dataset.
+        split: Which split.
+        config: Which directions are seen.
+        workers: Threads that read.
+        cache: Folder to keep the arrays in; None keeps them in memory.
+        progress: Called while sweeps are read; not when they are found.
+
+    Raises:
+        TrainingError: No such split, or the cache cannot be written.
+        DatasetError: There are no sweeps.
+    """
+    if split not in reader.splits:
+        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
+    note = f"reading {split} of {reader.root.name}"
+    told = (lambda fraction: progress(0.0, f"{note} {fraction:.0%}")) if progress else None
+    chunks = read_rows(partial(sweep_rows, reader, config=config), reader.images(split), workers, told)
+    if cache is None:
+        return joined(chunks)
+    digest = rows_digest(reader, split, ["sweep", _FORMAT, split, asdict(config)])
+    return kept_arrays(cache / f"{split}-sweep-{digest}", "sweeps", chunks)

@@ -1,0 +1,1 @@
+"""Estimators of a user: a class, a function or a program."""

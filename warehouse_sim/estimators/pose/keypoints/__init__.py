@@ -1,0 +1,1 @@
+"""Poses from key points of pallets' faces."""

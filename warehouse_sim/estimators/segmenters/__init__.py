@@ -1,0 +1,1 @@
+"""Segmenters, which outline what was detected, one method a folder."""

@@ -1,0 +1,152 @@
+"""A trained segmenter: boxes in, masks with a probability for each pixel out; key points where it knows them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import torch
+from jaxtyping import Float, Float32
+from torch import Tensor
+
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
+from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
+from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.ranges import Fraction, Range, ranged
+
+_BOXES_AT_ONCE = 64
+
+
+@dataclass(frozen=True)
+@ranged
+class SegmentConfig:
+    """What counts as part of an object."""
+
+    least_probability: Fraction = 0.5
+    """Of the pixels of a mask, 0-1."""
+    exclusive: bool = True
+    """Whether a pixel belongs to the likeliest object alone."""
+    least_pixels: Annotated[int, Range(1, 1_000_000)] = 8
+    """Masks of fewer pixels are left out, 1-1,000,000."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where the network runs; auto takes a GPU if there is one."""
+    threads: Annotated[int, Range(1, 1024)] | None = None
+    """Processor threads of the network, 1-1,024; by default torch's own number, one for the smallest."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeenBoxes:
+    """What the network says of some boxes of an image."""
+
+    windows: tuple[Window, ...]
+    probability: Float32[np.ndarray, "b h w"]
+    """Of the pixels of the crops, 0-1."""
+    peaks: Peaks | None
+    """Key points on the crops, for networks that find them."""
+
+    def points(self, index: int) -> tuple[Float[np.ndarray, "k 2"], Float[np.ndarray, " k"]]:
+        """Return key points in the image (px), and how likely each is."""
+        assert self.peaks is not None
+        return self.windows[index].to_image(self.peaks.uv[index]), self.peaks.chance[index]
+
+
+class TrainedSegmenter:
+    """The segmenter of a run folder.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: What counts as part of an object.
+
+    Raises:
+        TrainingError: The folder holds no complete run of a segmenter.
+    """
+
+    needs_detections = True
+    """It outlines what boxes are about, and finds nothing by itself."""
+
+    def __init__(self, run: Path, config: SegmentConfig = SegmentConfig()) -> None:
+        self.run_config: RunConfig = read_config(run)
+        self.config = config
+        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
+        self._device = torch.device(chosen)
+        self._network = load_network(run, self.run_config).to(self._device)
+        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
+        self._threads = config.threads or (1 if small else None)
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour."""
+        return "rgb" in self.run_config.network.reads
+
+    def segment(self, image: RgbdImage) -> list[Detection]:
+        """Return the image's detections with masks; nothing of an image without any.
+
+        Raises:
+            InputError: The image lacks colour, which the segmenter reads.
+        """
+        found = list(image.detections)
+        if not found:
+            return []
+        seen = self.look(image, [detection_edges(item) for item in found])
+        size_wh = image.camera.width, image.camera.height
+        maps = [window.pasted(chance, size_wh) for window, chance in zip(seen.windows, seen.probability, strict=True)]
+        masks = self._masks(np.stack(maps))
+        return [
+            replace(item, mask=mask, mask_probability=chance, score=item.score * float(chance[mask].mean()))
+            for item, mask, chance in zip(found, masks, maps, strict=True)
+            if mask.sum() >= self.config.least_pixels
+        ]
+
+    @torch.inference_mode()
+    def look(self, image: RgbdImage, boxes: Sequence[Edges]) -> SeenBoxes:
+        """Return what the network says of boxes of edges (px).
+
+        Raises:
+            InputError: The image lacks colour, which the segmenter reads.
+        """
+        if image.rgb is None and self.reads_rgb:
+            raise InputError(f"{self.run_config.estimator} reads colour, but the image has no rgb")
+        crop = self.run_config.crop
+        windows = tuple(Window.about(box, crop.margin, crop.crop_wh) for box in boxes)
+        chances, peaks = list[Tensor](), list[Peaks]()
+        with cpu_threads(self._threads):
+            for start in range(0, len(windows), _BOXES_AT_ONCE):
+                mask, places = self._network(*self._tensors(image, windows[start : start + _BOXES_AT_ONCE]))
+                chances.append(torch.sigmoid(mask.float()).cpu())
+                if places.shape[1]:
+                    peaks.append(find_peaks(places.float()))
+        found = Peaks(*(np.concatenate(parts) for parts in zip(*peaks, strict=True))) if peaks else None
+        return SeenBoxes(windows, torch.cat(chances).numpy(), found)
+
+    def _tensors(self, image: RgbdImage, windows: Sequence[Window]) -> tuple[Tensor | None, Tensor | None, Tensor]:
+        reads = self.run_config.network.reads
+        rgb = depth = None
+        if "rgb" in reads:
+            assert image.rgb is not None
+            rgb = torch.from_numpy(np.stack([window.smooth(image.rgb) for window in windows])).to(self._device)
+        if "depth" in reads:
+            depth = torch.from_numpy(np.stack([window.picked(image.depth) for window in windows])).to(self._device)
+        width = [(window.edges[2] - window.edges[0]) / image.camera.fx for window in windows]
+        return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
+
+    def _masks(self, chances: Float32[np.ndarray, "n h w"]) -> np.ndarray:
+        masks = chances >= max(self.config.least_probability, 1e-6)
+        if self.config.exclusive:
+            # Where two are certain, the first, which the detector trusts more.
+            masks &= chances.argmax(axis=0) == np.arange(len(chances))[:, None, None]
+        return masks
+
+
+def detection_edges(item: Detection) -> Edges:
+    """Return the box of edges (px) of a detection."""
+    if item.box_xyxy is not None:
+        left, top, right, bottom = item.box_xyxy
+        return left + 0.5, top + 0.5, right + 0.5, bottom + 0.5
+    assert item.mask is not None
+    left, top, right, bottom = mask_box_xyxy(np.asarray(item.mask, dtype=bool)) or (0, 0, 0, 0)
+    return float(left), float(top), right + 1.0, bottom + 1.0

@@ -1,0 +1,219 @@
+"""One training step and one validation of a segmenter: samples, losses, scores."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float, Float32, Int, UInt8
+from torch import Tensor, nn
+from torch.nn import functional
+
+from warehouse_sim.estimators.images.compose import Sample, disturbed
+from warehouse_sim.estimators.images.settings import ImageAugmentConfig
+from warehouse_sim.estimators.segmenters.segnet.keypoints import MIRRORED, find_peaks
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork
+from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, BoxCropConfig, SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.window import Window
+from warehouse_sim.learning.compute import on_device
+from warehouse_sim.learning.loop import Task
+from warehouse_sim.learning.samples.ahead import MadeAhead
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.order import SampleOrder
+
+_SPREAD_PX = 1.5
+"""Of the place that a key point is requested."""
+
+
+def mask_loss(logits: Float[Tensor, "b h w"], gt: Float[Tensor, "b h w"]) -> Float[Tensor, ""]:
+    """Return binary cross entropy and 1 - Dice (Milletari et al., "V-Net", 3DV 2016)."""
+    cross = functional.binary_cross_entropy_with_logits(logits, gt)
+    chance = torch.sigmoid(logits)
+    shared = (chance * gt).sum(dim=(1, 2))
+    dice = 2.0 * shared / (chance.sum(dim=(1, 2)) + gt.sum(dim=(1, 2))).clamp(min=1.0)
+    return cross + (1.0 - dice).mean()
+
+
+def keypoint_loss(logits: Float[Tensor, "b k h w"], points: Float[Tensor, "b k 3"]) -> Float[Tensor, ""]:
+    """Return the cross entropy of a map over all places with a narrow peak at the ground truth, of visible points."""
+    _, _, height, width = logits.shape
+    rows = torch.arange(height, device=logits.device, dtype=logits.dtype)
+    columns = torch.arange(width, device=logits.device, dtype=logits.dtype)
+    across = -((columns - points[..., :1]) ** 2) / (2 * _SPREAD_PX**2)
+    down = -((rows - points[..., 1:2]) ** 2) / (2 * _SPREAD_PX**2)
+    wanted = torch.softmax((down[..., :, None] + across[..., None, :]).flatten(2), dim=2)
+    cross = -(wanted * torch.log_softmax(logits.flatten(2), dim=2)).sum(dim=2)
+    there = points[..., 2]
+    return (cross * there).sum() / there.sum().clamp(min=1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class BoxSample:
+    """One crop with its ground truth."""
+
+    rgb: UInt8[np.ndarray, "h w 3"] | None
+    depth: Float32[np.ndarray, "h w"] | None
+    """Metres, 0 = no reading."""
+    width_rad: float
+    """Width of the crop over the focal length."""
+    mask: Float32[np.ndarray, "h w"]
+    points: Float32[np.ndarray, "p 3"]
+    """Key points (px) with 1 where they are in the crop."""
+
+
+def box_sample(
+    arrays: Arrays, index: int, config: BoxCropConfig, augment: BoxAugmentConfig | None, rng: np.random.Generator
+) -> BoxSample:
+    """Return a stored crop as a network sees it.
+
+    Args:
+        arrays: Stored rows.
+        index: Which of them.
+        config: How boxes are cut out.
+        augment: How crops are disturbed; None only moves the box, by a twentieth, as a good detector would.
+        rng: Decides.
+    """
+    width, height = config.stored_wh
+    fraction = 1.0 / (1.0 + 2.0 * config.stored_margin)
+    size = np.array([width, height]) * fraction
+    most = 0.05 if augment is None else augment.box
+    low = (np.array([width, height]) - size) / 2 + rng.uniform(-most, most, 2) * size
+    high = (np.array([width, height]) + size) / 2 + rng.uniform(-most, most, 2) * size
+    window = Window.about((low[0], low[1], high[0], high[1]), config.margin, config.crop_wh)
+    mirrored = augment is not None and bool(rng.random() < augment.flip)
+    rgb = window.smooth(np.asarray(arrays["rgb"][index]), mirrored) if "rgb" in arrays else None
+    depth = None
+    if "depth" in arrays:
+        depth = window.picked(np.asarray(arrays["depth"][index]), mirrored).astype(np.float32) / 1000.0
+    if augment is not None:
+        errors = ImageAugmentConfig(
+            colour=augment.colour, depth_noise=augment.depth_noise, depth_holes=augment.depth_holes, depth_scale=0.02
+        )
+        noisy = disturbed(Sample(rgb, depth, np.zeros((0, 8), dtype=np.float32)), errors, rng)
+        rgb, depth = noisy.rgb, noisy.depth
+    mask = window.picked(np.asarray(arrays["mask"][index]), mirrored).astype(np.float32)
+    points = np.array(arrays["points"][index])
+    points[:, :2] = window.to_crop(points[:, :2].astype(float), mirrored)
+    if mirrored:
+        points = points[list(MIRRORED)]
+    inside = ((points[:, :2] > -0.5) & (points[:, :2] < np.array(config.crop_wh) - 0.5)).all(axis=1)
+    points[:, 2] *= inside
+    stored_rad = float(arrays["facts"][index, 3]) / fraction / width
+    return BoxSample(rgb, depth, stored_rad * (window.edges[2] - window.edges[0]), mask, points)
+
+
+_VALIDATION_BATCH = 32
+_MOST_VALIDATED = 1000
+"""Boxes of a validation, evenly spread."""
+
+
+class BoxRows:
+    """Rows of several arrays as one, of which only some are wanted.
+
+    Args:
+        parts: Arrays of each dataset.
+        chosen: Which rows of each.
+    """
+
+    def __init__(self, parts: Sequence[Arrays], chosen: Sequence[Int[np.ndarray, " k"]]) -> None:
+        self._parts = parts
+        self._places = [(part, int(row)) for part, rows in enumerate(chosen) for row in rows]
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def at(self, index: int) -> tuple[Arrays, int]:
+        """Return the arrays that hold a row, and its number there."""
+        part, row = self._places[index]
+        return self._parts[part], row
+
+
+class SegmentationTask(Task):
+    """Train masks, and key points where the network has them, on crops of boxes that are off.
+
+    Args:
+        network: What is trained.
+        config: Settings.
+        crop: How boxes are cut out.
+        rows: Rows by split.
+        order: Order of the training samples.
+    """
+
+    network: SegmenterNetwork
+
+    def __init__(
+        self,
+        network: SegmenterNetwork,
+        config: SegmenterConfig,
+        crop: BoxCropConfig,
+        rows: dict[str, BoxRows],
+        order: SampleOrder,
+    ) -> None:
+        super().__init__(network)
+        self.config, self._crop, self._rows, self._order = config, crop, rows, order
+        self._device = torch.device("cpu")
+        self._samples = MadeAhead(self._disturbed, config.workers)
+
+    def move_samples(self, device: torch.device) -> None:
+        """Remember where batches go; crops stay on the disk."""
+        self._device = device
+
+    def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
+        """Return the loss on the boxes ``index``, disturbed afresh."""
+        following = self._order.indices(step + 1)
+        samples = self._samples.take(_keys(index, part, step), _keys(following, part, step + 1))
+        mask, places = self.network(*self._tensors(samples))
+        with torch.autocast(self._device.type, enabled=False):
+            loss = mask_loss(mask.float(), self._stacked([sample.mask for sample in samples]))
+            if places.shape[1]:
+                points = self._stacked([sample.points for sample in samples])
+                loss = loss + self.config.keypoint_weight * keypoint_loss(places.float(), points)
+        return loss
+
+    def _disturbed(self, key: tuple[int, int, int]) -> BoxSample:
+        step, place, row = key
+        rng = np.random.default_rng([self.config.seed, step, place])
+        return box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng)
+
+    def validate(self, network: nn.Module) -> dict[str, float]:
+        """Return the masks' mean overlap with ground truth, the fractions (%) above 0.5 and 0.75, errors of points."""
+        assert isinstance(network, SegmenterNetwork)
+        rows = self._rows["val"]
+        chosen = range(0, len(rows), max(1, -(-len(rows) // _MOST_VALIDATED)))
+        overlaps, errors = list[np.ndarray](), list[np.ndarray]()
+        for start in range(0, len(chosen), _VALIDATION_BATCH):
+            samples = [
+                box_sample(*rows.at(row), self._crop, None, np.random.default_rng([0, row]))
+                for row in chosen[start : start + _VALIDATION_BATCH]
+            ]
+            mask, places = network(*self._tensors(samples))
+            found, gt = (mask > 0).cpu().numpy(), np.stack([sample.mask for sample in samples]) > 0.5
+            union = (found | gt).sum(axis=(1, 2))
+            overlaps.append((found & gt).sum(axis=(1, 2)) / np.maximum(union, 1))
+            if places.shape[1]:
+                points = np.stack([sample.points for sample in samples])
+                distance = np.linalg.norm(find_peaks(places.float()).uv - points[..., :2], axis=2)
+                errors.append(distance[points[..., 2] > 0])
+        overlap = np.concatenate(overlaps)
+        metrics = {"val_iou": 100.0 * float(overlap.mean())}
+        metrics |= {f"val_iou_{int(100 * t)}": 100.0 * float((overlap >= t).mean()) for t in (0.5, 0.75)}
+        if errors and (all_errors := np.concatenate(errors)).size:
+            metrics["val_point_px"] = float(np.median(all_errors))
+        return metrics
+
+    def _tensors(self, samples: Sequence[BoxSample]) -> tuple[Tensor | None, Tensor | None, Tensor]:
+        rgb = [sample.rgb for sample in samples if sample.rgb is not None]
+        depth = [sample.depth for sample in samples if sample.depth is not None]
+        width_rad = np.array([sample.width_rad for sample in samples], dtype=np.float32)
+        return self._stacked(rgb) if rgb else None, self._stacked(depth) if depth else None, self._moved(width_rad)
+
+    def _stacked(self, arrays: Sequence[np.ndarray]) -> Tensor:
+        return self._moved(np.stack(arrays))
+
+    def _moved(self, array: np.ndarray) -> Tensor:
+        return on_device(torch.from_numpy(array), self._device)
+
+
+def _keys(index: Int[Tensor, " b"], part: slice, step: int) -> list[tuple[int, int, int]]:
+    """Return what decides each sample: the step, its place in it, its row."""
+    return [(step, place, row) for place, row in enumerate(index.tolist())][part]

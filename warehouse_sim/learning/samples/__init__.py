@@ -1,0 +1,1 @@
+"""What steps of a training draw from: arrays on disk, streams, their order."""
