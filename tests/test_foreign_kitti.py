@@ -66,7 +66,7 @@ def test_cars_and_pedestrians_are_trained_on_found_and_scored(
         Estimator(run, PredictConfig(refine="icp"))
 
 
-def test_ground_ground_truth_fed_back_scores_one(data: Path, tmp_path: Path) -> None:
+def test_ground_truth_fed_back_scores_one(data: Path, tmp_path: Path) -> None:
     scores = evaluate(gt_csv(tmp_path / "gt_val.csv"), data, "val")
     metrics = scores.to_plain()["overall"]["metrics"]
     fractions = {name: value for name, value in metrics.items() if "median" not in name and value is not None}

@@ -103,7 +103,7 @@ def accepted(trial: Trial, estimator: PoseEstimator) -> tuple[float, float]:
     put there must not be accepted; of what else stands in the hall nothing is evaluated.
     """
     image = RgbdImage.from_observation(trial.observation)
-    ids = trial.observation.buffers.instance_ids
+    ids = trial.observation.buffers.instance_mask
     mask = np.isin(ids, trial.ids)
     detections: tuple[Detection, ...] = ()
     if not getattr(estimator, "finds_objects", False):

@@ -23,7 +23,7 @@ def amodal_masks(settings: Settings) -> dict[str, Any]:
     # The first view warms up.
     cpu_s = sum(cost.cpu_s for cost in costs[1:]) / sum(counts[1:])
     return {
-        "what": "an object's amodal amodal mask, among all targets of a view",
+        "what": "an object's amodal mask, among all targets of a view",
         "ours_cpu_s": cpu_s,
         "target": "<= 0.001",
         "objects_per_view": sum(counts[1:]) / len(counts[1:]),

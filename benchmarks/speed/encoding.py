@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, draw_subject
-from warehouse_sim.dataset.files.image_io import encode_depth, encode_ids, encode_rgb
+from warehouse_sim.dataset.files.image_io import encode_depth, encode_instance_mask, encode_rgb
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
@@ -50,7 +50,7 @@ def _ours(observation: Observation) -> list[bytes]:
     return [
         encode_rgb(observation.rgbd.rgb),
         encode_depth(observation.rgbd.depth, 1000.0, "benchmark"),
-        encode_ids(observation.buffers.instance_ids, "benchmark"),
+        encode_instance_mask(observation.buffers.instance_mask, "benchmark"),
     ]
 
 
@@ -58,6 +58,6 @@ def _opencv(observation: Observation) -> list[bytes]:
     images = [
         cv2.cvtColor(observation.rgbd.rgb, cv2.COLOR_RGB2BGR),
         np.rint(observation.rgbd.depth * np.float32(1000.0)).astype(np.uint16),
-        observation.buffers.instance_ids.astype(np.uint16),
+        observation.buffers.instance_mask.astype(np.uint16),
     ]
     return [cv2.imencode(".png", image)[1].tobytes() for image in images]

@@ -95,7 +95,7 @@ def _icp(observation: Observation, models: list[ObjectModel]) -> Callable[[], An
     points = image.camera.unproject(image.depth)
     by_mask = {id(item.mask): points[item.mask & (image.depth > 0)] for item in image.detections}
     clouds = [rng.permutation(by_mask[id(item.mask)]) for item in image.detections]
-    ids = observation.buffers.instance_ids
+    ids = observation.buffers.instance_mask
     labels = [gt[int(np.median(ids[item.mask]))] for item in image.detections]
     off = make_transform(rotation_x(np.deg2rad(2)) @ rotation_z(np.deg2rad(2.2)), np.array([0.02, -0.02, 0.01]))
     starts = np.stack([label.T_camera_object @ off for label in labels])

@@ -64,4 +64,4 @@ def _agreement(subject: Subject, ours: RenderProcess, theirs: RenderProcess) -> 
 
 def _fractions(ours: RenderBuffers, theirs: RenderBuffers) -> tuple[float, float]:
     near = np.abs(ours.depth - theirs.depth) <= 0.005 + 0.005 * ours.depth
-    return float(np.mean(ours.instance_ids == theirs.instance_ids)), float(np.mean(near))
+    return float(np.mean(ours.instance_mask == theirs.instance_mask)), float(np.mean(near))

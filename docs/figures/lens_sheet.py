@@ -52,7 +52,7 @@ def labelled(observation: Observation, camera: PinholeCamera | None = None) -> I
         if camera is None and item.box_visible_xyxy is not None:
             left, top, right, bottom = item.box_visible_xyxy
             cv2.rectangle(image, (left, top), (right, bottom), (255, 255, 255), 1)
-            visible = (observation.buffers.instance_ids == item.instance_id).astype(np.uint8)
+            visible = (observation.buffers.instance_mask == item.instance_id).astype(np.uint8)
             outlines, _ = cv2.findContours(visible, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
             cv2.drawContours(image, outlines, -1, CYAN, 1)
     return image

@@ -36,7 +36,7 @@ def test_everything_written_is_read_back(toy_root: Path) -> None:
                 assert target.pixels_visible == annotation.pixels_visible
                 assert target.box_visible_xyxy == annotation.box_visible_xyxy
                 assert target.box_amodal_xyxy == annotation.box_amodal_xyxy
-                visible = observation.buffers.instance_ids == annotation.instance_id
+                visible = observation.buffers.instance_mask == annotation.instance_id
                 assert np.array_equal(reader.mask_visible(image, target.gt_index), visible)
                 whole = image_amodal_mask(annotation, visible.shape)
                 assert np.array_equal(reader.mask(image, target.gt_index), whole)

@@ -22,7 +22,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def seen_masks(observation: int) -> np.ndarray:
     seen = observe(make_scene(0))[observation]
     ids = [item.instance_id for item in seen.annotations if item.pixels_visible]
-    return np.stack([seen.buffers.instance_ids == number for number in ids]) if ids else np.zeros((0, 96, 160), bool)
+    return np.stack([seen.buffers.instance_mask == number for number in ids]) if ids else np.zeros((0, 96, 160), bool)
 
 
 def unpacked(masks: np.lib.npyio.NpzFile, name: str, shape: tuple[int, ...]) -> np.ndarray:

@@ -11,7 +11,7 @@ def matched(errors, scores, counted=None):
     return match(errors, np.array(scores, dtype=float), counted).tolist()
 
 
-def test_each_estimate_goes_to_its_nearest_ground_ground_truth():
+def test_each_estimate_goes_to_its_nearest_ground_truth():
     assert matched([[0.1, 2.0, 3.0], [3.0, 1.5, 0.2], [2.0, 0.3, 1.0]], [0.5, 0.6, 0.7]) == [0, 2, 1]
 
 

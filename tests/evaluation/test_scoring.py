@@ -32,7 +32,7 @@ def moved(estimates, motion):
     return [replace(item, T_camera_object=item.T_camera_object @ motion) for item in estimates]
 
 
-def test_ground_ground_truth_as_predictions_scores_exactly_one(data, score):
+def test_ground_truth_as_predictions_scores_exactly_one(data, score):
     plain = score(estimates_of(data)).to_plain()
     every_summary = [plain["overall"], *(item for group in plain["groups"].values() for item in group)]
     checked = 0
@@ -141,7 +141,7 @@ def test_docking_is_judged_at_the_side_towards_the_camera(data, score):
 INWARDS = {"-x": [1, 0, 0], "+x": [-1, 0, 0], "-y": [0, 1, 0], "+y": [0, -1, 0]}
 
 
-def test_ground_ground_truth_moved_along_the_forks_docks_within_the_limits_of_depth(data, score):
+def test_ground_truth_moved_along_the_forks_docks_within_the_limits_of_depth(data, score):
     estimates = estimates_of(data)
     faces = score(estimates).table.face
     # The tips reach 1.10 m, and two thirds of the pallet must be on them.
@@ -226,7 +226,7 @@ def test_repeated_predictions_are_rejected_by_their_lines(data, score):
         score([first, *rest[1:], rest[0], first])
 
 
-def test_a_split_without_ground_ground_truth_is_rejected(data, tmp_path):
+def test_a_split_without_ground_truth_is_rejected(data, tmp_path):
     with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
         evaluate(write_estimates([], tmp_path / "a.csv"), data, "val")
 

@@ -34,7 +34,7 @@ def test_a_summary_survives_json_with_null_for_what_is_not_finite():
     assert again.to_plain() == plain
 
 
-def test_bins_hold_every_ground_ground_truth_once_and_touch_without_overlap():
+def test_bins_hold_every_ground_truth_once_and_touch_without_overlap():
     rows = [
         row(distance=d, visible_fraction=v) for d, v in [(0.5, 0.1), (2.0, 0.3), (7.99, 0.95), (12.0, 1.0), (40, 0.5)]
     ]

@@ -53,7 +53,7 @@ def observation_hashes(observation: Observation) -> dict[str, str]:
     ]
     return {
         "depth": _hash([np.rint(observation.rgbd.depth * np.float32(_STEPS_PER_METRE)).astype(np.uint16)]),
-        "ids": _hash([observation.buffers.instance_ids]),
+        "ids": _hash([observation.buffers.instance_mask]),
         "masks": _hash(mask for item in targets for mask in (item.mask, item.mask_visible)),
         "labels": _hash([poses, label_rows(shown, observation.camera, NAME)]),
     }

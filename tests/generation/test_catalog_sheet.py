@@ -37,7 +37,7 @@ def test_an_object_fills_its_thumbnail_whatever_its_size(name: str) -> None:
 
         renderer.render = remember  # type: ignore[method-assign, assignment]
         thumbnail = render_thumbnail(renderer, catalog_object(name))
-    ids = seen["buffers"].instance_ids
+    ids = seen["buffers"].instance_mask
     rows, columns = np.nonzero(ids == 2)
     spans = (columns.min() / ids.shape[1], columns.max() / ids.shape[1], rows.min() / ids.shape[0])
     spans += (rows.max() / ids.shape[0],)

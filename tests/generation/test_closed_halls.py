@@ -67,4 +67,4 @@ def test_no_pixel_of_an_open_dock_lacks_depth_or_an_instance() -> None:
             renderer.load(scene.seen_from(view))
             buffers = renderer.render(camera, view.T_world_camera)
             assert np.all(buffers.depth > 0.0)
-            assert np.all(buffers.instance_ids > 0)
+            assert np.all(buffers.instance_mask > 0)

@@ -56,7 +56,7 @@ def same_instances(observation: Observation, sweep: LidarScan, T_camera_lidar: n
     u, v = u[inside], v[inside]
     met = np.abs(observation.buffers.depth[v, u] - z) < 0.02
     assert met.sum() > 400
-    return float((observation.buffers.instance_ids[v, u] == ids)[met].mean())
+    return float((observation.buffers.instance_mask[v, u] == ids)[met].mean())
 
 
 @pytest.mark.parametrize(
@@ -109,8 +109,8 @@ def test_the_right_image_is_the_left_one_moved_by_the_true_disparity() -> None:
     depth = cv2.remap(stereo.buffers.depth, there, v, cv2.INTER_LINEAR)
     visible = (there >= 0) & (left.depth > 0) & (np.abs(depth - left.depth) < 0.01 * left.depth)
     assert visible.mean() > 0.4
-    ids = cv2.remap(stereo.buffers.instance_ids.astype(np.float32), there, v, cv2.INTER_NEAREST)
-    assert (ids == left.instance_ids)[visible].mean() > 0.99
+    ids = cv2.remap(stereo.buffers.instance_mask.astype(np.float32), there, v, cv2.INTER_NEAREST)
+    assert (ids == left.instance_mask)[visible].mean() > 0.99
     np.testing.assert_array_equal(stereo.in_both & (there < 0), False)
     assert (stereo.in_both == visible)[there >= 0].mean() > 0.98
     moved = cv2.remap(stereo.buffers.rgb, there, v, cv2.INTER_LINEAR).astype(float)

@@ -34,7 +34,7 @@ def streamed(recipe: Recipe) -> list[Observation]:
 
 def same(a: Observation, b: Observation) -> bool:
     alike = (a.scene_index, a.observation_index) == (b.scene_index, b.observation_index)
-    pairs = ((a.rgbd.rgb, b.rgbd.rgb), (a.rgbd.depth, b.rgbd.depth), (a.buffers.instance_ids, b.buffers.instance_ids))
+    pairs = ((a.rgbd.rgb, b.rgbd.rgb), (a.rgbd.depth, b.rgbd.depth), (a.buffers.instance_mask, b.buffers.instance_mask))
     return alike and all(np.array_equal(*pair) for pair in pairs)
 
 

@@ -101,7 +101,7 @@ def test_a_picture_of_it_differs_by_rounding_only(pair) -> None:
                 renderer.load(item.seen_from(viewpoint))
                 views.append(renderer.render(camera, viewpoint.T_world_camera))
             one, other = views
-            np.testing.assert_array_equal(one.instance_ids, other.instance_ids)
+            np.testing.assert_array_equal(one.instance_mask, other.instance_mask)
             np.testing.assert_allclose(one.depth, other.depth, atol=1e-5)
             step = np.abs(one.rgb.astype(int) - other.rgb.astype(int))
             assert step.max() <= 1

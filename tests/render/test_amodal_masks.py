@@ -25,7 +25,7 @@ def test_what_is_visible_lies_in_the_amodal_mask_to_the_last_pixel(renderer: Ren
     renderer.load(wall)
     visible_pixels = 0
     for viewpoint in wall.viewpoints:
-        ids = renderer.render(CAMERA, viewpoint.T_world_camera).instance_ids
+        ids = renderer.render(CAMERA, viewpoint.T_world_camera).instance_mask
         objects = [item for item in wall.instances if wall.model_of(item).class_name in ("pallet", "carton")]
         for item, amodal_mask in zip(
             objects, renderer.amodal_masks(CAMERA, viewpoint.T_world_camera, objects), strict=True
@@ -47,7 +47,7 @@ def test_alone_an_object_shows_exactly_its_amodal_mask_even_beyond_the_image(
     truncated = 0
     for item in wall.target_instances():
         renderer.load(make_scene(list(wall.models.values()), [(item.model, item.T_world_object)]))
-        alone = renderer.render(wide, T).instance_ids == 1
+        alone = renderer.render(wide, T).instance_mask == 1
         renderer.load(wall)
         amodal_mask = renderer.amodal_masks(small, T, [item])[0]
         assert np.array_equal(on_canvas(amodal_mask, small), alone)

@@ -28,7 +28,7 @@ def digest(renderer: Renderer, scene: SceneSpec) -> str:
     for viewpoint in scene.viewpoints:
         buffers = renderer.render(CAMERA, viewpoint.T_world_camera, normals=True)
         assert buffers.normals is not None
-        for image in (buffers.rgb, buffers.depth, buffers.instance_ids, buffers.normals):
+        for image in (buffers.rgb, buffers.depth, buffers.instance_mask, buffers.normals):
             total.update(image.tobytes())
         for amodal_mask in renderer.amodal_masks(CAMERA, viewpoint.T_world_camera, scene.target_instances()):
             total.update(repr(amodal_mask.offset).encode() + amodal_mask.mask.tobytes())
@@ -70,9 +70,9 @@ def test_any_mesh_is_drawn_not_only_boxes(renderer: Renderer) -> None:
     renderer.load(scene)
     camera = PinholeCamera.from_focal(201, 201, 200.0)
     above = renderer.render(camera, level_camera(np.array([0.0, 0.0, 4.0]), 0.0, -np.pi / 2))
-    assert np.count_nonzero(above.instance_ids) == pytest.approx((200.0 / 4.0) ** 2, rel=0.03)
+    assert np.count_nonzero(above.instance_mask) == pytest.approx((200.0 / 4.0) ** 2, rel=0.03)
     assert above.depth[100, 100] == pytest.approx(3.2, abs=0.02)
-    side = renderer.render(camera, level_camera(np.array([-4.0, 0.0, 0.4]), 0.0)).instance_ids
+    side = renderer.render(camera, level_camera(np.array([-4.0, 0.0, 0.4]), 0.0)).instance_mask
     widths = np.count_nonzero(side, axis=1)
     assert np.count_nonzero(widths) == pytest.approx(0.8 * 200 / 3.75, abs=3)
     assert (np.diff(widths[widths > 0]) >= 0).all()

@@ -49,7 +49,7 @@ def test_labels_and_depth_are_not_touched(denoising: Any, wall: SceneSpec) -> No
     with open_pathtracer(samples=1) as plain:
         plain.load(wall)
         other = plain.render(CAMERA, T, normals=True)
-    for name in ("depth", "instance_ids", "normals"):
+    for name in ("depth", "instance_mask", "normals"):
         assert np.array_equal(getattr(buffers, name), getattr(other, name))
 
 
@@ -117,7 +117,7 @@ def test_features_are_those_of_the_surface_and_of_film_before_it(denoising: Any)
         features = cast_features(denoising._scene, CAMERA, view, 4, 0)
         fractions.append(features.albedo[50, 80])
         np.testing.assert_allclose(features.normals[50, 80], [-1.0, 0.0, 0.0], atol=1e-5)
-        nothing = cast_image(scene, CAMERA, view).instance_ids[0, 0] == 0
+        nothing = cast_image(scene, CAMERA, view).instance_mask[0, 0] == 0
         assert nothing
         assert not features.albedo[0, 0].any()
         assert not features.normals[0, 0].any()

@@ -43,11 +43,11 @@ def sampled(renderer: Renderer, scene: SceneSpec) -> RenderBuffers:
 
 def test_film_leaves_depth_ids_and_normals_bitwise_alone(renderer: Renderer) -> None:
     bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.4))
-    for channel in ("depth", "instance_ids", "normals"):
+    for channel in ("depth", "instance_mask", "normals"):
         assert np.array_equal(getattr(wrapped, channel), getattr(bare, channel))
-    assert 3 not in wrapped.instance_ids
+    assert 3 not in wrapped.instance_mask
     changed = np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2)
-    assert (changed[wrapped.instance_ids == 2] > 0).mean() > 0.9
+    assert (changed[wrapped.instance_mask == 2] > 0).mean() > 0.9
 
 
 @pytest.mark.parametrize("base", [0.0, 0.95])
@@ -61,18 +61,18 @@ def test_what_stands_before_the_film_is_untouched(renderer: Renderer) -> None:
     bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.8))
     assert wrapped.normals is not None
     # Colours are smoothed across the post's outline and between its faces.
-    edges = cv2.Canny(wrapped.instance_ids.astype(np.uint8) * 60, 1, 2) > 0
+    edges = cv2.Canny(wrapped.instance_mask.astype(np.uint8) * 60, 1, 2) > 0
     edges |= np.abs(np.diff(wrapped.normals, axis=0, append=0)).max(axis=2) > 0.1
-    inner = (wrapped.instance_ids == 4) & (cv2.dilate(edges.astype(np.uint8), np.ones((7, 7), np.uint8)) == 0)
+    inner = (wrapped.instance_mask == 4) & (cv2.dilate(edges.astype(np.uint8), np.ones((7, 7), np.uint8)) == 0)
     assert np.count_nonzero(inner) > 150
     assert np.array_equal(wrapped.rgb[inner], bare.rgb[inner])
 
 
 def test_film_casts_no_shadow_and_has_no_amodal_mask(renderer: Renderer) -> None:
     bare, wrapped = (sampled(renderer, film_scene(opacity)) for opacity in (None, 0.4))
-    floor = (wrapped.instance_ids == 1) & (np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2) > 0)
+    floor = (wrapped.instance_mask == 1) & (np.abs(wrapped.rgb.astype(int) - bare.rgb).max(axis=2) > 0)
     # Only where the film's own outline stands out over the floor.
-    assert np.count_nonzero(floor) < 0.03 * np.count_nonzero(wrapped.instance_ids == 1)
+    assert np.count_nonzero(floor) < 0.03 * np.count_nonzero(wrapped.instance_mask == 1)
     scene = film_scene(0.4)
     renderer.load(scene)
     carton, wrap = renderer.amodal_masks(CAMERA, VIEW, [scene.instances[1], scene.instances[2]])

@@ -29,7 +29,7 @@ def render_all(renderer: Renderer, scene: SceneSpec, viewpoints: Sequence[Viewpo
     """Return what is rendered from ``viewpoints`` of a scene that holds just these."""
     renderer.load(replace(scene, viewpoints=tuple(viewpoints)))
     sampled = [renderer.render(CAMERA, view.T_world_camera) for view in viewpoints]
-    return [item.rgb.tobytes() + item.depth.tobytes() + item.instance_ids.tobytes() for item in sampled]
+    return [item.rgb.tobytes() + item.depth.tobytes() + item.instance_mask.tobytes() for item in sampled]
 
 
 def same(a: Sequence[AmodalMask], b: Sequence[AmodalMask]) -> bool:
@@ -63,7 +63,7 @@ def test_amodal_masks_are_the_same_before_and_after_an_image(renderer: Renderer,
     for view in scene.viewpoints:
         drawing.load(scene)
         before = drawing.amodal_masks(camera, view.T_world_camera, things)
-        ids = drawing.render(camera, view.T_world_camera).instance_ids
+        ids = drawing.render(camera, view.T_world_camera).instance_mask
         after = drawing.amodal_masks(camera, view.T_world_camera, things)
         drawing.render(camera, scene.viewpoints[0].T_world_camera)
         assert same(before, after)

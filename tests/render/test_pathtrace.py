@@ -34,12 +34,12 @@ def test_every_channel_agrees_with_ray_casting(tracer: Any, wall: SceneSpec, cam
     for viewpoint in wall.viewpoints[:2]:
         buffers = tracer.render(camera, viewpoint.T_world_camera, normals=True)
         gt = cast_image(wall, camera, viewpoint.T_world_camera)
-        assert (buffers.instance_ids == gt.instance_ids).mean() >= 0.9999
-        same = (buffers.instance_ids == gt.instance_ids) & (gt.instance_ids > 0) & gt.inside()
+        assert (buffers.instance_mask == gt.instance_mask).mean() >= 0.9999
+        same = (buffers.instance_mask == gt.instance_mask) & (gt.instance_mask > 0) & gt.inside()
         assert np.count_nonzero(same) > 3000
         assert np.abs(buffers.depth - gt.depth)[same].max() < 2e-4
         assert ((buffers.normals * gt.normals).sum(axis=-1)[same] > 0.999999).all()
-        nothing = buffers.instance_ids == 0
+        nothing = buffers.instance_mask == 0
         assert (buffers.normals[nothing] == 0.0).all()
         assert np.array_equal(buffers.depth == 0.0, nothing)
         assert tracer.render(camera, viewpoint.T_world_camera).normals is None
@@ -55,7 +55,7 @@ def test_colours_lie_where_ids_lie() -> None:
             scene = make_scene([box_model("box", (0.9, 0.6, 0.5))], placed, (), (), paint, 0.0)
             sharp.load(scene)
             covered = sharp.luminance(OFF_CENTRE, view)[..., 0] * scene.exposure
-            shown = sharp.render(OFF_CENTRE, view).instance_ids > 0
+            shown = sharp.render(OFF_CENTRE, view).instance_mask > 0
             rim = np.count_nonzero((covered > 0.01) & (covered < 0.99))
             assert rim > 60
             assert np.count_nonzero((covered > 0.5) != shown) < 0.05 * rim
@@ -71,7 +71,7 @@ def test_amodal_masks_are_the_ids_of_the_object_alone(tracer: Any, wall: SceneSp
     canvas = CAMERA.crop(-CAMERA.width, -CAMERA.height, 3 * CAMERA.width, 3 * CAMERA.height)
     sizes = []
     for instance, amodal_mask in zip(chosen, found, strict=True):
-        alone = cast_image(replace(wall, instances=(instance,)), canvas, T).instance_ids > 0
+        alone = cast_image(replace(wall, instances=(instance,)), canvas, T).instance_mask > 0
         sampled = np.zeros_like(alone)
         left, top = amodal_mask.offset[0] + CAMERA.width, amodal_mask.offset[1] + CAMERA.height
         height, width = amodal_mask.mask.shape
@@ -102,7 +102,7 @@ def test_the_grain_lies_where_the_raster_backend_puts_it(renderer: Renderer, siz
         with open_pathtracer(samples=256) as sharp:
             sharp.load(scene)
             images = [item.render(camera, T) for item in (renderer, sharp)]
-        shown = cv2.erode((images[0].instance_ids > 0).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+        shown = cv2.erode((images[0].instance_mask > 0).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
         grains = [grain(item.rgb[..., 1].astype(float)) for item in images]
         patches[view] = np.corrcoef(grains[0][shown], grains[1][shown])[0, 1]
     assert min(patches.values()) > 0.8
@@ -196,7 +196,7 @@ def test_a_scene_of_nothing_but_film_is_drawn(tracer: Any) -> None:
     )
     tracer.load(scene)
     buffers = tracer.render(CAMERA, level_camera(np.zeros(3), 0.0), normals=True)
-    assert not buffers.instance_ids.any()
+    assert not buffers.instance_mask.any()
     assert buffers.rgb[100, 160].max() > 0
     assert tracer.amodal_masks(CAMERA, level_camera(np.zeros(3), 0.0), scene.instances)[0].mask.size == 0
 

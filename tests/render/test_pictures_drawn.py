@@ -58,7 +58,7 @@ def test_a_far_label_has_the_mean_light_of_its_picture(renderer: Renderer) -> No
         scene = scene_of((0.0004, 0.296, 0.21), make_transform(None, np.array([0.0, shift, 0.0])))
         renderer.load(scene)
         buffers = renderer.render(camera, AHEAD)
-        rows, columns = np.nonzero(buffers.instance_ids == 1)
+        rows, columns = np.nonzero(buffers.instance_mask == 1)
         inside = (np.abs(rows - rows.mean()) < 5) & (np.abs(columns - columns.mean()) < 8)
         greys.append(buffers.rgb[rows[inside], columns[inside]].astype(float).mean())
     assert np.std(greys) < 2.0

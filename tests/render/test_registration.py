@@ -37,7 +37,7 @@ def test_masks_and_depth_lie_where_the_camera_projects(renderer: Renderer) -> No
     renderer.load(make_scene([model], [("box", np.eye(4))]))
     for T_camera_object in random_placements(200, margin=2):
         buffers = renderer.render(OFF_CENTRE, invert(T_camera_object))
-        rows, columns = np.nonzero(buffers.instance_ids)
+        rows, columns = np.nonzero(buffers.instance_mask)
         corners = OFF_CENTRE.project(transform_points(T_camera_object, box_corners(SIZE)))
         outline = cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float)
         mask_offsets.append(np.array([columns.mean(), rows.mean()]) - polygon_centroid(outline))
@@ -79,16 +79,16 @@ def test_every_channel_agrees_with_ray_casting(renderer: Renderer, wall: SceneSp
         gt = cast_image(wall, KITTI, viewpoint.T_world_camera)
         inside = gt.inside()
         assert inside.mean() > 0.7
-        assert (buffers.instance_ids == gt.instance_ids)[inside].mean() >= 0.999
-        assert (buffers.instance_ids == gt.instance_ids).mean() >= 0.997
-        compared = inside & (gt.instance_ids > 0) & (buffers.instance_ids == gt.instance_ids)
+        assert (buffers.instance_mask == gt.instance_mask)[inside].mean() >= 0.999
+        assert (buffers.instance_mask == gt.instance_mask).mean() >= 0.997
+        compared = inside & (gt.instance_mask > 0) & (buffers.instance_mask == gt.instance_mask)
         error = np.abs(buffers.depth - gt.depth)[compared]
         assert np.quantile(error - 0.001 * gt.depth[compared], 0.9999) < 0.001
         assert buffers.normals is not None
         cosine = (buffers.normals * gt.normals).sum(axis=-1)[compared]
         assert np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.9999) < 0.1
-        assert (buffers.normals[buffers.instance_ids == 0] == 0.0).all()
-        assert ((buffers.depth == 0.0) == (buffers.instance_ids == 0)).all()
+        assert (buffers.normals[buffers.instance_mask == 0] == 0.0).all()
+        assert ((buffers.depth == 0.0) == (buffers.instance_mask == 0)).all()
 
 
 def test_a_window_of_the_image_is_the_image_of_the_cropped_camera(renderer: Renderer, wall: SceneSpec) -> None:
@@ -99,6 +99,6 @@ def test_a_window_of_the_image_is_the_image_of_the_cropped_camera(renderer: Rend
     for left, top, width, height in ((700, 40, 400, 300), (0, 0, 200, 100), (1000, 300, 224, 70)):
         part = renderer.render(KITTI.crop(left, top, width, height), T)
         window = (slice(top, top + height), slice(left, left + width))
-        same = part.instance_ids == whole.instance_ids[window]
+        same = part.instance_mask == whole.instance_mask[window]
         assert same.mean() >= 0.9998  # vertices are rounded to 1/256 px: a few outlines move by that much
         assert np.quantile(np.abs(part.depth - whole.depth[window])[same], 0.999) < 0.001

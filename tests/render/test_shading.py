@@ -127,7 +127,7 @@ def test_lit_surfaces_do_not_shade_themselves(renderer: Renderer, yaw: float) ->
     for casts in (True, False):
         scene = make_scene([BOX], [("box", at(0, 0, 0.7, yaw))], [replace(light, casts_shadow=casts)])
         images.append(render_rgb(renderer, scene, T))
-    shown = renderer.render(CAMERA, T).instance_ids == 1
+    shown = renderer.render(CAMERA, T).instance_mask == 1
     assert np.count_nonzero(shown) > 3000
     inner = cv2.erode(shown.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     assert np.abs(images[0] - images[1])[inner].max() <= 1
@@ -145,7 +145,7 @@ def test_the_back_of_a_thin_sheet_hardly_shades_its_front(renderer: Renderer, in
         render_rgb(renderer, make_scene(models, placed, [replace(light, casts_shadow=casts)]), T)
         for casts in (True, False)
     )
-    shown = cv2.erode((renderer.render(CAMERA, T).instance_ids == 1).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    shown = cv2.erode((renderer.render(CAMERA, T).instance_mask == 1).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     assert unshaded[shown].min() > 40
     assert np.abs(shaded - unshaded)[shown].mean() < 3.0
 
@@ -234,7 +234,7 @@ def test_a_normal_map_leans_the_light_and_nothing_else(
     towards, flat, away = (int(images[name].rgb[pixel_of(0, 0)][0]) for name in ("1.0", "flat", "-1.0"))
     assert away + 8 < flat < towards - 8
     for other in images.values():
-        for channel in ("depth", "instance_ids", "normals"):
+        for channel in ("depth", "instance_mask", "normals"):
             assert np.array_equal(getattr(other, channel), getattr(images["flat"], channel))
 
 

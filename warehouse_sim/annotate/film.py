@@ -53,7 +53,7 @@ class FilmCaster:
         """
         if self._caster is None:
             return None
-        through = np.isin(buffers.instance_ids, [item.instance_id for item in targets])
+        through = np.isin(buffers.instance_mask, [item.instance_id for item in targets])
         rows, columns = np.nonzero(through)
         on_plane = camera.tangents_at(columns, rows)
         directions = on_plane @ T_world_camera[:3, :2].T + T_world_camera[:3, 2]

@@ -71,7 +71,7 @@ def annotate(
     targets = scene.target_instances() if targets is None else targets
     if len(amodal_masks) != len(targets):
         raise ValueError(f"{len(targets)} targets need as many amodal masks, found {len(amodal_masks)}")
-    for image in (buffers.instance_ids, depth_reading):
+    for image in (buffers.instance_mask, depth_reading):
         if image.shape != (camera.height, camera.width):
             raise ValueError(f"an image of shape {image.shape} is not {camera.height} rows of {camera.width}")
     T_camera_world, kinds = invert(T_world_camera), kinds_by_id(scene)
@@ -100,7 +100,7 @@ def _label(
     pixels_in_image = np.count_nonzero(mask[window.mask]) if window is not None else 0
     if window is None or pixels_in_image == 0:
         return None
-    visible = buffers.instance_ids[window.image] == instance.instance_id
+    visible = buffers.instance_mask[window.image] == instance.instance_id
     model = scene.model_of(instance)
     left, top = amodal_mask.offset
     return ObjectAnnotation(
@@ -117,5 +117,5 @@ def _label(
         pixels_in_image=int(pixels_in_image),
         pixels_visible=int(np.count_nonzero(visible)),
         pixels_valid=int(np.count_nonzero(visible & (depth_reading[window.image] > 0))),
-        hidden_by=hidden_by(kinds, buffers.instance_ids, mask, window, instance.instance_id, film),
+        hidden_by=hidden_by(kinds, buffers.instance_mask, mask, window, instance.instance_id, film),
     )

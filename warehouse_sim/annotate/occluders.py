@@ -67,7 +67,7 @@ def kinds_by_id(scene: SceneSpec) -> Int[np.ndarray, " n"]:
 
 def hidden_by(
     kinds: Int[np.ndarray, " n"],
-    instance_ids: Int32[np.ndarray, "h w"],
+    instance_mask: Int32[np.ndarray, "h w"],
     amodal_mask: Bool[np.ndarray, "sh sw"],
     window: Window,
     target: int,
@@ -80,14 +80,14 @@ def hidden_by(
 
     Args:
         kinds: What ``kinds_by_id`` gives for the scene.
-        instance_ids: What the image shows.
+        instance_mask: What the image shows.
         amodal_mask: The target's unoccluded amodal mask, also beyond the image.
         window: Where amodal mask and image meet.
         target: The target's instance id.
         film: Pixels before whose first surface film lies.
     """
     inside = amodal_mask[window.mask]
-    seen = instance_ids[window.image][inside]
+    seen = instance_mask[window.image][inside]
     counts = np.bincount(kinds[seen[seen != target]], minlength=len(KINDS))
     total = int(np.count_nonzero(amodal_mask))
     counts[KINDS.index("border")] = total - seen.size

@@ -237,12 +237,12 @@ class RgbdImage:
     @classmethod
     def from_observation(cls, observation: Observation) -> "RgbdImage":
         """Make one of what a simulated sensor read, with the ground-truth masks of all labelled objects in sight."""
-        ids = observation.buffers.instance_ids
+        mask = observation.buffers.instance_mask
         found = [label for label in observation.annotations if label.pixels_visible > 0]
         return cls(
             observation.camera,
             observation.rgbd.depth,
-            tuple(Detection(ids == label.instance_id, label.obj_id, number=label.instance_id) for label in found),
+            tuple(Detection(mask == label.instance_id, label.obj_id, number=label.instance_id) for label in found),
             observation.rgbd.rgb,
             observation.scene_index,
             observation.observation_index,

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.viewing.overlay import (
     Image,
     colorize_depth,
-    colorize_ids,
+    colorize_instances,
     draw_box_3d,
     draw_caption,
     draw_cloud,
@@ -69,7 +69,7 @@ def contact_sheet(observation: Observation) -> Image:
     panels = {
         "RGB": rgb.copy(),
         "depth as the sensor reads it, 0.5-20 m": colorize_depth(observation.rgbd.depth),
-        "instance mask": colorize_ids(observation.buffers.instance_ids),
+        "instance mask": colorize_instances(observation.buffers.instance_mask),
         f"boxes of {len(visible)} visible targets": _boxes(observation),
         "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
         "LiDAR in the image": _lidar_in_image(observation),
@@ -101,7 +101,7 @@ def _lidar_from_above(observation: Observation, size: tuple[int, int]) -> Image:
     scale, origin = width / BEV_RANGE, np.array([width // 10, height // 2])
     pixels = np.round(observation.lidar.points[:, :2] * [scale, -scale]).astype(int) + origin
     inside = ((pixels >= 0) & (pixels < [width, height])).all(axis=1)
-    image[pixels[inside, 1], pixels[inside, 0]] = colorize_ids(observation.lidar.instance_ids[None])[0][inside]
+    image[pixels[inside, 1], pixels[inside, 0]] = colorize_instances(observation.lidar.instance_ids[None])[0][inside]
     T_lidar_camera = invert(observation.T_camera_lidar)
     for item in observation.annotations:
         corners = transform_points(T_lidar_camera @ item.T_camera_object, box_corners(item.size)[FOOTPRINT])

@@ -194,7 +194,7 @@ def _annotated(moment: Moment, readings: Readings, buffers: RenderBuffers, unlit
         unlit.amodal_masks, unlit.targets, unlit.film,
     )  # fmt: skip
     visible = [item.instance_id for item in labels if item.pixels_visible > 0]
-    lux = target_illuminance(meter, viewpoint, camera, buffers.instance_ids, visible)
+    lux = target_illuminance(meter, viewpoint, camera, buffers.instance_mask, visible)
     measured = measure_conditions(meter, viewpoint)
     return Observation(
         scene_index=variant.scene.scene_index,

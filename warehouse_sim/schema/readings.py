@@ -68,7 +68,7 @@ class RenderBuffers:
     rgb: UInt8[np.ndarray, "h w 3"]
     depth: Float32[np.ndarray, "h w"]
     """Metres along the optical axis, 0 = nothing."""
-    instance_ids: Int32[np.ndarray, "h w"]
+    instance_mask: Int32[np.ndarray, "h w"]
     """0 = background."""
     normals: Float32[np.ndarray, "h w 3"] | None = None
     """Unit surface normals in the camera frame, zero on the background."""

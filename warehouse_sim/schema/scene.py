@@ -17,7 +17,7 @@ class ObjectInstance:
     """One object of a scene."""
 
     instance_id: int
-    """Unique in the scene, >= 1; the value in instance-instance masks."""
+    """Unique in the scene, >= 1; the value in instance masks."""
     model: str
     """Key of ``SceneSpec.models``."""
     T_world_object: Transform

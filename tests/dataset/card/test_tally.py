@@ -20,7 +20,7 @@ def test_objects_labels_and_points_are_counted_by_another_road() -> None:
     scene = make_scene(0)
     tally, (first, second) = tally_of(scene), observe(scene)
     by_class = {look.class_name: count for look, count in tally.looks.items()}
-    visible = set(np.unique(np.concatenate([first.buffers.instance_ids, second.buffers.instance_ids])))
+    visible = set(np.unique(np.concatenate([first.buffers.instance_mask, second.buffers.instance_mask])))
     assert (by_class["pallet"].placed, by_class["carton"].placed, by_class["floor"].placed) == (3, 1, 1)
     assert by_class["pallet"].seen == len(visible & {10, 11, 12}) == 3
     labels = [item for observation in (first, second) for item in observation.annotations if item.pixels_visible]

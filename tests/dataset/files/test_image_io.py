@@ -9,7 +9,7 @@ from warehouse_sim.dataset.files.image_io import (
     decode_mask,
     decode_rgb,
     encode_depth,
-    encode_ids,
+    encode_instance_mask,
     encode_mask,
     encode_rgb,
     png_size_wh,
@@ -71,12 +71,12 @@ def test_even_masks_of_any_size_come_back(tmp_path: Path, shape: tuple[int, int]
 def test_ids_are_kept_up_to_16_bits_and_rejected_beyond(tmp_path: Path) -> None:
     ids = np.random.default_rng(3).integers(0, 65536, (13, 7)).astype(np.int32)
     ids[0, :2] = 0, 65535
-    (tmp_path / "a.png").write_bytes(encode_ids(ids, "here"))
+    (tmp_path / "a.png").write_bytes(encode_instance_mask(ids, "here"))
     assert np.array_equal(decode_depth(tmp_path / "a.png"), ids)
     for wrong in (65536, -1):
         ids[4, 4] = wrong
         with pytest.raises(DatasetError, match=f"scene 4: instance id {wrong} does not fit into 16 bits"):
-            encode_ids(ids, "scene 4")
+            encode_instance_mask(ids, "scene 4")
 
 
 def test_files_are_hardly_larger_than_those_of_opencv() -> None:
@@ -92,7 +92,7 @@ def test_files_are_hardly_larger_than_those_of_opencv() -> None:
     for data, image in [
         (encode_rgb(rgb), rgb),
         (encode_depth(depth, 1000.0, "here"), millimetres),
-        (encode_ids(ids, "here"), ids.astype(np.uint16)),
+        (encode_instance_mask(ids, "here"), ids.astype(np.uint16)),
     ]:
         assert len(data) <= 1.3 * len(cv2.imencode(".png", image)[1])
 

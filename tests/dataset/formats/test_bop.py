@@ -56,7 +56,7 @@ def test_gt_info_follows_the_toolkit_definitions(toy_root: Path) -> None:
         sh, sw = annotation.amodal_mask.shape
         canvas[h + top : h + top + sh, w + left : w + left + sw] = annotation.amodal_mask
         inside = canvas[h : 2 * h, w : 2 * w]
-        visible = gt.buffers.instance_ids == annotation.instance_id
+        visible = gt.buffers.instance_mask == annotation.instance_id
         ys, xs = np.nonzero(canvas)
         vy, vx = np.nonzero(visible)
         assert row == {

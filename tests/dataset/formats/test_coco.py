@@ -42,7 +42,7 @@ def test_instances_are_the_visible_pixels(root: Path, split: str) -> None:
     assert sorted(coco.imgs) == [2 * scene, 2 * scene + 1]
     found = 0
     for image in coco.imgs.values():
-        ids = observe(make_scene(scene))[image["observation"]].buffers.instance_ids
+        ids = observe(make_scene(scene))[image["observation"]].buffers.instance_mask
         rows, targets = coco.imgToAnns[image["id"]], seen_targets(scene, image["observation"])
         assert [row["instance_id"] for row in rows] == [item.instance_id for item in targets]
         for row, target in zip(rows, targets, strict=True):
@@ -92,7 +92,7 @@ def test_panoptic_images_name_every_pixel(root: Path, split: str) -> None:
     for row, image, seen in zip(data["annotations"], data["images"], observe(make_scene(scene)), strict=True):
         bgr = cv2.imread(str(path.with_suffix("") / row["file_name"])).astype(int)
         number = bgr[..., 2] + 256 * bgr[..., 1] + 65536 * bgr[..., 0]
-        gt = seen.buffers.instance_ids
+        gt = seen.buffers.instance_mask
         # The floor is stuff and the only one; all else are things with ids of their own.
         assert np.array_equal(number, gt)
         assert {item["id"] for item in row["segments_info"]} == set(np.unique(gt)) - {0}

@@ -177,7 +177,7 @@ def test_each_task_of_our_yolo_is_a_folder_of_others(ours: Path, task: str) -> N
     assert (len(image.targets), empty.targets) == (len(targets), ())
     assert np.array_equal(reader.rgb(image), seen.rgbd.rgb)
     for target, gt in zip(image.targets, targets, strict=True):
-        mask = seen.buffers.instance_ids == gt.instance_id
+        mask = seen.buffers.instance_mask == gt.instance_id
         if task == "segment":
             read = reader.mask_visible(image, target.gt_index)
             assert (read & mask).sum() / (read | mask).sum() > 0.95

@@ -148,7 +148,7 @@ def test_lidar_points_project_onto_the_object_that_they_hit(toy_root: Path) -> N
     u, v = np.rint(uvw[:, 0] / uvw[:, 2]).astype(int), np.rint(uvw[:, 1] / uvw[:, 2]).astype(int)
     # The LiDAR stands elsewhere than the camera, so that a few points look past an edge.
     assert len(own) > 20
-    assert (gt.buffers.instance_ids[v, u] == 11).mean() > 0.8
+    assert (gt.buffers.instance_mask[v, u] == 11).mean() > 0.8
 
 
 def test_depth_and_plane(toy_root: Path) -> None:

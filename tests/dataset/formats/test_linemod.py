@@ -87,7 +87,7 @@ def test_the_reader_returns_what_was_written(linemod: Path) -> None:
         assert target.box_visible_xyxy == annotation.box_visible_xyxy
         assert (image.camera, image.depth_scale) == (CAMERA, 1.0)
         assert np.array_equal(
-            reader.mask_visible(image, 0), labels_given.buffers.instance_ids == annotation.instance_id
+            reader.mask_visible(image, 0), labels_given.buffers.instance_mask == annotation.instance_id
         )
         assert np.array_equal(reader.rgb(image), labels_given.rgbd.rgb)
         assert np.abs(reader.depth(image) - labels_given.rgbd.depth).max() <= 0.000501

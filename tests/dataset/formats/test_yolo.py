@@ -27,7 +27,7 @@ def rows_of(root: Path, task: str, observation: int = 0) -> list[np.ndarray]:
 
 def seen_masks() -> list[np.ndarray]:
     seen = observe(make_scene(0))[0]
-    return [seen.buffers.instance_ids == item.instance_id for item in seen.annotations if item.pixels_visible]
+    return [seen.buffers.instance_mask == item.instance_id for item in seen.annotations if item.pixels_visible]
 
 
 def test_boxes_are_those_of_the_visible_pixels(root: Path) -> None:

@@ -57,7 +57,7 @@ def test_boxes_and_masks_lie_on_the_objects(toy_root: Path, tmp_path: Path, monk
     first = observe(make_scene(0))[0]
     plain = cv2.resize(first.rgbd.rgb, (320, 192), interpolation=cv2.INTER_LINEAR).astype(int)
     drawn = np.abs(sheet[:192, 324:644] - plain).sum(axis=-1) > 0
-    ids = cv2.resize(first.buffers.instance_ids, (320, 192), interpolation=cv2.INTER_NEAREST)
+    ids = cv2.resize(first.buffers.instance_mask, (320, 192), interpolation=cv2.INTER_NEAREST)
     labelled = np.isin(ids, [10, 11, 12])
     drawn[:40] = False  # the caption
     assert (drawn & labelled)[40:].sum() > 0.97 * labelled[40:].sum()

@@ -77,7 +77,7 @@ def test_what_is_there_is_the_same_but_for_the_occluder(
 ) -> None:
     for first, paired_variant in pairs(made[1], name):
         assert np.array_equal(first.buffers.depth, paired_variant.buffers.depth)
-        assert np.array_equal(first.buffers.instance_ids, paired_variant.buffers.instance_ids)
+        assert np.array_equal(first.buffers.instance_mask, paired_variant.buffers.instance_mask)
         for a, b in zip(first.annotations, paired_variant.annotations, strict=True):
             assert (a.instance_id, a.pixels_visible, a.pixels_all) == (b.instance_id, b.pixels_visible, b.pixels_all)
             assert np.array_equal(a.amodal_mask, b.amodal_mask)
@@ -128,10 +128,10 @@ def test_without_the_occluder_its_pixels_show_what_is_behind(made: tuple[int, di
     occluder, found = made
     (first, paired_variant), *others = pairs(found, "without occluders")
     assert paired_variant.conditions.absent == (occluder,)
-    gone = first.buffers.instance_ids == occluder
+    gone = first.buffers.instance_mask == occluder
     assert gone.any()
-    assert not (paired_variant.buffers.instance_ids == occluder).any()
-    assert np.array_equal(first.buffers.instance_ids[~gone], paired_variant.buffers.instance_ids[~gone])
+    assert not (paired_variant.buffers.instance_mask == occluder).any()
+    assert np.array_equal(first.buffers.instance_mask[~gone], paired_variant.buffers.instance_mask[~gone])
     assert np.array_equal(first.buffers.depth[~gone], paired_variant.buffers.depth[~gone])
     assert (paired_variant.buffers.depth[gone] >= first.buffers.depth[gone]).all()
     for mine, theirs in others:
@@ -144,7 +144,7 @@ def assert_same(first: Observation, paired_variant: Observation) -> None:
     assert np.array_equal(first.buffers.rgb, paired_variant.buffers.rgb)
     assert np.array_equal(first.rgbd.rgb, paired_variant.rgbd.rgb)
     assert np.array_equal(first.rgbd.depth, paired_variant.rgbd.depth)
-    assert np.array_equal(first.buffers.instance_ids, paired_variant.buffers.instance_ids)
+    assert np.array_equal(first.buffers.instance_mask, paired_variant.buffers.instance_mask)
     assert first.lidar is not None
     assert paired_variant.lidar is not None
     assert np.array_equal(first.lidar.points, paired_variant.lidar.points)
@@ -165,12 +165,12 @@ def test_only_what_a_views_own_request_put_there_is_gone() -> None:
     others = 0
     for first, paired_variant, own in zip(seen[:count], seen[count:], placed, strict=True):
         assert set(paired_variant.conditions.absent) == own
-        gone = np.isin(first.buffers.instance_ids, list(own))
+        gone = np.isin(first.buffers.instance_mask, list(own))
         uncovered += np.count_nonzero(gone)
         assert np.count_nonzero((first.buffers.depth != paired_variant.buffers.depth) & ~gone) == 0
-        assert np.count_nonzero((first.buffers.instance_ids != paired_variant.buffers.instance_ids) & ~gone) == 0
-        assert not np.isin(paired_variant.buffers.instance_ids, list(own)).any()
-        others += np.isin(paired_variant.buffers.instance_ids, list(set().union(*placed) - own)).sum()
+        assert np.count_nonzero((first.buffers.instance_mask != paired_variant.buffers.instance_mask) & ~gone) == 0
+        assert not np.isin(paired_variant.buffers.instance_mask, list(own)).any()
+        others += np.isin(paired_variant.buffers.instance_mask, list(set().union(*placed) - own)).sum()
     assert uncovered > 0
     assert others > 0, "what was put there for another view must stay"
 

@@ -56,7 +56,7 @@ class Shifted:
     ("channel", "name", "message"),
     [
         ("rgb", "registration", r"the raster backend does not conform: rgb lies 0\.\d+ px beside"),
-        ("instance_ids", "registration", r"mask lies 0\.\d+ px beside"),
+        ("instance_mask", "registration", r"mask lies 0\.\d+ px beside"),
         ("depth", "registration", r"depth"),
         ("depth", "channels: tilted", r"depth"),
         ("rgb", "textures", r"textures: declared False, found True"),

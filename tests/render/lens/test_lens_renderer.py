@@ -59,7 +59,7 @@ def test_masks_amodal_masks_and_depth_lie_where_the_camera_projects(
         T_world_camera = invert(T_camera_object)
         buffers = behind_lens.render(camera, T_world_camera)
         true_depth = ray_box_depth(T_camera_object, rays)[0].reshape(camera.height, camera.width)
-        mask, gt = buffers.instance_ids == 1, true_depth > 0
+        mask, gt = buffers.instance_mask == 1, true_depth > 0
         offsets.append(np.argwhere(mask).mean(axis=0) - np.argwhere(gt).mean(axis=0))
         differing += np.count_nonzero(mask != gt)
         outline += np.count_nonzero(gt & ~np.roll(gt, 1, axis=1)) + np.count_nonzero(gt & ~np.roll(gt, 1, 0))
@@ -84,16 +84,16 @@ def test_every_channel_agrees_with_ray_casting(
     for viewpoint in wall.viewpoints:
         buffers = behind_lens.render(camera, viewpoint.T_world_camera, normals=True)
         gt = cast_image(wall, camera, viewpoint.T_world_camera)
-        same = buffers.instance_ids == gt.instance_ids
+        same = buffers.instance_mask == gt.instance_mask
         assert same.mean() > 0.9999
-        compared = same & (gt.instance_ids > 0)
+        compared = same & (gt.instance_mask > 0)
         error = np.abs(buffers.depth - gt.depth)[compared]
         assert np.quantile(error - 0.001 * gt.depth[compared], 0.999) < 0.001
         assert np.median(error) < 0.0002
         assert buffers.normals is not None
         cosine = (buffers.normals * gt.normals).sum(axis=-1)[compared]
         assert np.quantile(np.degrees(np.arccos(np.clip(cosine, -1, 1))), 0.999) < 0.1
-        assert ((buffers.depth == 0.0) == (buffers.instance_ids == 0)).all()
+        assert ((buffers.depth == 0.0) == (buffers.instance_mask == 0)).all()
 
 
 def test_amodal_masks_reach_beyond_the_image_and_hold_what_is_visible(
@@ -109,7 +109,7 @@ def test_amodal_masks_reach_beyond_the_image_and_hold_what_is_visible(
         left, top = amodal_mask.offset[0] + BARREL.width, amodal_mask.offset[1] + BARREL.height
         canvas[top : top + amodal_mask.mask.shape[0], left : left + amodal_mask.mask.shape[1]] = amodal_mask.mask
         inside = canvas[BARREL.height : 2 * BARREL.height, BARREL.width : 2 * BARREL.width]
-        assert not ((buffers.instance_ids == item.instance_id) & ~inside).any()
+        assert not ((buffers.instance_mask == item.instance_id) & ~inside).any()
         outside += np.count_nonzero(canvas) - np.count_nonzero(inside)
     assert outside > 10_000
 
@@ -132,7 +132,7 @@ def test_a_lens_that_does_almost_nothing_changes_almost_nothing(behind_lens: Len
     T = wall.viewpoints[1].T_world_camera
     camera = PinholeCamera(320, 240, 310.0, 290.0, 121.3, 157.8, Distortion(k1=1e-9))
     plain, seen = behind_lens.render(camera.pinhole, T), behind_lens.render(camera, T)
-    assert (plain.instance_ids == seen.instance_ids).mean() > 0.9997
+    assert (plain.instance_mask == seen.instance_mask).mean() > 0.9997
     # Shading depends on where the image ends, so that colours are compared with the source: not one is blurred.
     source = lens_map(camera).source
     left, top = round(source.cx - camera.cx), round(source.cy - camera.cy)
@@ -152,7 +152,7 @@ def test_an_image_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRender
     buffers = behind_lens.render(camera, T)
     value = buffers.rgb[..., 1].astype(float)
     rows = np.arange(60, 180)
-    by_ids = np.array([np.flatnonzero(buffers.instance_ids[row] == 2)[0] for row in rows])
+    by_ids = np.array([np.flatnonzero(buffers.instance_mask[row] == 2)[0] for row in rows])
     by_colour = []
     for row, first in zip(rows, by_ids, strict=True):
         light, dark = value[row, first - 25 : first - 6].mean(), value[row, first + 6 : first + 25].mean()

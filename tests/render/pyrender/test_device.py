@@ -33,14 +33,14 @@ T = scene.viewpoints[0].T_world_camera
 raster, classic = open_renderer("raster"), open_renderer("mujoco")
 for backend in (raster, classic):
     backend.load(scene)
-first = [backend.render(camera, T).instance_ids.tobytes() for backend in (raster, classic)]
+first = [backend.render(camera, T).instance_mask.tobytes() for backend in (raster, classic)]
 for _ in range(3):
     with open_renderer("pyrender") as peer:
         peer.load(scene)
-        assert (peer.render(camera, T).instance_ids > 0).any()
+        assert (peer.render(camera, T).instance_mask > 0).any()
         try: open_renderer("pyrender")
         except RenderError as error: print(error)
-    assert [backend.render(camera, T).instance_ids.tobytes() for backend in (raster, classic)] == first
+    assert [backend.render(camera, T).instance_mask.tobytes() for backend in (raster, classic)] == first
 print("alive")
 """
     done = run(script)

@@ -81,7 +81,7 @@ def test_a_wall_without_texture_is_not_matched() -> None:
 
 def test_noise_of_the_right_image_is_its_own() -> None:
     left, config = plane(4.0, camera=CAMERA), StereoConfig(baseline=0.2, matching=SgbmConfig(disparities=64))
-    right = RenderBuffers(textured(20.0), left.depth, left.instance_ids)
+    right = RenderBuffers(textured(20.0), left.depth, left.instance_mask)
 
     def read(seed: int):
         rng = np.random.default_rng(seed)

@@ -141,7 +141,7 @@ class SceneTally:
         """Count one observation."""
         variant = observation.conditions.variant if observation.conditions.variant in self._paired_variants else ""
         labelled = [item for item in observation.annotations if item.pixels_visible > 0]
-        ids = np.flatnonzero(np.bincount(observation.buffers.instance_ids.ravel()))
+        ids = np.flatnonzero(np.bincount(observation.buffers.instance_mask.ravel()))
         self._seen.setdefault(variant, set()).update(ids.tolist())
         self._labels.setdefault(variant, Counter()).update(item.instance_id for item in labelled)
         self._tally.observations += 1

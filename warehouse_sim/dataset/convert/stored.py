@@ -52,8 +52,8 @@ def stored_observation(
         readings[LIDAR] = MountedReading(sweep.T_camera_sensor, sweep.reading)
     for name, item in reader.readings(image).items():
         readings[name] = MountedReading(item.T_camera_sensor, item.reading)
-    ids = np.zeros(depth.shape, dtype=np.int32)
-    annotations = [_annotation(reader, image, target, depth > 0, ids) for target in _far_to_near(image)]
+    instance_mask = np.zeros(depth.shape, dtype=np.int32)
+    annotations = [_annotation(reader, image, target, depth > 0, instance_mask) for target in _far_to_near(image)]
     measured = {} if recorded is None else {target.instance_id: target for target in recorded.targets}
     observation = Observation(
         *number,
@@ -64,7 +64,7 @@ def stored_observation(
         buffers=RenderBuffers(
             reader.clean_rgb(image) if reader.has_clean else rgb,
             reader.clean_depth(image) if reader.has_clean else depth,
-            ids,
+            instance_mask,
         ),
         annotations=tuple(
             _measured(item, measured.get(item.instance_id))
@@ -92,11 +92,11 @@ def _annotation(
     image: ImageRecord,
     target: TargetRecord,
     has_depth: Bool[np.ndarray, "h w"],
-    ids: Int32[np.ndarray, "h w"],
+    instance_mask: Int32[np.ndarray, "h w"],
 ) -> ObjectAnnotation:
-    """Return a target's label and paint its visible pixels into ``ids``."""
+    """Return a target's label and paint its visible pixels into ``instance_mask``."""
     visible, whole = (read(image, target.gt_index) for read in (reader.mask_visible, reader.mask))
-    ids[visible] = instance_id(target)
+    instance_mask[visible] = instance_id(target)
     whole = whole | visible  # others round the two masks in different ways
     box = mask_box_xyxy(whole)
     left, top, right, bottom = (0, 0, -1, -1) if box is None else box

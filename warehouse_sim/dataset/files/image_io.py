@@ -34,19 +34,19 @@ def farthest_depth(steps_per_metre: float) -> float:
     return (_LARGEST + 0.499) / steps_per_metre
 
 
-def encode_ids(ids: Int32[np.ndarray, "h w"], where: str) -> bytes:
-    """Return the 16-bit PNG of an instance-instance mask, 0 = background.
+def encode_instance_mask(instance_mask: Int32[np.ndarray, "h w"], where: str) -> bytes:
+    """Return the 16-bit PNG of an instance mask, 0 = background.
 
     Raises:
         DatasetError: An id is negative or above 65535.
     """
-    lowest, highest = int(ids.min()), int(ids.max())
+    lowest, highest = int(instance_mask.min()), int(instance_mask.max())
     if lowest < 0 or highest > _LARGEST:
         raise DatasetError(
             f"{where}: instance id {lowest if lowest < 0 else highest} does not fit into 16 bits (0 to {_LARGEST}); "
             "put fewer objects into the scene"
         )
-    return encode_png(ids.astype(np.uint16), "up")
+    return encode_png(instance_mask.astype(np.uint16), "up")
 
 
 def encode_depth(depth: Float32[np.ndarray, "h w"], steps_per_metre: float, where: str) -> bytes:

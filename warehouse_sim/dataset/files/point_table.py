@@ -62,7 +62,7 @@ def camera_table(observation: Observation, classes: Mapping[int, str]) -> Table:
     table = np.zeros(len(points), CAMERA_FIELDS)
     table["x"], table["y"], table["z"] = points.T
     table["red"], table["green"], table["blue"] = observation.rgbd.rgb.reshape(-1, 3)[pixels].T
-    ids = observation.buffers.instance_ids.reshape(-1)[pixels]
+    ids = observation.buffers.instance_mask.reshape(-1)[pixels]
     table["instance_id"], table["label"] = ids, class_labels(ids, classes)
     return table
 

@@ -141,7 +141,7 @@ class ObservationFiles:
         All formats follow this one rule and this one order, so that the row of a KITTI label, the BOP gt index and the
         mask number of an object agree.
         """
-        ids = self.observation.buffers.instance_ids
+        ids = self.observation.buffers.instance_mask
         return tuple(
             LabelledTarget(annotation, image_amodal_mask(annotation, ids.shape), visible_mask(annotation, ids))
             for annotation in self.observation.annotations

@@ -72,13 +72,13 @@ def draw_segment(
         cv2.line(image, p, q, color, width, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
-def colorize_ids(instance_ids: Int[np.ndarray, "h w"]) -> Image:
+def colorize_instances(instance_mask: Int[np.ndarray, "h w"]) -> Image:
     """Give each instance id a colour of its own by the golden angle of hue; background is black."""
-    ids = np.arange(int(instance_ids.max(initial=0)) + 1)
+    ids = np.arange(int(instance_mask.max(initial=0)) + 1)
     hsv = np.stack([ids * 137.508 % 180, 110 + ids * 53 % 120, 150 + ids * 31 % 100], axis=-1).astype(np.uint8)
     palette = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2RGB)[0]
     palette[0] = 0
-    return palette[instance_ids]
+    return palette[instance_mask]
 
 
 def colorize_depth(depth: Float[np.ndarray, "h w"], nearest: float = 0.5, farthest: float = 20.0) -> Image:

@@ -9,7 +9,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.viewing.overlay import Color, Image, colorize_ids, draw_box_3d, draw_caption
+from warehouse_sim.dataset.viewing.overlay import Color, Image, colorize_instances, draw_box_3d, draw_caption
 from warehouse_sim.dataset.viewing.survey import class_of, distance_of, place_of
 from warehouse_sim.geometry.camera import PinholeCamera
 
@@ -164,7 +164,7 @@ def near_first(image: ImageRecord) -> list[TargetRecord]:
 
 def label_color(index: int) -> Color:
     """Return the colour of the label at a position of an image."""
-    red, green, blue = colorize_ids(np.array([[index + 1]], np.int32))[0, 0].tolist()
+    red, green, blue = colorize_instances(np.array([[index + 1]], np.int32))[0, 0].tolist()
     return red, green, blue
 
 

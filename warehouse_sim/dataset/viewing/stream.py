@@ -8,7 +8,7 @@ import numpy as np
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
-from warehouse_sim.dataset.viewing.overlay import colorize_ids
+from warehouse_sim.dataset.viewing.overlay import colorize_instances
 from warehouse_sim.geometry.pose import Transform, invert, quat_wxyz_from_matrix
 from warehouse_sim.optional import require
 
@@ -102,7 +102,7 @@ def _log_targets(rerun: Any, recording: Any, reader: DatasetReader, image: Image
     ids = np.zeros((image.camera.height, image.camera.width), np.uint16)
     for target, number in zip(targets, numbers, strict=True):
         ids[reader.mask_visible(image, target.gt_index)] = number
-    colors = colorize_ids(np.array(numbers, np.int64))
+    colors = colorize_instances(np.array(numbers, np.int64))
     labels = [f"{info.class_name} {number}" for info, number in zip(infos, numbers, strict=True)]
     recording.log(f"{_IMAGE}/masks", rerun.SegmentationImage(ids, opacity=0.4))
     boxes = np.array([target.box_visible_xyxy for target in targets], float).reshape(-1, 4) + np.array([0, 0, 1, 1])
@@ -126,7 +126,7 @@ def _log_sweep(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRe
     if sweep is None:
         return
     ids = np.maximum(sweep.reading.instance_ids, 0)
-    colors = np.where((ids == 0)[:, None], np.uint8(128), colorize_ids(ids))
+    colors = np.where((ids == 0)[:, None], np.uint8(128), colorize_instances(ids))
     recording.log(_LIDAR, _placed(rerun, sweep.T_camera_sensor))
     recording.log(f"{_LIDAR}/points", rerun.Points3D(sweep.reading.points, colors=colors, radii=0.01))
 

@@ -28,7 +28,7 @@ def target_illuminance(
     meter: LightMeter,
     viewpoint: Viewpoint,
     camera: PinholeCamera,
-    instance_ids: Int32[np.ndarray, "h w"],
+    instance_mask: Int32[np.ndarray, "h w"],
     targets: Sequence[int],
 ) -> Mapping[int, float]:
     """Return the mean illuminance (lx) of the visible surface of each target that is visible.
@@ -37,10 +37,10 @@ def target_illuminance(
         meter: The scene's.
         viewpoint: From where it is seen; its vehicle's lights count.
         camera: With what.
-        instance_ids: What it sees, as rendered.
+        instance_mask: What it sees, as rendered.
         targets: Instance ids.
     """
-    pixels = [_spread(instance_ids, target) for target in targets]
+    pixels = [_spread(instance_mask, target) for target in targets]
     rows = np.concatenate([np.zeros((0, 2), int), *pixels])
     owners = np.repeat(np.asarray(targets, int), [len(item) for item in pixels])
     origin, directions = rays_through(viewpoint, camera, rows[:, 1], rows[:, 0])
@@ -54,10 +54,10 @@ def target_illuminance(
     return {int(target): float(values[owners == target].mean()) for target in np.unique(owners)}
 
 
-def _spread(instance_ids: Int32[np.ndarray, "h w"], target: int) -> Int32[np.ndarray, "k 2"]:
+def _spread(instance_mask: Int32[np.ndarray, "h w"], target: int) -> Int32[np.ndarray, "k 2"]:
     """Return rows and columns of at most ``_TARGET_POINTS`` pixels spread evenly over those that show ``target``."""
-    found = np.argwhere(instance_ids[::_STRIDE, ::_STRIDE] == target) * _STRIDE
+    found = np.argwhere(instance_mask[::_STRIDE, ::_STRIDE] == target) * _STRIDE
     if len(found) < _TARGET_POINTS:
-        found = np.argwhere(instance_ids == target)
+        found = np.argwhere(instance_mask == target)
     steps = np.linspace(0, len(found) - 1, min(_TARGET_POINTS, len(found))).round().astype(int)
     return found[steps]

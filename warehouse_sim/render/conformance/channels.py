@@ -16,20 +16,26 @@ def check_view(subject: Subject, seen: View) -> None:
     exact, inside = seen.gt, seen.gt.inside()
     has_normals = subject.renderer.capabilities.normals
     buffers = subject.render(seen.scene, seen.camera, seen.T_world_camera, normals=has_normals)
-    same = buffers.instance_ids == exact.instance_ids
-    subject.expect(buffers.instance_ids.dtype == np.int32, f"ids are {buffers.instance_ids.dtype}, not int32")
-    subject.expect(same[inside].mean() >= 0.999, f"{same[inside].mean():.2%} of the ids inside surfaces are right")
-    subject.expect(same.mean() >= 0.997, f"{same.mean():.2%} of all ids are right")
-    compared = inside & (exact.instance_ids > 0) & same
+    same = buffers.instance_mask == exact.instance_mask
+    subject.expect(
+        buffers.instance_mask.dtype == np.int32, f"instance_mask is {buffers.instance_mask.dtype}, not int32"
+    )
+    subject.expect(
+        same[inside].mean() >= 0.999, f"{same[inside].mean():.2%} of the instance mask inside surfaces is right"
+    )
+    subject.expect(same.mean() >= 0.997, f"{same.mean():.2%} of the instance mask is right")
+    compared = inside & (exact.instance_mask > 0) & same
     error = np.quantile((np.abs(buffers.depth - exact.depth) - 0.001 * exact.depth)[compared], 0.9999)
     subject.expect(buffers.depth.dtype == np.float32, f"depth is {buffers.depth.dtype}, not float32")
     subject.expect(error < 0.001, f"depth is {error:.4f} m beyond 0.1 % from that of rays")
-    nothing = buffers.instance_ids == 0
+    nothing = buffers.instance_mask == 0
     subject.expect(
         ((buffers.depth == 0.0) == nothing).all(), "depth and instance masks must be zero in the same pixels"
     )
     known = {0, *(item.instance_id for item in seen.scene.instances)}
-    subject.expect(set(np.unique(buffers.instance_ids)) <= known, "ids that no object has: are they blended?")
+    subject.expect(
+        set(np.unique(buffers.instance_mask)) <= known, "instance_mask holds ids that no object has: are they blended?"
+    )
     subject.expect(buffers.rgb.shape == (*exact.depth.shape, 3), f"the image has the shape {buffers.rgb.shape}")
     if has_normals:
         _check_normals(subject, buffers, exact, compared)
@@ -46,7 +52,7 @@ def _check_normals(
     subject.expect(angle < 1.0, f"normals are {angle:.2f} deg from those of rays")
     length = np.linalg.norm(normals[compared], axis=-1)
     subject.expect(np.allclose(length, 1.0, rtol=0, atol=1e-3), "normals are not of unit length")
-    subject.expect((normals[buffers.instance_ids == 0] == 0.0).all(), "normals must be zero where nothing is")
+    subject.expect((normals[buffers.instance_mask == 0] == 0.0).all(), "normals must be zero where nothing is")
 
 
 def check_depth_of_a_plane(subject: Subject) -> None:
@@ -74,10 +80,10 @@ def check_window(subject: Subject) -> None:
     for left, top, width, height in ((500, 40, 400, 300), (1000, 300, 224, 70)):
         part = subject.renderer.render(KITTI.crop(left, top, width, height), seen.T_world_camera)
         window = (slice(top, top + height), slice(left, left + width))
-        same = part.instance_ids == whole.instance_ids[window]
+        same = part.instance_mask == whole.instance_mask[window]
         # Drivers round vertices to 1/256 px: a few outlines move by that much.
         subject.expect(
-            same.mean() >= 0.9995, f"{same.mean():.2%} of the ids of a cropped camera are those of the whole"
+            same.mean() >= 0.9995, f"{same.mean():.2%} of the instance mask of a cropped camera is that of the whole"
         )
         error = np.quantile(np.abs(part.depth - whole.depth[window])[same], 0.999)
         subject.expect(error < 0.001, f"the depth of a cropped camera is {error:.4f} m from that of the whole")

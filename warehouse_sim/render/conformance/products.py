@@ -42,20 +42,20 @@ def check_amodal_masks(subject: Subject) -> None:
         subject.expect_cannot(lambda: subject.renderer.amodal_masks(camera, T, pallets), "amodal masks")
         return
     found = subject.renderer.amodal_masks(camera, T, pallets)
-    ids = subject.renderer.render(camera, T).instance_ids
+    instance_mask = subject.renderer.render(camera, T).instance_mask
     for before, after in zip(found, subject.renderer.amodal_masks(camera, T, pallets), strict=True):
         same = before.offset == after.offset and np.array_equal(before.mask, after.mask)
         subject.expect(same, "amodal masks differ before and after an image")
     wide = camera.crop(-camera.width, -camera.height, 3 * camera.width, 3 * camera.height)
     for pallet, amodal_mask in zip(pallets, found, strict=True):
-        exact = cast_image(replace(scene, instances=(pallet,)), wide, T).instance_ids > 0
+        exact = cast_image(replace(scene, instances=(pallet,)), wide, T).instance_mask > 0
         sampled, who = _on_canvas(amodal_mask, camera), f"object {pallet.instance_id}"
         rim = cv2.morphologyEx(exact.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 0
         subject.expect((sampled == exact)[~rim].all(), f"the amodal mask of {who} is wrong beside its outline")
         wrong, allowed = np.count_nonzero(sampled != exact), 2 + 0.02 * np.count_nonzero(rim)
         subject.expect(wrong <= allowed, f"{wrong} pixels of the amodal mask of {who} are wrong")
         image = sampled[camera.height : 2 * camera.height, camera.width : 2 * camera.width]
-        visible = ids == pallet.instance_id
+        visible = instance_mask == pallet.instance_id
         subject.expect(not (visible & ~image).any(), f"{who} is visible outside of its amodal mask")
 
 
@@ -65,16 +65,16 @@ def check_film(subject: Subject) -> None:
         subject.render(_film_scene(film), _CAMERA, _AT_CARTON)
         for film in (None, Material("film", (0.9,) * 3, opacity=0.5))
     )
-    subject.expect(np.array_equal(bare.instance_ids, wrapped.instance_ids), "film changes ids")
+    subject.expect(np.array_equal(bare.instance_mask, wrapped.instance_mask), "film changes the instance mask")
     subject.expect(np.array_equal(bare.depth, wrapped.depth), "film changes depth")
     if not subject.renderer.capabilities.film:
         subject.expect(np.array_equal(bare.rgb, wrapped.rgb), "film is not declared, but changes colours")
         return
     # Means over many pixels, in which a path tracer's noise is small.
     change = np.abs(cv2.blur(wrapped.rgb.astype(np.float32) - bare.rgb, (11, 11))).max(axis=2)
-    subject.expect(np.median(change[wrapped.instance_ids == 2]) > 8, "film is declared, but changes no colour")
+    subject.expect(np.median(change[wrapped.instance_mask == 2]) > 8, "film is declared, but changes no colour")
     # It casts no shadow: what it changes of the floor is its own outline.
-    subject.expect((change[wrapped.instance_ids == 1] > 12).mean() < 0.05, "film shades the floor")
+    subject.expect((change[wrapped.instance_mask == 1] > 12).mean() < 0.05, "film shades the floor")
 
 
 def check_paint(subject: Subject) -> None:
@@ -92,9 +92,9 @@ def check_paint(subject: Subject) -> None:
     before = subject.render(bare, _CAMERA, _AT_CARTON)
     for number, other in ((2, 3), (3, 2)):
         after = subject.render(painted(number, {"kraft": "blue"}), _CAMERA, _AT_CARTON)
-        subject.expect(np.array_equal(before.instance_ids, after.instance_ids), "paint changes ids")
+        subject.expect(np.array_equal(before.instance_mask, after.instance_mask), "paint changes the instance mask")
         subject.expect(np.array_equal(before.depth, after.depth), "paint changes depth")
-        own, beside = (after.rgb[after.instance_ids == key].reshape(-1, 3).mean(axis=0) for key in (number, other))
+        own, beside = (after.rgb[after.instance_mask == key].reshape(-1, 3).mean(axis=0) for key in (number, other))
         subject.expect(own[2] > 1.5 * own[0], f"an object painted blue has the colour {own}")
         subject.expect(beside[0] > 1.2 * beside[2], f"an object beside one that is painted has the colour {beside}")
     for paint, message in (({"kraft": "film"}, "film must stay film"), ({"kraft": "ghost"}, "the material 'ghost'")):
@@ -136,7 +136,7 @@ def check_global_illumination(subject: Subject) -> None:
     side = Light("spot", np.array([0.0, -2.5, 1.6]), np.array([0.0, 1.0, 0.0]), 9000.0, cone_inner=0.15, cone_outer=0.3)
     scene = make_scene(models, placed, [side], materials=materials, ambient=0.0, exposure=0.02)
     sampled = subject.render(scene, _CAMERA, level_camera(np.array([-3.0, -0.2, 2.5]), 0.2, -0.7))
-    floor = sampled.rgb[sampled.instance_ids == 1].reshape(-1, 3).mean(axis=0)
+    floor = sampled.rgb[sampled.instance_mask == 1].reshape(-1, 3).mean(axis=0)
     if subject.renderer.capabilities.global_illumination:
         subject.expect(floor[0] > 20.0 and floor[0] > 3.0 * floor[2], f"the wall's light gives the floor {floor}")
 
@@ -169,7 +169,9 @@ def check_broken_scenes(subject: Subject) -> None:
     for message, bad in broken.items():
         subject.expect_rejection(lambda bad=bad: subject.renderer.load(bad), message)  # type: ignore[misc]
     after = subject.renderer.render(OFF_CENTRE, _AT_CARTON)
-    subject.expect(np.array_equal(before.instance_ids, after.instance_ids), "a rejected scene changes ids")
+    subject.expect(
+        np.array_equal(before.instance_mask, after.instance_mask), "a rejected scene changes the instance mask"
+    )
     subject.expect(np.array_equal(before.rgb, after.rgb), "a rejected scene changes colours")
 
 
@@ -181,7 +183,7 @@ def check_repetition(subject: Subject) -> None:
     again = subject.renderer.render(seen.camera, seen.T_world_camera)
     alone = subject.render(replace(seen.scene, viewpoints=seen.scene.viewpoints[1:2]), seen.camera, seen.T_world_camera)
     for other, when in ((again, "when it is rendered again"), (alone, "without the scene's other viewpoints")):
-        for channel in ("rgb", "depth", "instance_ids"):
+        for channel in ("rgb", "depth", "instance_mask"):
             same = np.array_equal(getattr(first, channel), getattr(other, channel))
             subject.expect(same, f"the same view has another {channel} {when}")
 

@@ -43,7 +43,7 @@ def _image_centroid(weight: np.ndarray) -> np.ndarray:
 
 def _depth_offset(subject: Subject, buffers: RenderBuffers, T_camera_object: np.ndarray) -> np.ndarray:
     """Return by how much the depth image would have to move to be exact, by least squares over its pixels."""
-    rows, columns = np.nonzero(buffers.instance_ids)
+    rows, columns = np.nonzero(buffers.instance_mask)
     rays = OFF_CENTRE.rays()[rows, columns]
     exact, normals = ray_box_depth(T_camera_object, rays)
     # On the plane n.p = c: z = c / (n.ray), whose derivatives by u and v say how far the image would have to move.
@@ -63,7 +63,7 @@ def measure_offsets(subject: Subject) -> Offsets:
         buffers = subject.renderer.render(OFF_CENTRE, invert(T_camera_object))
         corners = OFF_CENTRE.project(transform_points(T_camera_object, box_corners(SIZE)))
         exact = polygon_centroid(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float))
-        mask.append(_image_centroid(buffers.instance_ids != 0) - exact)
+        mask.append(_image_centroid(buffers.instance_mask != 0) - exact)
         rgb.append(_image_centroid(buffers.rgb.astype(float).sum(axis=2)) - exact)
         depth.append(_depth_offset(subject, buffers, T_camera_object))
     return Offsets(*map(np.array, (mask, rgb, depth)))

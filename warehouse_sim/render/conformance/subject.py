@@ -29,14 +29,14 @@ from warehouse_sim.schema import RenderBuffers, SceneSpec
 class GroundTruth:
     """What exact rays see in an image."""
 
-    instance_ids: np.ndarray
+    instance_mask: np.ndarray
     depth: np.ndarray
     normals: np.ndarray
     """Camera frame."""
 
     def inside(self) -> np.ndarray:
         """Return the pixels whose 3 x 3 neighbours show the same object with the same normal, or all nothing."""
-        word = self.instance_ids.astype(float)[..., None] * 10 + np.round(self.normals, 3)
+        word = self.instance_mask.astype(float)[..., None] * 10 + np.round(self.normals, 3)
         kernel = np.ones((3, 3), np.uint8)
         spread = [cv2.dilate(plane, kernel) - cv2.erode(plane, kernel) for plane in np.moveaxis(word, -1, 0)]
         # Parallel faces of one object at two depths: a step far larger than the slope of one surface explains.

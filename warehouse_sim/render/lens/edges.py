@@ -39,7 +39,7 @@ class EdgeCaster:
         rays = lens.camera.rays()[rows, columns]
         R, eye = T_world_camera[:3, :3], T_world_camera[:3, 3]
         hits = self._all.cast(np.broadcast_to(eye, rays.shape), rays @ R.T)
-        shown.instance_ids[rows, columns] = hits.instance_ids
+        shown.instance_mask[rows, columns] = hits.instance_ids
         # Rays have length 1 along the optical axis, so that distances are depths.
         shown.depth[rows, columns] = np.where(np.isfinite(hits.distance), hits.distance, 0.0)
         if shown.normals is not None:
@@ -68,17 +68,19 @@ class EdgeCaster:
         mask[rows, columns] = hits.instance_ids == item.instance_id
 
 
-def rough_pixels(inverse: Float32[np.ndarray, "sh sw"], ids: Int32[np.ndarray, "sh sw"]) -> Bool[np.ndarray, "sh sw"]:
+def rough_pixels(
+    inverse: Float32[np.ndarray, "sh sw"], instance_mask: Int32[np.ndarray, "sh sw"]
+) -> Bool[np.ndarray, "sh sw"]:
     """Return the pixels of a pinhole's image beside which something ends, begins or bends.
 
     Args:
         inverse: 1 / z, 0 for nothing.
-        ids: Instance ids.
+        instance_mask: Instance by pixel, 0 = background.
     """
-    found = np.zeros(ids.shape, np.uint8)
+    found = np.zeros(instance_mask.shape, np.uint8)
     for axis, order in ((0, (0, 2)), (1, (2, 0))):
         bend = np.abs(cv2.Sobel(inverse, cv2.CV_32F, *order, ksize=1)) > _BENT * inverse
-        differ = np.diff(ids, axis=axis) != 0
+        differ = np.diff(instance_mask, axis=axis) != 0
         bend[(slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))] |= differ
         bend[(slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))] |= differ
         found |= bend

@@ -34,10 +34,10 @@ def through_lens(sampled: RenderBuffers, lens: LensMap, edges: EdgeCaster, T_wor
     shown = RenderBuffers(
         rgb=_colors(sampled.rgb, lens),
         depth=_depth(inverse, lens),
-        instance_ids=np.take(sampled.instance_ids, lens.nearest),
+        instance_mask=np.take(sampled.instance_mask, lens.nearest),
         normals=None if sampled.normals is None else sampled.normals.reshape(-1, 3)[lens.nearest],
     )
-    edges.refine(shown, np.take(rough_pixels(inverse, sampled.instance_ids), lens.nearest), lens, T_world_camera)
+    edges.refine(shown, np.take(rough_pixels(inverse, sampled.instance_mask), lens.nearest), lens, T_world_camera)
     return shown
 
 
@@ -106,7 +106,7 @@ class LensRenderer:
         lens = lens_map(camera)
         sampled = self._renderer.render(lens.source, T_world_camera, normals)
         shown = through_lens(sampled, lens, self._edge_caster(), T_world_camera)
-        self._seen = camera, T_world_camera.tobytes(), shown.instance_ids
+        self._seen = camera, T_world_camera.tobytes(), shown.instance_mask
         return shown
 
     def amodal_masks(
@@ -117,7 +117,7 @@ class LensRenderer:
             return self._renderer.amodal_masks(camera, T_world_camera, instances)
         lens = lens_map(camera)
         sampled = self._renderer.amodal_masks(lens.source, T_world_camera, instances)
-        ids = self._ids_of(camera, T_world_camera)
+        instance_mask = self._instance_mask_of(camera, T_world_camera)
         return [
             amodal_mask_through_lens(
                 amodal_mask,
@@ -125,7 +125,7 @@ class LensRenderer:
                 self._edge_caster(),
                 T_world_camera,
                 item,
-                ids == item.instance_id,
+                instance_mask == item.instance_id,
             )
             for amodal_mask, item in zip(sampled, instances, strict=True)
         ]
@@ -151,8 +151,8 @@ class LensRenderer:
             self._edges = EdgeCaster(self._scene)
         return self._edges
 
-    def _ids_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"]:
-        """Return the ids that a view shows; it is rendered unless it was the last one that was."""
+    def _instance_mask_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"]:
+        """Return the instance mask of a view; it is rendered unless it was the last one that was."""
         if self._seen is None or self._seen[:2] != (camera, T_world_camera.tobytes()):
-            return self.render(camera, T_world_camera).instance_ids
+            return self.render(camera, T_world_camera).instance_mask
         return self._seen[2]

@@ -105,7 +105,7 @@ class LoadedScene:
         rgb = render_color(self._colors, self._context, size)
         aim(self._numbers, camera, T_world_camera)
         numbers, depth = render_ids(self._numbers, self._context, size)
-        return RenderBuffers(rgb=rgb, depth=depth, instance_ids=self._owner[numbers])
+        return RenderBuffers(rgb=rgb, depth=depth, instance_mask=self._owner[numbers])
 
     def amodal_mask(self, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance) -> AmodalMask:
         """Draw ``instance`` alone, tile by tile of the canvas around the image."""

@@ -29,7 +29,7 @@ class Products:
     """What lies at the pixel centres."""
 
     depth: Float32[np.ndarray, "h w"]
-    instance_ids: Int32[np.ndarray, "h w"]
+    instance_mask: Int32[np.ndarray, "h w"]
     normals: Float32[np.ndarray, "h w 3"]
 
 
@@ -45,7 +45,7 @@ def cast_products(scene: LoadedScene, camera: PinholeCamera, T_world_camera: Tra
     normals = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal).n.numpy().T
     return Products(
         depth=depth.reshape(shape).astype(np.float32),
-        instance_ids=scene.instance_ids(
+        instance_mask=scene.instance_ids(
             hit.shape_index.numpy().astype(np.int64), hit.prim_index.numpy().astype(np.int64), valid
         ).reshape(shape),
         normals=np.where(valid[:, None], normals @ T_world_camera[:3, :3], 0.0).reshape(*shape, 3).astype(np.float32),
@@ -124,7 +124,7 @@ class PathtraceRenderer:
         return RenderBuffers(
             rgb=to_display(self.luminance(camera, T_world_camera) * scene.exposure),
             depth=products.depth,
-            instance_ids=products.instance_ids,
+            instance_mask=products.instance_mask,
             normals=products.normals if normals else None,
         )
 

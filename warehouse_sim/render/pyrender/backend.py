@@ -79,8 +79,10 @@ class PyrenderRenderer:
         flags = import_pyrender().RenderFlags
         graph.show(plain=False)
         rgb, _ = self._offscreen.render(graph.graph, flags.SHADOWS_SPOT if self._shadows else flags.NONE)
-        ids, depth = self._draw_ids(graph, graph.node_of)
-        return RenderBuffers(rgb=cv2.LUT(np.ascontiguousarray(rgb), self._display), depth=depth, instance_ids=ids)
+        instance_mask, depth = self._render_instance_mask(graph, graph.node_of)
+        return RenderBuffers(
+            rgb=cv2.LUT(np.ascontiguousarray(rgb), self._display), depth=depth, instance_mask=instance_mask
+        )
 
     def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
@@ -118,13 +120,13 @@ class PyrenderRenderer:
 
         def draw(tile: PinholeCamera) -> Bool[np.ndarray, "h w"]:
             self._aim(graph, tile, T_world_camera)
-            return self._draw_ids(graph, {1: node})[0] == 1
+            return self._render_instance_mask(graph, {1: node})[0] == 1
 
         corners = solid_corners(scene, scene.model_of(instance))
         T_camera_object = invert(T_world_camera) @ instance.T_world_object
         return amodal_mask_by_tiles(camera, T_camera_object, corners, NEAR, draw)
 
-    def _draw_ids(
+    def _render_instance_mask(
         self, graph: SceneGraph, nodes: dict[int, Any]
     ) -> tuple[Int32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
         """Render the given nodes in the colours of their numbers; return the numbers and depth (m).
@@ -134,8 +136,8 @@ class PyrenderRenderer:
         colors = {node: (number & 255, number >> 8 & 255, number >> 16) for number, node in nodes.items()}
         graph.show(plain=True)
         pixels, depth = self._offscreen.render(graph.graph, import_pyrender().RenderFlags.SEG, colors)
-        ids = pixels.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)
-        return ids, np.ascontiguousarray(depth, np.float32)
+        instance_mask = pixels.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)
+        return instance_mask, np.ascontiguousarray(depth, np.float32)
 
     def _aim(self, graph: SceneGraph, camera: PinholeCamera, T_world_camera: Transform) -> None:
         """Look through ``camera``; pyrender counts pixels from their edges."""

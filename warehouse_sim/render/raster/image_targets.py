@@ -28,10 +28,10 @@ class ImageTargets:
     def read(self, normals: bool) -> RenderBuffers:
         """Return what was rendered."""
         width, height = self.size
-        rgba, ids = np.empty((height, width, 4), np.uint8), np.empty((height, width), np.int32)
+        rgba, instance_mask = np.empty((height, width, 4), np.uint8), np.empty((height, width), np.int32)
         stored = np.empty((height, width), np.float32)
         self._color_texture.read_into(rgba)
-        self.geometry.instance_ids.read_into(ids)
+        self.geometry.instance_mask.read_into(instance_mask)
         self.geometry.depth.read_into(stored)
         reach = np.empty((height, width, 4), np.uint8)
         self.geometry.reach.read_into(reach)
@@ -39,7 +39,7 @@ class ImageTargets:
         return RenderBuffers(
             rgb=cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB),
             depth=np.divide(np.float32(NEAR), stored, out=np.zeros_like(stored), where=stored > 0),
-            instance_ids=ids,
+            instance_mask=instance_mask,
             normals=self._read_normals() if normals else None,
         )
 

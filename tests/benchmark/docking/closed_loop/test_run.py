@@ -92,7 +92,7 @@ def test_a_live_image_shows_what_an_observation_from_there_shows() -> None:
         stage = Stage(renderer, recipe.sensors.make_camera())
         moment, _ = stage.set_up(base_variant(sampled.scene, live.choice), 0, viewpoint)
         buffers = moment.images.seen_from(viewpoint.T_world_camera)
-    np.testing.assert_array_equal(shot.instance_ids, buffers.instance_ids)
+    np.testing.assert_array_equal(shot.instance_mask, buffers.instance_mask)
     read = shot.depth > 0.0
     assert read.mean() > 0.5
     np.testing.assert_allclose(shot.depth[read], buffers.depth[read], atol=1e-3)
@@ -113,7 +113,7 @@ def test_a_darker_light_and_another_place_give_another_image() -> None:
         day = LiveScene(recipe, sampled, renderer, "nominal", "own")
         first, moved = day.shoot(viewpoint, 0.0, "a"), day.shoot(aside, 0.2, "b")
         night = LiveScene(recipe, sampled, renderer, "night", "own").shoot(viewpoint, 0.0, "a")
-    assert (first.instance_ids != moved.instance_ids).mean() > 0.01
-    np.testing.assert_array_equal(first.instance_ids, night.instance_ids)
+    assert (first.instance_mask != moved.instance_mask).mean() > 0.01
+    np.testing.assert_array_equal(first.instance_mask, night.instance_mask)
     # The work lights reach the middle, not the edges.
     assert np.percentile(night.rgb, 10) < 0.5 * np.percentile(first.rgb, 10)

@@ -54,7 +54,7 @@ def test_an_observation_and_its_arrays_give_the_same(tmp_path: Path) -> None:
     observation = seen()
     labels = [label for label in observation.annotations if label.pixels_visible > 0]
     detections = [
-        Detection(observation.buffers.instance_ids == label.instance_id, "toy-pallet", number=label.instance_id)
+        Detection(observation.buffers.instance_mask == label.instance_id, "toy-pallet", number=label.instance_id)
         for label in labels
     ]
     image = RgbdImage.from_arrays(

@@ -70,11 +70,11 @@ def test_far_cartons_look_as_exact_rays_see_them(renderer: Renderer) -> None:
     T = level_camera(np.array([0.0, 0.3, 0.3]), 0.05, -0.03)
     buffers = renderer.render(CAMERA, T, normals=True)
     gt = cast_image(scene, CAMERA, T)
-    same = buffers.instance_ids == gt.instance_ids
+    same = buffers.instance_mask == gt.instance_mask
     assert same.mean() > 0.9995
-    seen = same & (gt.instance_ids > 0)
+    seen = same & (gt.instance_mask > 0)
     assert np.quantile(np.abs(buffers.depth - gt.depth)[seen] / gt.depth[seen], 0.999) < 0.001
     for instance, amodal_mask in zip(scene.instances, renderer.amodal_masks(CAMERA, T, scene.instances), strict=True):
         left, top = amodal_mask.offset
-        rows, columns = np.nonzero(buffers.instance_ids == instance.instance_id)
+        rows, columns = np.nonzero(buffers.instance_mask == instance.instance_id)
         assert amodal_mask.mask[rows - top, columns - left].all()

@@ -43,7 +43,7 @@ def test_it_is_near_the_mean_of_sixteen_samples_a_pixel(
     one, many = renderer.render(SMALL, T_world_camera), renderer.render(LARGE, T_world_camera)
     light = linear_from_srgb(many.rgb[..., 1] / 255.0).reshape(120, FINER, 400, FINER).mean(axis=(1, 3))
     error = one.rgb[..., 1] - 255.0 * srgb_from_linear(light)
-    wall = cv2.erode((one.instance_ids == 1).astype(np.uint8), np.ones((5, 5))) > 0
+    wall = cv2.erode((one.instance_mask == 1).astype(np.uint8), np.ones((5, 5))) > 0
     assert np.abs(error[wall]).mean() < 3.6
     assert np.sqrt(((error - cv2.blur(error, (9, 9)))[wall] ** 2).mean()) < 3.6
 
@@ -75,7 +75,7 @@ def test_in_shadows_it_is_near_the_mean_of_64_samples_a_pixel(
     many = renderer.render(large, T_world_camera)
     light = linear_from_srgb(many.rgb[..., 1] / 255.0).reshape(height, finer, width, finer).mean(axis=(1, 3))
     error = one.rgb[..., 1] - 255.0 * srgb_from_linear(light)
-    seen = cv2.erode((one.instance_ids == 1).astype(np.uint8), np.ones((5, 5))) > 0
+    seen = cv2.erode((one.instance_mask == 1).astype(np.uint8), np.ones((5, 5))) > 0
     assert seen.sum() > 4000
     assert np.sqrt(((error - cv2.blur(error, (9, 9)))[seen] ** 2).mean()) < limit
 

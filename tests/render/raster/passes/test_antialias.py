@@ -34,7 +34,7 @@ def boards(angle: float, thickness: float, distance: float, count: int = 1) -> S
 def rendered_coverage(renderer: Renderer, camera: PinholeCamera) -> tuple[np.ndarray, np.ndarray]:
     buffers = renderer.render(camera, level_camera(np.zeros(3), 0.0))
     light = linear(buffers.rgb[..., 0].astype(float))
-    return light / light.max(), buffers.instance_ids
+    return light / light.max(), buffers.instance_mask
 
 
 @pytest.mark.gl
@@ -44,7 +44,7 @@ def test_a_slanted_edge_has_the_brightness_of_the_area_it_covers(renderer: Rende
     renderer.load(boards(angle, 0.4, 4.0))
     camera = PinholeCamera.from_focal(120, 90, 100.0)
     light, ids = rendered_coverage(renderer, camera)
-    fine = renderer.render(camera.crop(0, 0, 120 * 16, 90 * 16, 16.0), level_camera(np.zeros(3), 0.0)).instance_ids
+    fine = renderer.render(camera.crop(0, 0, 120 * 16, 90 * 16, 16.0), level_camera(np.zeros(3), 0.0)).instance_mask
     coverage = box_filtered((fine > 0).astype(float), 16)
     partial = (coverage > 0.02) & (coverage < 0.98)
     assert np.count_nonzero(partial) > 60
@@ -76,7 +76,7 @@ def test_a_floor_that_goes_on_behind_the_camera_has_edges_at_its_border_only(
     renderer.load(make_scene([box_model("floor", (60, 40, 0.1))], [("floor", at(0, 0, -0.05))]))
     camera = PinholeCamera.from_focal(640, 200, 380.0)
     for yaw in (0.0, 0.7, 2.0):
-        ids = renderer.render(camera, level_camera(np.array([1.0, 2.0, 1.6]), yaw, -0.3)).instance_ids
+        ids = renderer.render(camera, level_camera(np.array([1.0, 2.0, 1.6]), yaw, -0.3)).instance_mask
         reach = seen.pop()
         border = np.zeros(ids.shape, bool)
         border[:-1] = ids[:-1] != ids[1:]
@@ -179,6 +179,6 @@ def test_a_narrow_line_on_a_far_floor_leaves_no_dots(renderer: Renderer, gap: bo
     renderer.load(make_scene(models, placed, materials=WHITE, ambient=0.0))
     view = level_camera(np.array([0.0, 0.0, 1.6]), 0.1, -0.1)
     buffers = renderer.render(PinholeCamera.from_focal(1224, 370, 721.5377), view)
-    light, ids = (image[160:360] for image in (linear(buffers.rgb[..., 0].astype(float)), buffers.instance_ids))
+    light, ids = (image[160:360] for image in (linear(buffers.rgb[..., 0].astype(float)), buffers.instance_mask))
     assert np.count_nonzero(ids == (1 if gap else 2)) > 100
     assert light.max() - light.min() < 0.1

@@ -112,6 +112,6 @@ def test_leaving_out_what_is_hidden_changes_no_byte(renderer: Renderer, monkeypa
             assert sum(found.sum() for found in left_out) > 20
         monkeypatch.setattr(DepthPyramid, "hides", lambda *arguments: np.zeros(len(arguments[-1]), bool))
         slow = renderer.render(CAMERA, T, normals=True)
-        for name in ("rgb", "depth", "instance_ids", "normals"):
+        for name in ("rgb", "depth", "instance_mask", "normals"):
             np.testing.assert_array_equal(getattr(quick, name), getattr(slow, name))
-        assert len(np.unique(quick.instance_ids)) > 5
+        assert len(np.unique(quick.instance_mask)) > 5

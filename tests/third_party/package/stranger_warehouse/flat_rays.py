@@ -95,7 +95,7 @@ class FlatRays:
         return RenderBuffers(
             rgb=np.rint(255.0 * linear ** (1 / 2.2)).astype(np.uint8).reshape(*shape, 3),
             depth=depth.astype(np.float32).reshape(shape),
-            instance_ids=ids.reshape(shape),
+            instance_mask=ids.reshape(shape),
             normals=normal.astype(np.float32).reshape(*shape, 3) if normals else None,
         )
 

@@ -34,7 +34,7 @@ class Shot:
     camera: PinholeCamera
     rgb: UInt8[np.ndarray, "h w 3"]
     depth: Float32[np.ndarray, "h w"]
-    instance_ids: Int32[np.ndarray, "h w"]
+    instance_mask: Int32[np.ndarray, "h w"]
 
 
 Relight = Callable[[SceneSpec], SceneSpec]
@@ -99,7 +99,7 @@ class LiveScene:
         )
         reading = self._sensor.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
         assert isinstance(reading, RgbdReading)
-        return Shot(scene.scene_index, moment.camera, reading.rgb, reading.depth, buffers.instance_ids)
+        return Shot(scene.scene_index, moment.camera, reading.rgb, reading.depth, buffers.instance_mask)
 
     def _prepared(
         self, recipe: Recipe, sampled: SampledScene, scene: SceneSpec, light: str

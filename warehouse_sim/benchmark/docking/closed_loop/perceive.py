@@ -89,7 +89,7 @@ class Seen:
             glance.T_odom_camera,
             down_of_camera(glance.T_odom_camera),
         )
-        image = self._with_detections(image, shot.instance_ids == self.pallet.instance_id)
+        image = self._with_detections(image, shot.instance_mask == self.pallet.instance_id)
         if not image.detections:
             return None
         found = [item for item in self.estimator.estimate(image) if item.obj_id == self.model.obj_id]

@@ -15,30 +15,30 @@ _MOST = 2**24 - 1
 
 
 def segments(
-    ids: Int32[np.ndarray, "h w"], class_of: Mapping[int, str], where: str
+    instance_mask: Int32[np.ndarray, "h w"], class_of: Mapping[int, str], where: str
 ) -> tuple[Int32[np.ndarray, "h w"], list[dict[str, Any]]]:
     """Return the image of segment ids and an entry of ``segments_info`` for each, in order of the ids.
 
     A thing's segment has its instance id, that of stuff the smallest instance id of its class in the image.
 
     Args:
-        ids: Instance ids, 0 = background.
+        instance_mask: Instance by pixel, 0 = background.
         class_of: Class of each instance; pixels of an id without a class are void.
         where: Format and observation, for the message.
 
     Raises:
         DatasetError: An id does not fit into the three channels of the image.
     """
-    lowest, highest = int(ids.min()), int(ids.max())
+    lowest, highest = int(instance_mask.min()), int(instance_mask.max())
     if lowest < 0 or highest > _MOST:
         raise DatasetError(f"{where}: instance id {lowest if lowest < 0 else highest} must be 0 to {_MOST}")
-    present = np.flatnonzero(np.bincount(ids.ravel()))
+    present = np.flatnonzero(np.bincount(instance_mask.ravel()))
     segment_of = np.zeros(highest + 1, dtype=np.int32)
     first_of: dict[str, int] = {}
     for number in (int(item) for item in present if int(item) in class_of and item > 0):
         name = class_of[number]
         segment_of[number] = first_of.setdefault(name, number) if is_stuff(name) else number
-    image = segment_of[ids]
+    image = segment_of[instance_mask]
     return image, [_row(number, class_of[number], area, box) for number, area, box in _measured(image)]
 
 

@@ -81,7 +81,7 @@ class CocoSceneWriter:
         # A label names the class also where the scene does not tell of the object.
         class_of = {**self._class_of, **{item.instance_id: item.class_name for item in observation.annotations}}
         where = f"COCO, scene {self._scene_index}, observation {index}"
-        image, rows = segments(observation.buffers.instance_ids, class_of, where)
+        image, rows = segments(observation.buffers.instance_mask, class_of, where)
         write_bytes(self._layout.segments(self._split) / f"{name}.png", encode_png(id_colors(image), "up"))
         self._parts["panoptic"].append({"image_id": number, "file_name": f"{name}.png", "segments_info": rows})
 

@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from warehouse_sim.dataset.viewing.overlay import colorize_ids
+from warehouse_sim.dataset.viewing.overlay import colorize_instances
 from warehouse_sim.geometry.pose import Transform, quat_wxyz_from_matrix
 
 _SECOND = 1_000_000_000
@@ -55,7 +55,7 @@ def transform(stamp: int, parent: str, child: str, T_parent_child: Transform) ->
 
 def color_of(instance_id: int, alpha: float = 1.0) -> Color:
     """Return the colour of an instance, the same as in all pictures of this package."""
-    red, green, blue = (float(value) / 255.0 for value in colorize_ids(np.array([instance_id]))[0])
+    red, green, blue = (float(value) / 255.0 for value in colorize_instances(np.array([instance_id]))[0])
     return Color(r=red, g=green, b=blue, a=alpha)
 
 

@@ -25,16 +25,16 @@ class GeometryBuffer:
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
-        self.instance_ids = context.texture(size, 1, dtype="i4")
+        self.instance_mask = context.texture(size, 1, dtype="i4")
         self.surface = context.texture(size, 2, dtype="u4")
         self.reach = context.texture(size, 4)
         self.paint = context.texture(size, 4)
         self.depth = float_depth_texture(context, size)
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth.compare_func = ""
-        for texture in (self.instance_ids, self.surface, self.reach, self.paint):
+        for texture in (self.instance_mask, self.surface, self.reach, self.paint):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        colours = [self.instance_ids, self.surface, self.reach]
+        colours = [self.instance_mask, self.surface, self.reach]
         self.target = context.framebuffer(colours, self.depth)
         # Most parts leave the paint as it is: their material says that there is none to read.
         self.painted = context.framebuffer([*colours, self.paint], self.depth)
@@ -50,7 +50,7 @@ class GeometryBuffer:
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self.target, self.painted, self.instance_ids, self.surface, self.reach, self.paint, self.depth):
+        for item in (self.target, self.painted, self.instance_mask, self.surface, self.reach, self.paint, self.depth):
             item.release()
 
 

@@ -61,7 +61,7 @@ def simulated_face(recorded: Front, model: DepthModel, mirror_floor: bool, seed:
             _pixels(_opening(T, size), T_camera_world, camera)
             for T, size in ((item.T_object_pocket, item.size) for item in pallet_model.pockets if item.face == "-y")
         ),
-        mask=buffers.instance_ids == 2,
+        mask=buffers.instance_mask == 2,
         down=recorded.down,
         floor_distance=recorded.floor_distance,
     )
