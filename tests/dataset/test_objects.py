@@ -30,6 +30,13 @@ def test_round_trip(tmp_path: Path) -> None:
     assert objects[7].pockets == ()
 
 
+def test_objects_are_written_in_order_of_their_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "objects.json"
+    for models in ([CARTON, PALLET], [PALLET, CARTON]):
+        write_objects(tmp_path, models)
+        assert list(json.loads(path.read_text())) == ["1", "7"]
+
+
 def test_meshes_are_in_metres(toy_root: Path) -> None:
     info = read_objects(toy_root, partial(read_model, bop_layout(toy_root)))[1]
     mesh, metric = info.mesh(), info.metric_mesh()
