@@ -2,7 +2,7 @@
 BIN := .venv/bin
 OUT ?= out/demo
 
-.PHONY: demo test test-slow test-faults test-ecosystem lint bench speed setup setup-demo clean help
+.PHONY: demo test test-slow test-faults test-ecosystem lint package bench speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
@@ -11,6 +11,7 @@ help:
 	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (under an hour on 2 cores)"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
+	@echo "make package    wheel and sdist into dist/, built and tried"
 	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
 	@echo "make setup      install only, into .venv, what tests need; make setup-demo: what the demo needs"
@@ -43,6 +44,12 @@ lint: .venv/.ready-dev
 	$(BIN)/lint-imports
 	$(BIN)/python -m docs.lint.words
 	$(BIN)/python -m docs.numbers.insert --check
+
+# Wheel and sdist into dist/, tried from elsewhere.
+package: .venv/.ready-dev
+	rm -rf dist
+	$(BIN)/python -m hatchling build
+	$(BIN)/python -m pytest tests/test_wheel.py
 
 # REAL=FOLDER names recorded frames for the suite `real`, which scores nothing without them.
 bench: .venv/.ready-dev

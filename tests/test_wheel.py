@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -50,3 +51,16 @@ def test_of_the_benchmarks_it_carries_results_and_suites_and_no_code(installed) 
 def test_preview_finds_textures_and_shaders(installed, tmp_path) -> None:
     run_from_root(installed, "-m", "warehouse_sim", "preview", "smoke", "--out", str(tmp_path / "preview.png"))
     assert (tmp_path / "preview.png").stat().st_size > 50_000
+
+
+@pytest.mark.slow
+def test_the_sdist_gives_the_same_wheel(tmp_path) -> None:
+    build = [sys.executable, "-m", "hatchling", "build", "--directory", str(tmp_path)]
+    subprocess.run([*build, "--target", "sdist", "--target", "wheel"], check=True, cwd=ROOT)
+    (sdist,), (wheel,) = tmp_path.glob("*.tar.gz"), tmp_path.glob("*.whl")
+    again = tmp_path / "again"
+    pip = [sys.executable, "-m", "pip", "--quiet", "wheel", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "--wheel-dir", str(again), str(sdist)], check=True)
+    (from_sdist,) = again.glob("*.whl")
+    names = [set(zipfile.ZipFile(path).namelist()) for path in (wheel, from_sdist)]
+    assert names[0] == names[1]

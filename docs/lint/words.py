@@ -62,9 +62,15 @@ def findings(root: Path = ROOT) -> Iterator[tuple[str, int, str, Pattern]]:
     """Yield path, line number, line and pattern of every place that is not allowed."""
     patterns, allowed = table()
     for path in _files(root):
-        mine = [pattern for pattern in patterns if not pattern.only or re.search(pattern.only, path)]
+        text = (root / path).read_text(encoding="utf-8")
+        # Most files hold none: to look at each as a whole is several times as fast as line by line.
+        mine = [
+            pattern
+            for pattern in patterns
+            if (not pattern.only or re.search(pattern.only, path)) and re.search(pattern.find, text, re.IGNORECASE)
+        ]
         free = [item for item in allowed if path.startswith(item.path)]
-        for number, line in enumerate((root / path).read_text(encoding="utf-8").splitlines(), start=1):
+        for number, line in enumerate(text.splitlines() if mine else (), start=1):
             for pattern in mine:
                 if pattern.found_in(line) and not any(item.text in line for item in free):
                     yield path, number, line.strip(), pattern
