@@ -61,25 +61,23 @@ def table() -> tuple[list[Pattern], list[Allowed]]:
 def findings(root: Path = ROOT) -> Iterator[tuple[str, int, str, Pattern]]:
     """Yield path, line number, line and pattern of every place that is not allowed."""
     patterns, allowed = table()
-    for path in _files(root):
-        text = (root / path).read_text(encoding="utf-8")
-        # Most files hold none: to look at each as a whole is several times as fast as line by line.
-        mine = [
-            pattern
-            for pattern in patterns
-            if (not pattern.only or re.search(pattern.only, path)) and re.search(pattern.find, text, re.IGNORECASE)
-        ]
+    for path in _files(root, patterns):
+        mine = [pattern for pattern in patterns if not pattern.only or re.search(pattern.only, path)]
         free = [item for item in allowed if path.startswith(item.path)]
-        for number, line in enumerate(text.splitlines() if mine else (), start=1):
+        for number, line in enumerate((root / path).read_text(encoding="utf-8").splitlines(), start=1):
             for pattern in mine:
                 if pattern.found_in(line) and not any(item.text in line for item in free):
                     yield path, number, line.strip(), pattern
 
 
-def _files(root: Path) -> list[str]:
-    listed = subprocess.run(["git", "ls-files"], cwd=root, check=True, capture_output=True, text=True).stdout.split(
-        "\n"
-    )
+def _files(root: Path, patterns: list[Pattern]) -> list[str]:
+    """Return the files that may hold a word: git's search is fifty times as fast as a look at each line."""
+    wanted = [word for pattern in patterns for word in ("-e", pattern.find)]
+    command = ["git", "grep", "--ignore-case", "--files-with-matches", "--perl-regexp", *wanted]
+    answer = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    if answer.returncode > 1:  # 1: no file holds any
+        raise RuntimeError(answer.stderr)
+    listed = answer.stdout.split("\n")
     return [
         path
         for path in listed
