@@ -1,6 +1,6 @@
 """The rooms of the package and what each imports, read from the code: docs/images/architecture.png.
 
-    python -m docs.figures.architecture
+python -m docs.figures.architecture
 """
 
 import ast
@@ -14,7 +14,8 @@ PACKAGE = "warehouse_sim"
 
 def floors() -> list[list[str]]:
     """Return the rooms from the bottom up, those of one floor together, as the import contract states them."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = settings["tool"]["importlinter"]["contracts"]
     layers = next(item["layers"] for item in contracts if item["name"] == "Imports run one way")
     return [[name.strip().removeprefix(f"{PACKAGE}.") for name in layer.split("|")] for layer in reversed(layers)]
 
