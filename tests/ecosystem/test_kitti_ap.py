@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.detection.test_kitti_ap import line
-from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels
 from warehouse_sim.evaluation.detection.kitti_ap import LEVELS, kitti_scores
 from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.sensors.rig.reprojection import residuals
-from warehouse_sim.dataset.formats.kitti.calib import calib_text
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.observe import observe_scene

@@ -20,10 +20,14 @@ from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manife
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.shards.shard import Shard, read_shard, write_shard
 from warehouse_sim.dataset.stored.contents import ReadingContents
-from warehouse_sim.dataset.stored.damaged_meshes import write_damaged_meshes
 from warehouse_sim.dataset.stored.observation_record import observation_row
 from warehouse_sim.dataset.stored.readings import Described, describe, encode_reading, merged, other_readings
-from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record, write_scene_record
+from warehouse_sim.dataset.stored.scene_record import (
+    SceneRecord,
+    read_scene_record,
+    write_damaged_meshes,
+    write_scene_record,
+)
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock

@@ -11,7 +11,7 @@ from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.custom_config import FIRST_OBJ_ID
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.card.licences import data_licences
+from warehouse_sim.dataset.card.text import data_licences
 from warehouse_sim.dataset.card.thumbnails import shown_observations, thumbnail_file, write_thumbnail
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.layout import DatasetLayout

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from warehouse_sim.catalog.mesh_files import SUFFIXES
-from warehouse_sim.dataset.card.licences import data_licences
+from warehouse_sim.dataset.card.text import data_licences
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.resources import data_folder
 

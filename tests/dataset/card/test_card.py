@@ -5,8 +5,7 @@ import cv2
 import numpy as np
 
 from tests.dataset.toy import make_scene, observe
-from warehouse_sim.dataset.card.licences import OWNERS, data_licences, licence_text
-from warehouse_sim.dataset.card.text import measure
+from warehouse_sim.dataset.card.text import OWNERS, data_licences, licence_text, measure
 from warehouse_sim.dataset.card.thumbnails import shown_observations
 from warehouse_sim.dataset.convert.run import convert
 

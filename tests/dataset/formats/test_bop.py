@@ -12,8 +12,7 @@ from pycocotools import mask as coco_mask
 from tests.dataset.toy import CAMERA, CARTON, PALLET, make_dataset, make_manifest, make_scene, observe
 from warehouse_sim.dataset.files.image_io import decode_mask
 from warehouse_sim.dataset.files.run_lengths import run_lengths
-from warehouse_sim.dataset.formats.bop.models import even_mesh, write_models
-from warehouse_sim.dataset.formats.bop.symmetries import symmetry_rows
+from warehouse_sim.dataset.formats.bop.models import even_mesh, symmetry_rows, write_models
 from warehouse_sim.dataset.formats.bop.writer import BopWriter
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import write_objects

@@ -14,8 +14,7 @@ from pycocotools import mask as coco_mask
 
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
 from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
-from warehouse_sim.dataset.formats.bop.shards.merge import merge
-from warehouse_sim.dataset.formats.bop.shards.writer import ShardsWriter
+from warehouse_sim.dataset.formats.bop.shards.writer import ShardsWriter, merge
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.reader import DatasetReader

@@ -9,9 +9,9 @@ import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, RENDERER, T_CAMERA_LIDAR, make_manifest, make_scene, observe, with_recipe
 from warehouse_sim.dataset.files.image_io import encode_disparity
-from warehouse_sim.dataset.formats.kitti.calib import calib_text
 from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.validate import validate

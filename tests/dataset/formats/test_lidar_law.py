@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.formats.kitti.checks.lidar_law import SIGMAS, LidarLaw
-from warehouse_sim.dataset.formats.kitti.checks.sweep_motion import in_world
+from warehouse_sim.dataset.formats.kitti.checks.lidar_law import SIGMAS, LidarLaw, in_world
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points

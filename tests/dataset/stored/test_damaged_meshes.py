@@ -10,8 +10,7 @@ import trimesh
 from tests.dataset.toy import CAMERA, MODELS, PALLET, make_manifest, make_scene, observe
 from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.damaged_meshes import read_damaged_mesh
-from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_damaged_mesh, read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import SceneSpec

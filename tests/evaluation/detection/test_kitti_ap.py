@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.cli.evaluate import evaluate
-from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.detection.kitti_ap import kitti_scores
 from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, shared_areas

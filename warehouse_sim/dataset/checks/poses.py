@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Float32, Int
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.stored.damaged_meshes import read_damaged_mesh
+from warehouse_sim.dataset.stored.scene_record import read_damaged_mesh
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh

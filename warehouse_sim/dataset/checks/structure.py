@@ -5,9 +5,8 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.object_gt import geometry_problems
-from warehouse_sim.dataset.stored.damaged_meshes import read_damaged_mesh
 from warehouse_sim.dataset.stored.readings import read_reading
-from warehouse_sim.dataset.stored.scene_record import SceneRecord
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_damaged_mesh
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import diameter
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from warehouse_sim.dataset.card.licences import DATA, OWNERS
+from warehouse_sim.dataset.card.text import DATA, OWNERS
 from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles

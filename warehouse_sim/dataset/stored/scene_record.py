@@ -12,13 +12,16 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.card.tally import Tally, read_tally
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import WHOLE, plain, read_transform, shown, take, take_if_given, take_name
+from warehouse_sim.dataset.files.ply import read_ply, write_ply
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import FACES
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.contents import ReadingContents
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation, light_row, read_observation
 from warehouse_sim.errors import ConfigError, DatasetError
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.output import make_folder
 from warehouse_sim.schema import Accessibility, SceneSpec
 from warehouse_sim.schema.things import is_damaged
 
@@ -216,3 +219,25 @@ def _read_reach(data: Any, where: str) -> Accessibility | None:
 
 def _read_paint(data: dict[str, Any], where: str) -> dict[str, str]:
     return {str(name): take(data, name, str, where) for name in data}
+
+
+def write_damaged_meshes(root: Path, scene: SceneSpec) -> None:
+    """Store the surface of each damaged target of a scene, in millimetres as BOP's models."""
+    names = sorted({item.model for item in scene.target_instances() if is_damaged(item.model)})
+    for name in names:
+        path, mesh = DatasetLayout(root).damaged_mesh(name), scene.models[name].mesh()
+        make_folder(path.parent)
+        write_ply(path, TriangleMesh(mesh.vertices * 1000.0, mesh.faces))
+
+
+def read_damaged_mesh(root: Path, item: RecordedObject) -> TriangleMesh | None:
+    """Return the surface (m, object frame) of a damaged object; None for one that is as it was built, or not stored.
+
+    Raises:
+        DatasetError: The file is none that this package wrote.
+    """
+    path = DatasetLayout(root).damaged_mesh(item.model)
+    if not item.is_damaged or not path.is_file():
+        return None
+    mesh = read_ply(path)
+    return TriangleMesh(mesh.vertices / 1000.0, mesh.faces)

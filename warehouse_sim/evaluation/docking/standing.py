@@ -9,8 +9,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.dataset.stored.damaged_meshes import read_damaged_mesh
-from warehouse_sim.dataset.stored.scene_record import RecordedObject, read_scene_record
+from warehouse_sim.dataset.stored.scene_record import RecordedObject, read_damaged_mesh, read_scene_record
 from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
 from warehouse_sim.evaluation.docking.insertion import docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack

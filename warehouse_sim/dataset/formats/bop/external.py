@@ -4,27 +4,85 @@ What the folder lacks is taken from what it has: without masks the boxes of scen
 boxes the masks give them. Without a split "val" every tenth image of "train" is kept apart as one.
 """
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from warehouse_sim.dataset.formats.bop.external_image import Box
-from warehouse_sim.dataset.formats.bop.external_keyed import KeyedSplit, keyed_folder
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import WHOLE, take
+from warehouse_sim.dataset.formats.bop.external_image import Box, held_out
 from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
-from warehouse_sim.dataset.formats.bop.external_scene import ScenewiseSplit, is_scene
-from warehouse_sim.dataset.formats.bop.external_targets import only_requested
-from warehouse_sim.dataset.formats.bop.image_source import ImageSource
-from warehouse_sim.dataset.formats.bop.layout import NAME
+from warehouse_sim.dataset.formats.bop.external_split import KeyedSplit, ScenewiseSplit, is_scene, keyed_folder
+from warehouse_sim.dataset.formats.bop.layout import NAME, BopLayout
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
-from warehouse_sim.dataset.held_out import held_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
+
+
+class ImageSource(Protocol):
+    """The images of one split, whatever their files are."""
+
+    @property
+    def scene_ids(self) -> tuple[int, ...]:
+        """Numbers of its scenes, ascending."""
+
+    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
+        """Return all images; labels of objects that are not ``known`` are left out.
+
+        Raises:
+            DatasetError: A table is missing or malformed.
+        """
+
+    def files(self) -> list[Path]:
+        """Return all files, sorted."""
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image; a grey one has three equal channels."""
+
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
+
+    def steps(self, image: ImageRecord) -> np.ndarray:
+        """Read the depth image in its own steps, 0 = no reading."""
+
+    def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
+        """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
+
+
+log = logging.getLogger(__name__)
+_YEARS = (2024, 2019)
+
+
+def only_requested(root: Path, images: Sequence[ImageRecord]) -> list[ImageRecord]:
+    """Return those images that test_targets_bop24.json, or else bop19, names; all where there is neither.
+
+    Raises:
+        DatasetError: A list is malformed, or names none of the images.
+    """
+    path = next((path for year in _YEARS if (path := BopLayout(root).targets(year)).is_file()), None)
+    if path is None:
+        return list(images)
+    rows = take({"targets": read_json(path)}, "targets", list, str(path))
+    requested = {
+        (take(row, "scene_id", int, f"{path}: [{i}]", WHOLE), take(row, "im_id", int, f"{path}: [{i}]", WHOLE))
+        for i, row in enumerate(rows)
+    }
+    kept = [image for image in images if (image.scene_id, image.image_id) in requested]
+    if images and not kept:
+        raise DatasetError(
+            f"{path}: names none of the {len(images)} test images; remove it or get the list of this set"
+        )
+    if len(kept) < len(images):
+        log.info("%s: %d of %d test images are requested", path, len(kept), len(images))
+    return kept
 
 
 def external_folder(root: Path) -> Path | None:

@@ -17,6 +17,20 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 
+_EVERY = 10
+
+
+def held_out(images: list[ImageRecord], split: str) -> list[ImageRecord]:
+    """Return of the images of train those that stay there, or those that stand for val.
+
+    Args:
+        images: Of train.
+        split: "train" or "val", which is every tenth, or the last where there are fewer.
+    """
+    held = set(range(_EVERY - 1, len(images), _EVERY) or [len(images) - 1])
+    return [item for i, item in enumerate(images) if (i in held) == (split == "val")]
+
+
 log = logging.getLogger(__name__)
 
 Box = tuple[float, float, float, float]

@@ -47,7 +47,7 @@ class CocoFormat:
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder holds tables of instances."""
-        from warehouse_sim.dataset.formats.coco.tables import find_tables
+        from warehouse_sim.dataset.formats.coco.reader import find_tables
 
         return bool(find_tables(root))
 

@@ -2,20 +2,118 @@
 
 from functools import cached_property
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, shown, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.reader import require_size
-from warehouse_sim.dataset.formats.folder.camera import read_intrinsics, read_place
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
 from warehouse_sim.dataset.formats.images_only import shapeless
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert
+
+_KEYS = ("fx", "fy", "cx", "cy")
+_PIXELS = Span(-1e6, 1e6)
+_SCALES = Span(1e-3, 1e3)
+_MOST_BYTES = 10_000
+_PLACES = ("cam2root", "cam2world", "T_world_camera")
+"""Files, and keys in them, of the camera's pose in the world (4 x 4, m)."""
+
+
+class Intrinsics(NamedTuple):
+    """What a file says of the camera."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    size_wh: tuple[int, int] | None
+    depth_scale: float
+    """Millimetres a step of the depth images."""
+
+    def camera(self, size_wh: tuple[int, int], where: str) -> PinholeCamera:
+        """Return the camera of images of a size.
+
+        Raises:
+            DatasetError: The file is of another size, or of no camera.
+        """
+        if self.size_wh is not None and self.size_wh != size_wh:
+            raise DatasetError(f"{where}: is of images of {self.size_wh}, the image is {size_wh} (w, h)")
+        try:
+            return PinholeCamera(*size_wh, self.fx, self.fy, self.cx, self.cy)
+        except ValueError as problem:
+            raise DatasetError(f"{where}: is no camera ({problem})") from problem
+
+
+def read_intrinsics(path: Path) -> Intrinsics:
+    """Read intrinsics: fx, fy, cx, cy, or a matrix under K, cam_K or camera_matrix; or a matrix as plain numbers.
+
+    ``depth_scale`` is in millimetres a step, 1 by default.
+
+    Raises:
+        DatasetError: The file cannot be read, or holds no intrinsics.
+    """
+    where = str(path)
+    if path.suffix == ".txt":
+        return _of_matrix({"K": _numbers(path)}, "K", where, {})
+    data = read_json(path)
+    if isinstance(data, dict):
+        key = next((key for key in ("K", "cam_K", "camera_matrix", "intrinsic_matrix") if key in data), None)
+        if key is not None:
+            return _of_matrix(data, key, where, data)
+    fx, fy, cx, cy = (take(data, key, float, where, _PIXELS) for key in _KEYS)
+    return Intrinsics(fx, fy, cx, cy, *_more(data, where))
+
+
+def read_place(root: Path) -> Transform:
+    """Return where the camera stood (m), the identity where no file says it.
+
+    Raises:
+        DatasetError: A file says it in another form than 4 x 4.
+    """
+    path = next((path for name in _PLACES if (path := root / f"{name}.json").is_file()), None)
+    if path is None:
+        return np.eye(4)
+    data = read_json(path)
+    key = next((key for key in _PLACES if isinstance(data, dict) and key in data), None)
+    T = read_transform(data if key is None else data[key], str(path))
+    # In the recordings that have it, it leads from the root to the camera: only so is their floor level, to 0.2 deg.
+    return invert(T) if path.stem == "cam2root" else T
+
+
+def _of_matrix(data: Any, key: str, where: str, more: Any) -> Intrinsics:
+    rows = data[key]
+    if isinstance(rows, list) and any(isinstance(row, list) for row in rows):
+        data = {key: [value for row in rows if isinstance(row, list) for value in row]}
+    fx, skew, cx, zero, fy, cy, *last = (float(value) for value in take_numbers(data, key, 9, where, _PIXELS))
+    if skew != 0.0 or zero != 0.0 or last != [0.0, 0.0, 1.0]:
+        raise DatasetError(f"{where}: {key} must be a pinhole camera without skew, row by row, found {shown(rows)}")
+    return Intrinsics(fx, fy, cx, cy, *_more(more, where))
+
+
+def _more(data: Any, where: str) -> tuple[tuple[int, int] | None, float]:
+    width, height = (take_if_given(data, key, int, where) for key in ("width", "height"))
+    scale = take_if_given(data, "depth_scale", float, where, _SCALES)
+    return None if width is None or height is None else (width, height), 1.0 if scale is None else scale
+
+
+def _numbers(path: Path) -> list[float]:
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise DatasetError(f"{path}: is no matrix of nine numbers")
+        return [decimal(word) for word in path.read_text(encoding="ascii").replace(",", " ").split()]
+    except (OSError, ValueError) as problem:
+        raise DatasetError(f"{path}: is no matrix of nine numbers ({problem})") from problem
+
 
 _NUMBER, CLASS_NAME = 1, "object"
 """Of the one class."""

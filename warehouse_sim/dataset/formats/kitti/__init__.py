@@ -52,8 +52,7 @@ class KittiFormat:
         """
         if DatasetLayout(root).manifest.is_file():
             return None
-        from warehouse_sim.dataset.formats.kitti.external import ExternalKittiReader
-        from warehouse_sim.dataset.formats.kitti.external_splits import external_folder
+        from warehouse_sim.dataset.formats.kitti.external import ExternalKittiReader, external_folder
 
         folder = external_folder(root)
         return None if folder is None else ExternalKittiReader(folder)
@@ -66,7 +65,7 @@ class KittiFormat:
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder, or ``kitti`` in it, holds frames of KITTI."""
-        from warehouse_sim.dataset.formats.kitti.external_splits import external_folder
+        from warehouse_sim.dataset.formats.kitti.external import external_folder
 
         return external_folder(root) is not None
 

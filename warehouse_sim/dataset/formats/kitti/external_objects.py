@@ -1,18 +1,68 @@
-"""What stands for the CAD of KITTI's objects: the points in an instance's box, and of a class those of some instances.
+"""Label rows of a KITTI folder as targets, and what stands for the CAD of their objects: points in boxes.
 
 As in studies of 6D poses on KITTI: the model of an instance is its cloud in its ground-truth box, in the box's frame
-(origin in its centre, x along its length, y along its width, z up), and its diameter the box's diagonal.
+(origin in its centre, x along its length, y along its width, z up), and its diameter the box's diagonal; that of a
+class is those of some instances.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import TargetRecord
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
+
+_VISIBLE = {0: 1.0, 1: 0.7, 2: 0.25}
+"""Fraction of what lies in the image that is taken for visible, by the level ``occluded``: KITTI gives none, these are
+the middles of the bins in which this package writes the levels, and all of what is "fully visible". Unknown (3) counts
+as visible."""
+_LARGEST_BOX = 65_535.0
+
+
+def target_record(
+    index: int, instance_id: int, label: KittiLabel, T_camera_object: Transform, info: ObjectInfo
+) -> TargetRecord:
+    """Return a row as a target.
+
+    Args:
+        index: Position among the rows of the frame that have a 3D box.
+        instance_id: Its number in the frame.
+        label: The row.
+        T_camera_object: Pose of its box's centre frame in the camera that took the image.
+        info: Its own geometry.
+    """
+    left, top, right, bottom = (float(value) for value in np.clip(label.box_xyxy, -_LARGEST_BOX, _LARGEST_BOX))
+    in_image = max(round(right) - round(left) + 1, 0) * max(round(bottom) - round(top) + 1, 0)
+    inside = 1.0 - min(max(label.truncated, 0.0), 1.0)
+    fraction = _VISIBLE.get(label.occluded, 1.0)
+    return TargetRecord(
+        gt_index=index,
+        obj_id=info.obj_id,
+        instance_id=instance_id,
+        T_camera_object=T_camera_object,
+        visible_fraction=inside * fraction,
+        pixels_visible=round(in_image * fraction),
+        box_visible_xyxy=(left, top, right, bottom),
+        box_amodal_xyxy=(left, top, right, bottom),
+        pixels_valid=in_image,
+        pixels_all=max(round(in_image / max(inside, 1e-3)), in_image, 1),
+        geometry=info,
+    )
+
+
+def box_pixels(box_xyxy: tuple[float, float, float, float], camera: PinholeCamera) -> Bool[np.ndarray, "h w"]:
+    """Return the pixels whose centres lie in a box, as far as it lies in the image."""
+    mask = np.zeros((camera.height, camera.width), dtype=bool)
+    left, top, right, bottom = np.rint(np.clip(box_xyxy, -1, _LARGEST_BOX)).astype(int)
+    mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
+    return mask
+
 
 _KITTI = ("Car", "Van", "Truck", "Pedestrian", "Person_sitting", "Cyclist", "Tram", "Misc")
 """KITTI's own classes have the same number in every folder, from 1."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from warehouse_sim.dataset.formats.kitti.label import DONT_CARE, KittiLabel
+from warehouse_sim.dataset.formats.kitti.reader import DONT_CARE, KittiLabel
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform

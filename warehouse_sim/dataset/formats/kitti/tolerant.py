@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, decimal, shown
-from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, make_transform
 

@@ -1,25 +1,100 @@
 """The KITTI object detection format, strict enough for OpenPCDet, mmdet3d, Open3D-ML, torchvision and the devkit."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
-from warehouse_sim.dataset.formats.kitti.calib import calib_text, lidars_text, plane_text
 from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
 from warehouse_sim.dataset.formats.kitti.layout import NAME, KittiLayout, frames_of, kitti_kinds, kitti_layout
-from warehouse_sim.dataset.formats.kitti.level_sweep import level_sweep, may_lean
 from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.stored.observation_record import lidar_leans
+from warehouse_sim.dataset.stored.recipe_contents import lidar_tilts
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye, Lens
+from warehouse_sim.geometry.level_view import upright
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y
 from warehouse_sim.output import make_folder, write_bytes, writing
-from warehouse_sim.schema import LidarScan, ObjectModel, Observation, SceneSpec
+from warehouse_sim.schema import LIDAR, LidarScan, MountedReading, ObjectModel, Observation, SceneSpec
+
+_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
+"""The seven lines in the order by which loaders find them."""
+
+
+def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:
+    """Return the seven lines of a calib file; behind a lens two more for each camera.
+
+    The left camera serves as P0 and P2, so that its frame is the reference frame of the labels, the right one as P1 and
+    P3; without a right camera the one serves as all four. The IMU is the LiDAR. A lens does not fit into P2, which is
+    that of the pinhole: K_02 and D_02 (k1 k2 p1 p2 k3) follow, as in KITTI's calib_cam_to_cam.txt, K_03 and D_03 too.
+    A fisheye has F_02 (k1 k2 k3 k4) in place of D_02.
+
+    Args:
+        camera: Intrinsics of both cameras.
+        T_camera_lidar: Pose of the main LiDAR in the left camera's frame.
+        baseline: From the left camera to the right one (m); 0 = there is none.
+    """
+    left = np.hstack([camera.K, np.zeros((3, 1))])
+    right = np.hstack([camera.K, [[-camera.fx * baseline], [0.0], [0.0]]])
+    values = (left, right, left, right, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
+    text = "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(_KEYS, values, strict=True))
+    if camera.distortion is None:
+        return text
+    lens = "F" if isinstance(camera.distortion, Fisheye) else "D"
+    rows = {"K": _row(camera.K), lens: _row(np.array(camera.distortion.coefficients))}
+    names = [f"{key}_{eye}" for eye in (("02", "03") if baseline else ("02",)) for key in ("K", lens)]
+    return text + "".join(f"{name}: {rows[name[0]]}\n" for name in names)
+
+
+def lidars_text(lidars: Mapping[str, MountedReading[LidarScan]]) -> str:
+    """Return the poses of further LiDARs, one line ``Tr_NAME_to_cam:`` with 3 x 4 numbers each."""
+    return "".join(f"Tr_{name}_to_cam: {_row(item.T_camera_sensor[:3])}\n" for name, item in lidars.items())
+
+
+def plane_text(T_world_camera: Transform) -> str:
+    """Return the floor as a x + b y + c z + d = 0 in the camera frame, (a, b, c) up, d the height in m."""
+    a, b, c = invert(T_world_camera)[:3, 2] + 0.0
+    row = " ".join(f"{value:.9e}" for value in (a, b, c, T_world_camera[2, 3]))
+    return f"# Plane\nWidth 4\nHeight 1\n{row}\n"
+
+
+def _row(matrix: np.ndarray) -> str:
+    return " ".join(f"{value:.12e}" for value in (matrix + 0.0).ravel())
+
+
+def level_sweep(observation: Observation) -> MountedReading[LidarScan]:
+    """Return the main sweep with the pose of its frame in the camera's.
+
+    The frame is the LiDAR's own unless that leans by more than 2 deg: then it is at the same place with its z axis up,
+    and the points, in their order, are turned into it.
+    """
+    mounted = observation.readings[LIDAR]
+    scan = mounted.reading
+    assert isinstance(scan, LidarScan)
+    if not lidar_leans(observation.T_world_lidar):
+        return MountedReading(mounted.T_camera_sensor, scan)
+    T_world_level = upright(observation.T_world_lidar)
+    R_level_lidar = T_world_level[:3, :3].T @ observation.T_world_lidar[:3, :3]
+    points = (scan.points.astype(float) @ R_level_lidar.T).astype(np.float32)
+    return MountedReading(invert(observation.T_world_camera) @ T_world_level, replace(scan, points=points))
+
+
+def may_lean(manifest: Manifest) -> bool:
+    """Return whether the main LiDAR of a recipe leans, or tilts with a camera that may be tilted."""
+    contents = manifest.contents
+    if contents.lidar is None:
+        return False
+    pitch, roll = np.deg2rad([contents.lidar.pitch_deg, contents.lidar.roll_deg])
+    mounted = make_transform(rotation_y(-pitch) @ rotation_x(roll))
+    return lidar_leans(mounted) or bool(contents.tilted_viewpoints and lidar_tilts(manifest.recipe))
+
 
 _README = """# Dataset in the KITTI object detection format
 

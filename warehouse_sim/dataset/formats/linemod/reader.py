@@ -16,13 +16,11 @@ from jaxtyping import Bool, Float32, UInt8
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, shown, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
-from warehouse_sim.dataset.formats.bop.external_image import read_rounded_pose
+from warehouse_sim.dataset.formats.bop.external_image import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
-from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout
-from warehouse_sim.dataset.formats.linemod.yaml_table import read_yaml_table
-from warehouse_sim.dataset.held_out import held_out
+from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, read_yaml_table
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

@@ -1,25 +1,37 @@
 """Write each scene as one MCAP file with Foxglove's schemas: what a recorder on the vehicle would have written."""
 
 import json
+import os
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.message import Message
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+from mcap_protobuf.schema import build_file_descriptor_set
 
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.files.point_table import classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.mcap import layout as names
-from warehouse_sim.dataset.formats.mcap.boxes import boxes_message, image_boxes_message
-from warehouse_sim.dataset.formats.mcap.clock import SceneClock
-from warehouse_sim.dataset.formats.mcap.clouds import cloud_message
-from warehouse_sim.dataset.formats.mcap.file import McapFile
-from warehouse_sim.dataset.formats.mcap.images import calibration_message, depth_message, image_message
 from warehouse_sim.dataset.formats.mcap.layout import RIG, WORLD, mcap_layout, topic
-from warehouse_sim.dataset.formats.mcap.plain_messages import timestamp, transform
-from warehouse_sim.dataset.formats.mcap.readings import reading_message, reading_schema
+from warehouse_sim.dataset.formats.mcap.messages import (
+    boxes_message,
+    calibration_message,
+    cloud_message,
+    depth_message,
+    image_boxes_message,
+    image_message,
+    reading_message,
+    reading_schema,
+    timestamp,
+    transform,
+)
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.stored.readings import other_readings
@@ -27,6 +39,111 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.output import make_folder, partial_file, write_bytes, writing
 from warehouse_sim.schema import CAMERA, RIGHT, ObjectModel, Observation, SceneSpec
+
+EPOCH = 946_684_800
+"""2000-01-01 00:00:00 UTC (s since 1970), when scene 0 begins."""
+BETWEEN_SCENES = 3600
+"""Each scene begins so much later than the one before (s), so that files of several scenes can be played together."""
+BETWEEN_VIEWS = 1.0
+"""Between two observations that are not of one drive (s)."""
+_SECOND = 1_000_000_000
+
+
+@dataclass
+class SceneClock:
+    """Gives each observation of a scene its time stamp; they must come in order.
+
+    Within a drive stamps differ as the drive's times do. Paired variants, which show one moment in several variants,
+    have one stamp. All else, single views and the first of each drive, comes ``BETWEEN_VIEWS`` after what was before.
+    """
+
+    scene_index: int
+    _stamp: int | None = field(default=None, init=False)
+    _drive: int | None = field(default=None, init=False)
+    _paired_variants: int | None = field(default=None, init=False)
+    _time: float = field(default=0.0, init=False)
+
+    def stamp(self, observation: Observation) -> int:
+        """Return the time stamp of the next observation (ns since 1970)."""
+        view, paired_variants = observation.viewpoint, observation.conditions.variant_group
+        drive, time = (None, 0.0) if view is None else (view.sequence, view.time)
+        if self._stamp is None:
+            self._stamp = (EPOCH + self.scene_index * BETWEEN_SCENES) * _SECOND
+        elif paired_variants is None or paired_variants != self._paired_variants:
+            goes_on = drive is not None and drive == self._drive and time > self._time
+            self._stamp += round((time - self._time if goes_on else BETWEEN_VIEWS) * _SECOND)
+        self._drive, self._time, self._paired_variants = drive, time, paired_variants
+        return self._stamp
+
+
+_LIBRARY = "warehouse-sim"
+"""What wrote the file; without versions, which are in the manifest."""
+
+
+class McapFile:
+    """A file under a temporary name, which gets its own when it is finished.
+
+    Args:
+        path: Where it will be.
+        about: Words on the whole file, stored as its metadata.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+
+    def __init__(self, path: Path, about: dict[str, str]) -> None:
+        self._path, self._partial = path, partial_file(path)
+        with writing(path):
+            self._stream = open(self._partial, "wb")  # noqa: SIM115
+            self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
+            self._writer.start(profile="", library=_LIBRARY)
+            self._writer.add_metadata(_LIBRARY, about)
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._counts: dict[str, int] = {}
+
+    def add(self, topic: str, stamp: int, message: Message) -> None:
+        """Add a protobuf message to a topic.
+
+        Args:
+            topic: Of messages of one type.
+            stamp: Time stamp (ns since 1970).
+            message: The message.
+        """
+        if topic not in self._channels:
+            self._open(topic, message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, MessageEncoding.Protobuf, message)
+        self._add(topic, stamp, message.SerializeToString(deterministic=True))
+
+    def add_json(self, topic: str, stamp: int, name: str, schema: bytes, content: bytes) -> None:
+        """Add a message in JSON to a topic; ``name`` is that of its JSON schema."""
+        if topic not in self._channels:
+            self._open(topic, name, SchemaEncoding.JSONSchema, MessageEncoding.JSON, schema)
+        self._add(topic, stamp, content)
+
+    def finish(self) -> None:
+        """Write the index and give the file its name."""
+        with writing(self._path):
+            self._writer.finish()
+            self._stream.close()
+            os.replace(self._partial, self._path)
+
+    def _open(self, topic: str, name: str, schema_encoding: str, encoding: str, schema: Any) -> None:
+        if name not in self._schemas:
+            data = schema if isinstance(schema, bytes) else _described(schema)
+            self._schemas[name] = self._writer.register_schema(name, schema_encoding, data)
+        self._channels[topic] = self._writer.register_channel(topic, encoding, self._schemas[name])
+
+    def _add(self, topic: str, stamp: int, data: bytes) -> None:
+        count = self._counts.get(topic, 0)
+        with writing(self._path):
+            self._writer.add_message(self._channels[topic], stamp, data, publish_time=stamp, sequence=count)
+        self._counts[topic] = count + 1
+
+
+def _described(message: Message) -> bytes:
+    content: bytes = build_file_descriptor_set(type(message)).SerializeToString(deterministic=True)
+    return content
+
 
 _FIRST = "base"
 """The variant whose topics have no name before them."""

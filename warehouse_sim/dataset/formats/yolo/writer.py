@@ -8,11 +8,18 @@ from typing import Any
 import yaml
 
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles
-from warehouse_sim.dataset.formats.yolo.keypoints import key_points, mirrored, points_of
 from warehouse_sim.dataset.formats.yolo.layout import TASKS, Task, YoloLayout, image_name, yolo_layout
-from warehouse_sim.dataset.formats.yolo.oriented import oriented_box
 from warehouse_sim.dataset.formats.yolo.polygons import mask_polygon
-from warehouse_sim.dataset.formats.yolo.rows import box_row, corner_row, label_file, point_row
+from warehouse_sim.dataset.formats.yolo.rows import (
+    box_row,
+    corner_row,
+    key_points,
+    label_file,
+    mirrored,
+    oriented_box,
+    point_row,
+    points_of,
+)
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.split import SPLITS

@@ -2,13 +2,13 @@
 
 from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats.bop.checks import cameras, images, models, tables
+from warehouse_sim.dataset.formats.bop.checks import images, tables
 
 CHECKS = (
     NamedCheck("bop files", tables.files),
-    NamedCheck("bop models", models.models),
+    NamedCheck("bop models", tables.models),
     NamedCheck("bop tables", tables.tables),
-    NamedCheck("bop cameras", cameras.cameras),
+    NamedCheck("bop cameras", tables.cameras),
     NamedCheck("bop coco", tables.coco),
     NamedCheck("bop targets", tables.targets),
     NamedCheck("bop images", images.images),

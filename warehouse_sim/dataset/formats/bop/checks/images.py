@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float32
+from pycocotools import mask as coco_mask
 
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_read_nothing
@@ -12,10 +13,32 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import take
-from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
+
+
+def decode_runs(segmentation: Any, shape: tuple[int, int], where: str) -> Bool[np.ndarray, "h w"]:
+    """Return the mask of uncompressed run lengths, decoded by pycocotools.
+
+    Args:
+        segmentation: ``{"size": [h, w], "counts": [...]}``, column by column, zeros first.
+        shape: Height and width of its image.
+        where: File and image, for the message.
+
+    Raises:
+        DatasetError: Not run lengths that fill the image; pycocotools would take them without a word.
+    """
+    size, counts = (segmentation.get(key) if isinstance(segmentation, dict) else None for key in ("size", "counts"))
+    if size != list(shape):
+        raise DatasetError(f"{where}: a segmentation has the size {size!r}, its image {list(shape)} (h, w)")
+    if not isinstance(counts, list) or not all(type(count) is int and count >= 0 for count in counts):
+        raise DatasetError(f"{where}: counts of a segmentation must be a list of whole numbers >= 0")
+    if sum(counts) != shape[0] * shape[1]:
+        raise DatasetError(f"{where}: the counts of a segmentation fill {sum(counts)} of {shape[0] * shape[1]} pixels")
+    decoded: Bool[np.ndarray, "h w"] = coco_mask.decode(coco_mask.frPyObjects(segmentation, *shape)).view(bool)
+    return decoded
 
 
 def images(subject: Subject) -> Findings:

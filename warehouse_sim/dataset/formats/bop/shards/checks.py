@@ -13,7 +13,7 @@ from jaxtyping import Bool
 from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.formats.bop.checks.coco_mask import decode_runs
+from warehouse_sim.dataset.formats.bop.checks.images import decode_runs
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS, Split

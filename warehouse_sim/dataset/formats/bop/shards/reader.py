@@ -11,8 +11,7 @@ from warehouse_sim.dataset.files.json_file import parse_json
 from warehouse_sim.dataset.files.png import png_header_size_wh
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.reader import read_model, require_size
-from warehouse_sim.dataset.formats.bop.shards.archive import Extent
-from warehouse_sim.dataset.formats.bop.shards.keyed import Keyed, ShardFolder
+from warehouse_sim.dataset.formats.bop.shards.archive import Extent, Keyed, ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.layout import image_key, shards_layout
 from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
 from warehouse_sim.dataset.manifest import Manifest, read_manifest

@@ -1,35 +1,152 @@
-"""Checks of KITTI labels against the scene records; what leans has no label but a place among DontCare."""
+"""Checks of KITTI labels against scene records, images and depth; what leans has no label but is among DontCare."""
 
+import itertools
 import math
-import re
-from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.findings import Findings, read_text
+from warehouse_sim.dataset.checks.depth import range_fraction
+from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.image_io import png_size_wh
-from warehouse_sim.dataset.formats.kitti.checks.frames import T_world_image, frames
-from warehouse_sim.dataset.formats.kitti.label import KittiLabel
+from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
+from warehouse_sim.dataset.formats.kitti.checks.frames import (
+    LabelRow,
+    T_world_image,
+    frames,
+    is_levelled,
+    read_camera,
+    read_labels,
+    read_points,
+)
 from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
-from warehouse_sim.dataset.formats.kitti.reader import parse_label
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
+from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.scene_record import RecordedObject
-from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
-_ID = re.compile("[0-9]{1,10}")
+_LEVELS = (0.9, 0.5)
+"""Visible fractions of what lies in the image from which ``occluded`` is 0 and 1."""
+_ROUNDING = 1e-4
+"""Of ``truncated``, which has four digits."""
+_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+_NEAR = 0.05
+_BESIDE_PX = 2.0
+_DAMAGED = 0.03
+"""By so much (m) damaged objects stand out of their boxes."""
+_FEW = 200
+"""So few points on the depth image say nothing."""
+_SAMPLE = 15_000
+"""Points of a sweep that are looked at, about."""
+_SAME_DEPTH = 0.1
+"""Of a point and the depth beside it, as a fraction: more than half of them agree so well, edges and noise included."""
+_STEPS_PER_METRE = 256.0
+
+
+def shown(subject: Subject) -> Findings:
+    """Hold truncation and occlusion against the scene record, and 2D boxes against the projected 3D boxes."""
+    findings = Findings()
+    for split, scene, observation, frame in frames(subject):
+        where = str(kitti_layout(subject.root).file(split, "label_2", frame))
+        camera = read_camera(subject, split, frame)[0]
+        noted = (
+            {}
+            if is_levelled(subject)
+            else {
+                item.instance_id: item.visible_fraction
+                for item in subject.record(scene).observations[observation].targets
+            }
+        )
+        for number, row in enumerate(read_labels(subject, split, frame), start=1):
+            if row.label.is_dont_care:
+                continue
+            if row.instance_id in noted:
+                _fractions_agree(findings, row, noted[row.instance_id], camera, f"{where}:{number}")
+            _box_is_there(findings, row, camera, f"{where}:{number}")
+            findings.count += 1
+    findings.examined = f"{findings.count} labels on their images"
+    return findings
+
+
+def points_on_depth(subject: Subject) -> Findings:
+    """Points of the LiDAR lie, through calib, where the depth image has them: along the axis and in metres."""
+    findings = Findings()
+    numbers = [(split, frame) for split, _, _, frame in frames(subject)]
+    for part in subject.each(numbers, lambda item: _points_agree(subject, *item)):
+        findings.add(part)
+    findings.examined = f"{findings.count} points on depth images"
+    return findings
+
+
+def _fractions_agree(findings: Findings, row: LabelRow, visible: float, camera: PinholeCamera, where: str) -> None:
+    label = row.label
+    left, top, right, bottom = label.box_xyxy
+    at_border = left <= 0 or top <= 0 or right >= camera.width - 1 or bottom >= camera.height - 1
+    inside = 1.0 - label.truncated
+    findings.require(
+        visible <= inside + _ROUNDING and (at_border or label.truncated == 0.0),
+        f"{where}: truncated is {label.truncated}, but {visible:.4f} of it is visible"
+        + ("" if at_border else " and its box ends within the image"),
+    )
+    # What lies in the image is known to four digits only.
+    fractions = [visible / max(inside + step, 1e-9) for step in (_ROUNDING, -_ROUNDING)]
+    levels = {next((i for i, least in enumerate(_LEVELS) if fraction >= least), 2) for fraction in fractions}
+    findings.require(
+        label.occluded in levels,
+        f"{where}: occluded is {label.occluded}, {visible:.4f} of it is visible and {inside:.4f} in the image",
+    )
+
+
+def _box_is_there(findings: Findings, row: LabelRow, camera: PinholeCamera, where: str) -> None:
+    """Require the 2D box within the projection of the 3D box, which holds all of the object."""
+    height, breadth, length = row.label.size_hwl
+    corners = transform_points(row.label.T_camera_object(), _CORNERS * [length, breadth, height])
+    if corners[:, 2].min() < _NEAR or camera.distortion is not None:
+        return
+    uv = camera.project(corners)
+    slack = _BESIDE_PX + _DAMAGED * camera.fx / corners[:, 2].min()
+    last = np.array([camera.width - 1, camera.height - 1])
+    low, high = np.clip(uv.min(axis=0), 0, last) - slack, np.clip(uv.max(axis=0), 0, last) + slack
+    beyond = max(float((low - row.label.box_xyxy[:2]).max()), float((np.array(row.label.box_xyxy[2:]) - high).max()))
+    findings.require(
+        beyond <= 0, f"{where}: the 2D box leaves the projected 3D box by {beyond + slack:.1f} px; P2 or a box is wrong"
+    )
+
+
+def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
+    findings = Findings()
+    camera, T_camera_lidar = read_camera(subject, split, frame)
+    path = kitti_layout(subject.root).file(split, "depth_2", frame)
+    depth = decode_depth(path).astype(np.float64) / _STEPS_PER_METRE
+    cloud = read_points(subject, split, frame)[0][:, :3]
+    cloud = cloud[:: max(len(cloud) // _SAMPLE, 1)].astype(np.float64)
+    points = transform_points(T_camera_lidar, cloud[np.isfinite(cloud).all(axis=1)])
+    points = points[points[:, 2] > _NEAR]
+    u, v = np.rint(camera.project(points)).T
+    inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])
+    points, read = points[inside], depth[v[inside].astype(int), u[inside].astype(int)]
+    points, read = points[read > 0], read[read > 0]
+    findings.count = len(points)
+    if len(points) < _FEW:
+        return findings
+    z, distance = points[:, 2], np.linalg.norm(points, axis=1)
+    off = float(np.median(np.abs(read - z) / z))
+    findings.require(
+        off < _SAME_DEPTH,
+        f"{path}: differs from the points of velodyne by {100 * off:.0f} % of the depth; its unit (1/256 m a step), "
+        "the points or Tr_velo_to_cam are wrong",
+    )
+    fraction = range_fraction(read, z, distance)
+    findings.require(
+        fraction < 0.5, f"{path}: holds the distance to the camera, not the depth along its axis (share {fraction:.2f})"
+    )
+    return findings
+
+
 _SAME_PLACE = 1e-5
 _LARGEST_TILT = math.radians(2.0)
 # Rounding on the way through files must not turn one that leans just so much into one that leans more.
 _SAME_TILT = 1e-6
-
-
-@dataclass(frozen=True)
-class LabelRow:
-    """A row of a label file, and whose it is."""
-
-    label: KittiLabel
-    instance_id: int
 
 
 def labels(subject: Subject) -> Findings:
@@ -55,26 +172,6 @@ def labels(subject: Subject) -> Findings:
             count += 1
     findings.examined = f"{count} labels of 15 fields" + (f", {leaning} of them DontCare: they lean" if leaning else "")
     return findings
-
-
-def read_labels(subject: Subject, split: str, frame: int) -> list[LabelRow]:
-    """Read a frame's rows and ids, those of DontCare included; the one row of a frame without labels is left out.
-
-    Raises:
-        DatasetError: A file is missing, empty, has a blank line, or a row that does not parse.
-    """
-    path, ids_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("label_2", "label_2_ids"))
-    lines, ids = read_text(path).split("\n"), read_text(ids_path).split("\n")
-    if len(lines) < 2 or lines[-1]:
-        raise DatasetError(f"{path}: at least one row and a line end after the last one are expected")
-    found = [parse_label(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)]
-    if len(ids) != len(lines) or ids[-1] or not all(_ID.fullmatch(word) for word in ids[:-1]):
-        raise DatasetError(f"{ids_path}: does not hold an instance id for each of the {len(found)} rows of label_2")
-    cares = [not label.is_dont_care for label in found]
-    if cares != sorted(cares, reverse=True):
-        raise DatasetError(f"{path}: DontCare must come last")
-    rows = [LabelRow(label, int(word)) for label, word in zip(found, ids, strict=False)]
-    return [] if len(rows) == 1 and not cares[0] and rows[0].instance_id == 0 else rows
 
 
 def tilt(T_camera_object: Transform) -> float:

@@ -1,4 +1,4 @@
-"""How far from the surface that it hit a LiDAR may place a point: its noise law, from the contents of the manifest.
+"""Where a LiDAR may place a point: its noise law, the beams beside it, and the vehicle's motion in its sweep.
 
 The check that uses it shares no code with the simulated sensor; the formulas are those of docs/lidar.md.
 """
@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int, Int32
 
 from warehouse_sim.dataset.stored.contents import LidarContents
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation
+from warehouse_sim.geometry.pose import Transform, transform_points
 
 _BIAS_SIGMAS = math.sqrt(3.0)
 """Constant errors of lasers are evenly spread, so that none goes beyond."""
@@ -98,3 +100,103 @@ class LidarLaw(LidarContents):
             power = reflectance / _DARK * (self.dark_range / distance) ** 2 * falling
             sigma = np.hypot(sigma, self.range_noise_weak / np.maximum(power, _WEAKEST))
         return SIGMAS * sigma + _BIAS_SIGMAS * self.laser_bias + self.range_step / 2.0
+
+
+_NOTHING = np.int32(-1)
+_SIDES = ((0, -1), (0, 1), (-1, 0), (1, 0))
+
+
+class SweepGrid:
+    """A sweep's points on a grid of rings and azimuths.
+
+    Args:
+        ring: Of each point, 0 = topmost.
+        column: Of each point, along the ring.
+        ids: Instance id of each point.
+    """
+
+    def __init__(
+        self, ring: Int[np.ndarray, " n"], column: Int[np.ndarray, " n"], ids: Int32[np.ndarray, " n"]
+    ) -> None:
+        self._ring, self._column = ring + 1, column
+        self._ids = np.full((int(ring.max(initial=0)) + 3, int(column.max(initial=0)) + 1), _NOTHING)
+        self._ids[self._ring, column] = ids
+
+    @classmethod
+    def of(
+        cls,
+        points: Float[np.ndarray, "n 3"],
+        ids: Int32[np.ndarray, " n"],
+        beams: tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]],
+        law: LidarLaw,
+    ) -> Self:
+        """Put points of the LiDAR's frame (m) on the grid.
+
+        A ring fires once a cycle, but its laser may look beside the head: by how much shows in its points.
+
+        Args:
+            points: In the LiDAR's frame (m).
+            ids: Instance id of each.
+            beams: Ring and time (s) of each.
+            law: The LiDAR's.
+        """
+        ring, time = beams
+        if len(points) == 0:
+            return cls(ring, ring, ids)
+        count = max(round(360.0 / law.azimuth_step_deg), 1)
+        # The first laser of a cycle fires with it, but for rounding.
+        cycle = np.floor(time / law.cycle_time + 1e-3).astype(np.int64)
+        if law.turns_clockwise:
+            cycle = -cycle
+        azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0])) - law.azimuth_range_deg[0]
+        ahead = (azimuth / law.azimuth_step_deg - cycle + count / 2) % count - count / 2
+        order = np.argsort(ring.astype(np.int16), kind="stable")  # of 16 bits, as those are sorted in one pass
+        for chosen in np.split(order, np.flatnonzero(np.diff(ring[order])) + 1):
+            cycle[chosen] += round(float(np.median(ahead[chosen])))
+        return cls(ring, cycle % count, ids)
+
+    def beside_another(self, points: Int[np.ndarray, " m"], instance_id: int) -> Bool[np.ndarray, " m"]:
+        """Return which of an object's points have a beam beside, above or below them that did not meet the object."""
+        ring, column = self._ring[points], self._column[points]
+        there = [self._ids[ring + down, (column + along) % self._ids.shape[1]] for down, along in _SIDES]
+        return (np.array(there) != instance_id).any(axis=0)
+
+
+Points = Float[np.ndarray, "n 3"]
+
+
+def in_world(
+    points: Points,
+    time: Float[np.ndarray, " n"],
+    T_world_lidar: Transform,
+    law: LidarLaw,
+    observation: RecordedObservation,
+) -> tuple[Points, Points]:
+    """Return points and the starts of their beams in the world (m).
+
+    Args:
+        points: As stored, in the LiDAR's frame (m).
+        time: Of each, since the sweep began (s).
+        T_world_lidar: Pose of the LiDAR when it looks forward.
+        law: Says whether the vehicle's motion bent the sweep, and whether it was put right.
+        observation: How the vehicle moved.
+    """
+    hits = transform_points(T_world_lidar, points)
+    starts = np.broadcast_to(T_world_lidar[:3, 3], hits.shape)
+    if law.motion == "ignored":
+        return hits, starts
+    since = time - law.forward_time
+    moved = _carried(starts, since, observation)
+    return (_carried(hits, since, observation) if law.motion == "raw" else hits), moved
+
+
+def _carried(points: Points, since: Float[np.ndarray, " n"], observation: RecordedObservation) -> Points:
+    """Return world points that the vehicle carries, each at its time: turned about its origin, which drives an arc."""
+    carrier = observation.T_world_camera if observation.T_world_vehicle is None else observation.T_world_vehicle
+    pivot, rate = carrier[:3, 3], observation.yaw_rate
+    # A complex number in place of the plane: dx/dt = v exp(i w t).
+    velocity = complex(*observation.velocity[:2])
+    turn = np.exp(1j * rate * since)
+    way = velocity * (since if rate == 0 else (turn - 1.0) / (1j * rate))
+    plane = (points[:, 0] - pivot[0] + 1j * (points[:, 1] - pivot[1])) * turn + way + complex(*pivot[:2])
+    return np.stack([plane.real, plane.imag, points[:, 2] + observation.velocity[2] * since], axis=1)

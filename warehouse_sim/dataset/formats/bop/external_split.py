@@ -1,0 +1,251 @@
+"""The images and labels of one split of a third-party BOP folder, scene by scene or image by image."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, UInt8
+
+from warehouse_sim.dataset.files.image_io import (
+    any_depth,
+    any_rgb,
+    any_size_wh,
+    decode_any_depth,
+    decode_any_mask,
+    decode_any_rgb,
+    image_size_wh,
+)
+from warehouse_sim.dataset.files.json_file import parse_json, read_table
+from warehouse_sim.dataset.files.png import is_rgb_png
+from warehouse_sim.dataset.files.run_lengths import mask_of_runs
+from warehouse_sim.dataset.formats.bop.external_image import ExternalRows, external_image
+from warehouse_sim.dataset.formats.bop.shards.archive import Extent, ImagewiseFolder, Keyed, ShardFolder
+from warehouse_sim.dataset.formats.bop.shards.layout import MEMBER, SHARD
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.errors import DatasetError
+
+TABLE = "scene_{}.json"
+_IMAGES = ("rgb", "gray")
+
+
+def is_scene(path: Path) -> bool:
+    """Return whether a folder is a scene."""
+    return path.name.isdecimal() and (path / TABLE.format("camera")).is_file()
+
+
+class ScenewiseSplit:
+    """A folder of scenes.
+
+    Args:
+        root: The folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._scenes = {
+            int(path.name): ExternalScene(path, int(path.name)) for path in filter(is_scene, root.iterdir())
+        }
+
+    @property
+    def scene_ids(self) -> tuple[int, ...]:
+        """Numbers of its scenes, ascending."""
+        return tuple(sorted(self._scenes))
+
+    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
+        """Return all images; labels of objects that are not ``known`` are left out.
+
+        Raises:
+            DatasetError: A table is missing or malformed.
+        """
+        return [image for number in self.scene_ids for image in self._scenes[number].images(split, known)]
+
+    def files(self) -> list[Path]:
+        """Return all files, sorted."""
+        return [path for number in self.scene_ids for path in sorted(self._scenes[number].root.rglob("*"))]
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image; a grey one has three equal channels."""
+        return decode_any_rgb(self._scenes[image.scene_id].image_file(image.image_id))
+
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
+        path = self._scenes[image.scene_id].image_file(image.image_id)
+        return path if is_rgb_png(path) else None
+
+    def steps(self, image: ImageRecord) -> np.ndarray:
+        """Read the depth image in its own steps, 0 = no reading."""
+        return decode_any_depth(self._scenes[image.scene_id].file("depth", image.image_id))
+
+    def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
+        """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
+        return self._scenes[image.scene_id].mask(image.image_id, kind, gt_index)
+
+
+@dataclass(frozen=True)
+class ExternalScene:
+    """Paths and tables of a scene."""
+
+    root: Path
+    scene_id: int
+
+    def file(self, kind: str, image_id: int) -> Path:
+        """Return the file of an image, whatever it ends with.
+
+        Raises:
+            DatasetError: There is none.
+        """
+        found = sorted((self.root / kind).glob(f"{image_id:06d}.*"))
+        if not found:
+            raise DatasetError(f"{self.root / kind}: there is no image {image_id}; training and scoring need it")
+        return found[0]
+
+    def image_file(self, image_id: int) -> Path:
+        """Return the file of the colour or grey image.
+
+        Raises:
+            DatasetError: There is none.
+        """
+        kind = next((name for name in _IMAGES if (self.root / name).is_dir()), _IMAGES[0])
+        return self.file(kind, image_id)
+
+    def mask(self, image_id: int, kind: str, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
+        """Read a mask, if there is one."""
+        path = next(iter(sorted((self.root / kind).glob(f"{image_id:06d}_{gt_index:06d}.*"))), None)
+        return None if path is None else decode_any_mask(path)
+
+    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
+        """Read the tables; images without labels have no targets.
+
+        Raises:
+            DatasetError: A table is malformed, or neither it nor a mask says where a target is in its image.
+        """
+        cameras = read_table(self._table("camera"))
+        poses, infos = (
+            read_table(self._table(name)) if self._table(name).is_file() else {} for name in ("gt", "gt_info")
+        )
+        size_wh = image_size_wh(self.image_file(min(cameras))) if cameras else (1, 1)
+        return [
+            external_image(
+                split,
+                (self.scene_id, key),
+                size_wh,
+                ExternalRows(
+                    camera,
+                    poses.get(key),
+                    infos.get(key),
+                    partial(self.mask, key),
+                    f"{self._table('camera')}: {key}",
+                    f"{self._table('gt')}: {key}",
+                ),
+                known,
+            )
+            for key, camera in cameras.items()
+        ]
+
+    def _table(self, name: str) -> Path:
+        return self.root / TABLE.format(name)
+
+
+_COLOUR = ("rgb.png", "rgb.jpg", "gray.tiff", "gray.tif", "gray.png", "gray.jpg")
+_DEPTH = ("depth.png", "depth.tiff", "depth.tif")
+
+
+def keyed_folder(root: Path) -> Keyed | None:
+    """Return the shards or the imagewise files of a folder, if it holds any."""
+    names = [path.name for path in root.iterdir()]
+    if any(map(SHARD.fullmatch, names)):
+        return ShardFolder(root)
+    if any(name.endswith(".camera.json") and MEMBER.fullmatch(name) for name in names):
+        return ImagewiseFolder(root)
+    return None
+
+
+class KeyedSplit:
+    """A folder of such images.
+
+    Args:
+        root: The folder.
+        keyed: Its files.
+    """
+
+    def __init__(self, root: Path, keyed: Keyed) -> None:
+        self.root, self._keyed = root, keyed
+
+    @property
+    def scene_ids(self) -> tuple[int, ...]:
+        """Numbers of its scenes, ascending."""
+        return tuple(sorted({scene for scene, _ in self._keyed.numbers()}))
+
+    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
+        """Return all images; labels of objects that are not ``known`` are left out.
+
+        Raises:
+            DatasetError: A file is missing or malformed.
+        """
+        sizes: dict[int, tuple[int, int]] = {}
+        images = []
+        for key in self._keyed.numbers():
+            if key[0] not in sizes:
+                # All images of a scene are one camera's; a JPEG image says its size only when it is decoded.
+                member = self._first(key, _COLOUR)
+                sizes[key[0]] = any_size_wh(member.read(), member.where)
+            images.append(self._image(split, key, sizes[key[0]], known))
+        return images
+
+    def files(self) -> list[Path]:
+        """Return all files, sorted."""
+        return self._keyed.files()
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image; a grey one has three equal channels."""
+        member = self._first((image.scene_id, image.image_id), _COLOUR)
+        return any_rgb(member.read(), member.where)
+
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the file of the colour image where it is an 8-bit RGB image in PNG; none of one in an archive."""
+        member = self._first((image.scene_id, image.image_id), _COLOUR)
+        return None if member.name or not is_rgb_png(member.path) else member.path
+
+    def steps(self, image: ImageRecord) -> np.ndarray:
+        """Read the depth image in its own steps, 0 = no reading."""
+        member = self._first((image.scene_id, image.image_id), _DEPTH)
+        return any_depth(member.read(), member.where)
+
+    def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
+        """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
+        size_hw = image.camera.height, image.camera.width
+        return self._mask((image.scene_id, image.image_id), size_hw, kind, gt_index)
+
+    def _image(self, split: str, key: tuple[int, int], size_wh: tuple[int, int], known: Collection[int]) -> ImageRecord:
+        camera = self._keyed.member(key, "camera.json")
+        labels = self._keyed.find(key, "gt.json")
+        rows = ExternalRows(
+            self._json(camera),
+            self._json(labels),
+            self._json(self._keyed.find(key, "gt_info.json")),
+            partial(self._mask, key, size_wh[::-1]),
+            camera.where,
+            camera.where if labels is None else labels.where,
+        )
+        return external_image(split, key, size_wh, rows, known)
+
+    def _mask(
+        self, key: tuple[int, int], size_hw: tuple[int, int], kind: str, gt_index: int
+    ) -> Bool[np.ndarray, "h w"] | None:
+        member = self._keyed.find(key, f"{kind}.json")
+        data = self._json(member)
+        if member is None or not isinstance(data, dict) or data.get(str(gt_index)) is None:
+            return None
+        return mask_of_runs(data[str(gt_index)], size_hw, f"{member.where}: {gt_index}")
+
+    def _json(self, member: Extent | None) -> Any:
+        return None if member is None else parse_json(member.read(), member.where)
+
+    def _first(self, key: tuple[int, int], kinds: tuple[str, ...]) -> Extent:
+        found = next((member for kind in kinds if (member := self._keyed.find(key, kind)) is not None), None)
+        if found is None:
+            raise DatasetError(f"{self.root}: {key[0]:06d}_{key[1]:06d} has none of {', '.join(kinds)}")
+        return found
