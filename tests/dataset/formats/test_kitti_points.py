@@ -10,6 +10,7 @@ import pytest
 
 from tests.dataset.toy import make_scene, observe
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.validate import Check, validate
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS
 from warehouse_sim.sensors.lidar.receiver import quantised, range_sigma, relative_power
@@ -31,7 +32,7 @@ def with_lidar(root: Path, folder: Path, name: str, factor: float) -> Path:
     copy = Path(shutil.copytree(root, folder))
     manifest = json.loads((copy / "manifest.json").read_text())
     manifest["recipe"]["sensors"] = {"lidar": to_mapping(LIDAR_PRESETS[name]) | STEPS}
-    del manifest["contents"]
+    manifest["contents"] = to_mapping(recipe_contents(manifest["recipe"]))
     (copy / "manifest.json").write_text(json.dumps(manifest))
     rng, config = np.random.default_rng(5), LIDAR_PRESETS[name]
     for scene, split in FRAMES.items():
