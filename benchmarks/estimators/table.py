@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from benchmarks.estimators.marked import replace_table
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.resources import data_folder
 
 COMMAND = "python -m benchmarks.estimators --write"
+END = "<!-- end of table -->"
 _COLUMNS = (
     ("industrial", "add_10pct", "industrial: ADD < 10 % d"),
     ("industrial", "add_5pct", "industrial: ADD < 5 % d"),
@@ -44,6 +44,21 @@ def as_markdown(rows: list[dict[str, Any]]) -> str:
 def write(rows: list[dict[str, Any]]) -> Path:
     """Put the table into models/README.md."""
     return replace_table(data_folder("models") / "README.md", COMMAND, as_markdown(rows))
+
+
+def replace_table(path: Path, command: str, table: str) -> Path:
+    """Put ``table`` (Markdown) between the marks of ``command`` in the document ``path``.
+
+    Raises:
+        ValueError: The document has no such marks.
+    """
+    start = f"<!-- table: {command} -->"
+    before, found, rest = path.read_text(encoding="utf-8").partition(start)
+    _, ended, after = rest.partition(END)
+    if not found or not ended:
+        raise ValueError(f"{path}: has no lines {start!r} and {END!r}")
+    path.write_text(f"{before}{start}\n\n{table}\n\n{END}{after}", encoding="utf-8")
+    return path
 
 
 def _cell(row: dict[str, Any] | None) -> str:

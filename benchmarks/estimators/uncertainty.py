@@ -3,34 +3,29 @@
     python -m benchmarks.estimators.uncertainty densefusion-depth icp-multistart --write
 
 It is fitted on the frozen recipe from a seed that nothing else uses, read by three depth cameras, with masks that are
-right and wrong in four ways, and judged under every disturbance of ``stress`` and on cameras that it was not fitted on.
+right and wrong in four ways, and judged under every error of masks and on cameras that it was not fitted on.
 Samples are kept, newer weights collect them again; ``uncertainty.yaml`` is written into the models' folders.
 """
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tyro
 
-from benchmarks.estimators import sensors, stress
 from benchmarks.estimators.data import FOLDER
+from benchmarks.estimators.disturbed import LEARNT, RECIPE, TEST, VAL, made, predict
 from benchmarks.estimators.uncertainty_fit import fit
 from benchmarks.estimators.uncertainty_samples import Samples, collect, joined
-from benchmarks.estimators.ways import open_way, way_of
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
+from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty, write_uncertainty
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.evaluation import Scores
-from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig
-from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.evaluation import Scores, evaluate
 from warehouse_sim.learning.run_folder import WEIGHTS
 
 SEED = 8
@@ -44,33 +39,15 @@ JUDGED_ON = ("d435",)
 """Cameras that it was not fitted on, with right masks."""
 
 
-def made(sensor: str, scenes: int, views: int, folder: Path) -> Path:
-    """Return the folder of the scenes that uncertainty is fitted on, generated first if it is not complete."""
-    root = folder / "data" / f"uncertainty_{sensor}_{SEED}"
-    if not (root / "manifest.json").is_file():
-        recipe = load_recipe(sensors.RECIPE)
-        recipe = replace(
-            recipe,
-            name=root.name,
-            scene=replace(recipe.scene, observations_per_scene=views),
-            sensors=replace(recipe.sensors, rgbd=sensors.cameras()[sensor], lidar=None),
-            split=SplitConfig(0.0, 1.0, 0.0),
-        )
-        workers = os.cpu_count() or 1
-        config = GenerateConfig(scenes=scenes, seed=SEED, formats=("bop",), workers=workers, resume=root.exists())
-        generate(recipe, root, config)
-    return root
-
-
 def samples_of(method: str, scenes: int, views: int, every: int, folder: Path) -> Samples:
     """Return what a method does on the scenes of the fit, collected first where it is not kept."""
     parts = []
     for sensor, masks in FITTED_ON.items():
-        data = made(sensor, scenes, views, folder)
+        data = made(folder / "data" / f"uncertainty_{sensor}_{SEED}", sensor, scenes, views, SEED, VAL)
         for name in masks:
             file = folder / "uncertainty" / Path(method).name / data.name / f"{name.replace(' ', '_')}.npz"
             if not _is_fresh(file, method):
-                estimator = open_way(method, DatasetReader(data).objects, uncertainty=False)
+                estimator = way_of(method).open(DatasetReader(data).objects, uncertainty=False)
                 collect(estimator, data, "val", name, every).save(file)
                 print(f"collected {file}", flush=True)
             parts.append(Samples.load(file))
@@ -87,20 +64,20 @@ def fitted(method: str, samples: Samples) -> None:
 
 def judged(method: str, only: Sequence[str], every: int, folder: Path) -> Iterator[tuple[str, Scores]]:
     """Yield scores under each disturbance, and by each camera that the uncertainty was not fitted on."""
-    data = {name: (stress.made("industrial-v1", 24, 6, folder), name) for name in only or MASK_ERRORS}
-    cameras = sensors.cameras()
+    stressed = made(folder / "data" / f"stress_{RECIPE}", LEARNT, 24, 6, 41, TEST)
+    data = {name: (stressed, name) for name in only or MASK_ERRORS}
     data |= {
-        f"{name} camera": (sensors.made(name, cameras[name], 16, 6, folder), "exact")
+        f"{name} camera": (made(folder / "data" / f"sensor_{name}", name, 16, 6, 16, TEST), "exact")
         for name in JUDGED_ON
         if not only or name in only
     }
     for label, (root, masks) in data.items():
         reader = DatasetReader(root)
-        estimator = open_way(method, reader.objects)
+        estimator = way_of(method).open(reader.objects)
         images = list(read_images(estimator, reader, reader.images("test")[::every]))
         place = folder / "scores" / Path(method).name / root.name / f"uncertainty {label}".replace(" ", "_")
-        estimates = stress.predict(estimator, images, MASK_ERRORS[masks])
-        yield label, stress.scored(estimates, root, place, f"{method}, {label}")
+        predictions.write(place / "predictions.csv", predict(estimator, images, MASK_ERRORS[masks]))
+        yield label, evaluate(place / "predictions.csv", root, "test", method=f"{method}, {label}")
 
 
 def rows(method: str, label: str, scores: Scores) -> list[dict[str, Any]]:
@@ -169,7 +146,7 @@ def main(
         chosen = "".join(f" {name!r}" for name in only)
         how_much = f"--every {every}" + (f" --only{chosen}" if only else "") + ("" if refit else " --no-refit")
         command = f"python -m benchmarks.estimators.uncertainty {' '.join(methods)} {how_much} --write"
-        how = {"recipe": sensors.RECIPE, "seed of the fit": SEED, "scenes": scenes, "views": views, "every": every}
+        how = {"recipe": RECIPE, "seed of the fit": SEED, "scenes": scenes, "views": views, "every": every}
         write_result(RESULTS / "uncertainty.json", command, found, data=how)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.estimators.stress import predict
+from benchmarks.estimators.disturbed import predict
 from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.api import PoseEstimator

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.estimators.ways import way_of
+from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.errors import InputError
 from warehouse_sim.resources import data_folder
 
