@@ -176,6 +176,12 @@ def test_module_and_script_are_the_same_program() -> None:
     assert "recipes" in result.stdout
 
 
+def test_listing_names_loads_nothing_slow() -> None:
+    slow = ("scipy", "torch", "mujoco", "moderngl", "open3d", "matplotlib", "pandas")
+    code = f"import sys; from warehouse_sim.cli.main import main; main(['list']); assert not set(sys.modules) & {set(slow)}"
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+
+
 def test_every_public_name_exists() -> None:
     import warehouse_sim
 

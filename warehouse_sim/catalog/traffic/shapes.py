@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import PchipInterpolator
 
 from warehouse_sim.catalog.parts import Triple, fused, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -98,6 +97,8 @@ def smoothed(rows: Float[np.ndarray, "n k"], between: int) -> Float[np.ndarray, 
     """
     if between == 0 or len(rows) < 3:
         return rows
+    from scipy.interpolate import PchipInterpolator  # slow to import, and names need no shapes
+
     steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
     at = np.concatenate([[0.0], np.cumsum(np.maximum(steps, 1e-6))])
     dense = np.concatenate([np.linspace(a, b, between + 1, endpoint=False) for a, b in pairwise(at)] + [at[-1:]])
