@@ -4,6 +4,7 @@ Every number of a settings class has its ``Range``; ``@ranged`` makes the class 
 from: a file, the command line or Python.
 """
 
+import math
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -14,6 +15,8 @@ from typing import Annotated, Any, TypeVar
 from warehouse_sim.errors import ConfigError
 
 T = TypeVar("T")
+_FRACTIONS = (30, 45, 60, 90, 120, 135, 180, 270, 360)
+"""Angles that people write as a fraction of pi (deg)."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,11 @@ Fraction = Annotated[float, Range(0, 1)]
 """A part of a whole, or a probability."""
 Seed = Annotated[int, Range(0, 2**63 - 1)]
 """Where random numbers begin."""
+
+
+def degrees_of_radians(value: float) -> int | None:
+    """Return the degrees of a number that is a fraction of pi to three digits (3.14, 0.785), as angles in rad are."""
+    return next((deg for deg in _FRACTIONS if math.isclose(abs(value), math.radians(deg), rel_tol=6e-4)), None)
 
 
 def ranged(cls: type[T]) -> type[T]:

@@ -17,7 +17,7 @@ from warehouse_sim.errors import InputError
 from warehouse_sim.generation import hand_made
 from warehouse_sim.generation import recipe as generation_recipe
 from warehouse_sim.geometry.pose import look_at as looking_at
-from warehouse_sim.ranges import Range
+from warehouse_sim.ranges import Range, degrees_of_radians
 from warehouse_sim.scene.hand_made import with_object, with_replaced, without_kind
 from warehouse_sim.scene.lighting.switching import relit
 from warehouse_sim.schema import SceneSpec, Viewpoint
@@ -98,6 +98,9 @@ class Scene:
         Raises:
             UnknownNameError: There is no such object.
         """
+        degrees = degrees_of_radians(float(yaw_deg))
+        if degrees is not None:
+            _log.warning("yaw_deg: %g looks like radians and is taken for degrees; %d degrees?", yaw_deg, degrees)
         self._change(
             partial(
                 with_object,

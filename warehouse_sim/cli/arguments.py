@@ -6,7 +6,8 @@ import difflib
 import io
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import zip_longest
 from typing import Any
 
 import tyro
@@ -36,11 +37,12 @@ def call(command: Command, function: Callable[..., Any], words: Sequence[str]) -
     if any(word in ("-h", "--help", "--help-all") for word in words):
         print(page(command, parser, "--help-all" in words))
         return None
-    _require_known(command, parser, words)
+    actions = {name: action for action in parser._actions for name in action.option_strings}
+    _require_known(command, actions, words)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint), contextlib.redirect_stdout(complaint):
-            ready = tyro.cli(_deferred(function), args=list(words), prog=f"warehouse-sim {command.name}")
+            ready = tyro.cli(_deferred(function), args=_python(actions, words), prog=f"warehouse-sim {command.name}")
     except SystemExit as problem:
         raise InputError(
             f"{command.name}: {_one_line(complaint.getvalue(), command, parser)}; {_see(command)}"
@@ -69,24 +71,57 @@ def _parser(command: Command, function: Callable[..., Any]) -> argparse.Argument
     return found
 
 
-def _require_known(command: Command, parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Reject options that the command does not have, and name those that it lacks.
+def _require_known(command: Command, actions: Mapping[str, argparse.Action], words: Sequence[str]) -> None:
+    """Reject empty words, options that the command does not have or that get no value, and name those that it lacks.
 
     Raises:
-        InputError: Names the nearest option.
+        InputError: Names the nearest option, or what the option takes.
     """
-    actions = {name: action for action in parser._actions for name in action.option_strings}
-    given = {word.partition("=")[0].replace("_", "-") for word in words if word.startswith("--") and word != "--"}
-    for word in words:
-        option = word.partition("=")[0].replace("_", "-")
-        if not option.startswith("-") or option in actions or _NUMBER.match(word) or word in ("-", "--"):
+    if "" in words:
+        raise InputError(f"{command.name}: an argument is empty; give it a value, or leave it out")
+    given = set[str]()
+    for word, following in zip_longest(words, words[1:], fillvalue=""):
+        if word in ("-", "--") or not word.startswith("-") or _NUMBER.match(word):
             continue
-        near = difflib.get_close_matches(option, actions, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]}?" if near else _see(command)
-        raise InputError(f"{command.name}: {shown(option)[1:-1]} is not an option; {hint}")
+        option, (_, equals, value) = _option(word), word.partition("=")
+        if option not in actions:
+            near = _nearest_option(option, actions)
+            hint = f"did you mean {near}?" if near else _see(command)
+            raise InputError(f"{command.name}: {shown(option)[1:-1]} is not an option; {hint}")
+        given.add(option)
+        takes = placeholder(actions[option], command)
+        if actions[option].nargs == 0 and equals:
+            raise InputError(f"{command.name}: {option} takes no value, found {shown(value)}; {_see(command)}")
+        if actions[option].nargs != 0 and not (value if equals else following and _option(following) not in actions):
+            raise InputError(f"{command.name}: {option} takes {takes}, found nothing; {_see(command)}")
     for name, action in actions.items():
         if action.required and name not in given:
             raise InputError(f"{command.name}: {name} {placeholder(action, command)} is missing; {_see(command)}")
+
+
+def _option(word: str) -> str:
+    return word.partition("=")[0].replace("_", "-")
+
+
+def _nearest_option(option: str, known: Iterable[str]) -> str | None:
+    names = {name.removeprefix("--"): name for name in known if name.startswith("--")}
+    text = option.lstrip("-").lower()
+    begin = [name for name in names if len(text) > 1 and name.startswith(text)]
+    near = begin or difflib.get_close_matches(text, names, n=1, cutoff=0.65)
+    return names[near[0]] if near else None
+
+
+def _python(actions: Mapping[str, argparse.Action], words: Sequence[str]) -> list[str]:
+    """Return words as the parser takes them: ``none`` for a number that can be left open is ``None``."""
+    optional = {name for name, action in actions.items() if re.match(r"\{None\}\|(INT|FLOAT)", str(action.metavar))}
+    ready = list[str]()
+    for before, word in zip(["", *words], words, strict=False):
+        name, _, value = word.partition("=")
+        if word == "none" and _option(before) in optional:
+            ready.append("None")
+        else:
+            ready.append(f"{name}=None" if value == "none" and _option(name) in optional else word)
+    return ready
 
 
 def _see(command: Command) -> str:
@@ -98,6 +133,11 @@ def _one_line(text: str, command: Command, parser: argparse.ArgumentParser) -> s
     lines = [re.sub(r"[╭╮╰╯│─┌┐└┘|]+", " ", line).strip() for line in text.splitlines()]
     whole = " ".join(" ".join(line for line in lines if line).split())
     actions = {name: action for action in parser._actions for name in action.option_strings or [action.dest]}
+    if "Missing from" in whole:
+        first = next(action for action in parser._actions if action.required and not action.option_strings)
+        return f"{placeholder(first, command)} is missing"
+    if found := re.search(r"Unrecognized options: (.*?) -{5,}", whole):
+        return f"{shown(found.group(1))} is more than it takes"
     if found := re.search(r"Error parsing (?:argument )?'?([\w.-]+)'?: .*?\[(.*?)\]", whole):
         name, given = found.groups()
         if name in actions:
@@ -107,7 +147,8 @@ def _one_line(text: str, command: Command, parser: argparse.ArgumentParser) -> s
         return f"{found.group(1)} takes {placeholder(actions[found.group(1)], command)}, found {found.group(2)}"
     if found := re.search(r"invalid choice '(.*?)' for argument '(--[\w.-]+)'", whole):
         given, name = found.groups()
-        near = difflib.get_close_matches(given, list(map(str, actions[name].choices or ())), 1, cutoff=0.4)
+        choices = [str(choice) for choice in actions[name].choices or () if str(choice) != "None"]
+        near = difflib.get_close_matches(given.lower(), choices, 1, cutoff=0.4)
         hint = f", did you mean {near[0]}?" if near else ""
         return f"{name} takes {placeholder(actions[name], command)}, found {given!r}{hint}"
     return re.sub(r"^(?:Missing argument|Invalid (?:argument|choice)|Parsing error) ", "", whole.strip()).rstrip(".:")

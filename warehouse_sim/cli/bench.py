@@ -1,6 +1,5 @@
 """``warehouse-sim bench``: suites of the benchmark, from data to a result with intervals."""
 
-import os
 import shlex
 import sys
 from dataclasses import replace
@@ -9,6 +8,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, fraction_progress
+from warehouse_sim.cli.workers import processes
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import missing, require_extra
 
@@ -46,7 +46,7 @@ def bench(
     from warehouse_sim.benchmark.suite import load_suite
     from warehouse_sim.resources import suite_names
 
-    config = RunConfig(out, workers or os.cpu_count() or 1, overwrite)
+    config = RunConfig(out, processes(workers), overwrite)
     failed = False
     for name in suite_names() if suite == "all" else [suite]:
         loaded = load_suite(name)

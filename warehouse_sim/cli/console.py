@@ -10,6 +10,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from warehouse_sim.errors import InputError
+
 FractionProgress = Callable[[float, str], None]
 """Takes the fraction that is done (0-1) and a note on what is going on."""
 CountProgress = Callable[[int, int], None]
@@ -28,6 +30,16 @@ def finish(output: Path, *next_command: str | Path) -> None:
     print(f"output: {output}")
     if next_command:
         print(f"next:   {shlex.join(['warehouse-sim', *map(str, next_command)])}")
+
+
+def require_ending(option: str, file: Path, *endings: str) -> None:
+    """Reject a file whose name says that something else is in it; a name without an ending says nothing.
+
+    Raises:
+        InputError: Names the endings.
+    """
+    if file.suffix.lower() not in ("", *endings):
+        raise InputError(f"{option} {file}: is written as {' or '.join(endings)}; give it a name that ends so")
 
 
 @contextmanager

@@ -1,7 +1,6 @@
 """``warehouse-sim demo``: the whole way on one recipe, by the same commands that a user calls."""
 
 import json
-import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +15,7 @@ from warehouse_sim.cli.preview import preview
 from warehouse_sim.cli.report import report
 from warehouse_sim.cli.train import train
 from warehouse_sim.cli.validate import validate
+from warehouse_sim.cli.workers import processes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.optional import require_extra
 from warehouse_sim.output import make_folder, write_bytes
@@ -49,7 +49,7 @@ def demo(
     from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
     from warehouse_sim.estimators.settings import PredictConfig
 
-    data, run, workers = out / "data", out / estimator, workers or os.cpu_count() or 1
+    data, run, workers = out / "data", out / estimator, processes(workers)
     make_folder(out)
     clock = _StageClock()
     with clock.stage("preview"):

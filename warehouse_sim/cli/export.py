@@ -4,7 +4,7 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish, say
+from warehouse_sim.cli.console import finish, require_ending, say
 from warehouse_sim.optional import require_extra
 from warehouse_sim.resources import model_dir
 
@@ -29,6 +29,7 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     from warehouse_sim.learning.run_folder import read_kind
 
     folder = model_dir(run)
+    require_ending("--out", out, ".onnx")
     others = {
         "detector": export_detector,
         "rtdetr": export_rtdetr,

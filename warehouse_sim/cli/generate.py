@@ -1,6 +1,5 @@
 """``warehouse-sim generate``: a recipe becomes a dataset folder."""
 
-import os
 import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from warehouse_sim.cli.console import count_progress, finish, say
+from warehouse_sim.cli.workers import processes
 from warehouse_sim.errors import InputError, WarehouseSimError
 from warehouse_sim.optional import require_extra
 
@@ -62,18 +62,21 @@ def generate(
         skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
         overwrite: Remove the dataset that stands in the folder first.
     """
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers must be at least 1, found {workers}; leave it out for one per processor")
+    count = processes(workers)
     if (recipe is None) == (not merge):
         raise InputError("generate takes a recipe or --merge DIR [...]; see warehouse-sim list recipes")
     if overwrite and resume:
         raise InputError("--overwrite begins again and --resume goes on; give one of them")
-    if overwrite:
-        from warehouse_sim.dataset.discard import discard_dataset
-
-        discard_dataset(out)
     if merge:
-        _merge(merge, out, resume, skip_failed)
+        of_recipes = {
+            "scenes": scenes, "seed": seed, "formats": formats, "backend": backend != "raster", "samples": samples,
+            "backend-options": backend_options, "denoise": denoise, "difficulty": difficulty, "workers": workers,
+            "shard": shard, "scene-limit": scene_limit,
+        }  # fmt: skip
+        given = [f"--{name}" for name, value in of_recipes.items() if value not in (None, False, 0, ())]
+        if given:
+            raise InputError(f"--merge takes all that from the shards; leave {' and '.join(given)} out")
+        _merge(merge, out, resume, skip_failed, overwrite)
         return
     assert recipe is not None
     require_extra("generate", "to make scenes")
@@ -92,8 +95,9 @@ def generate(
         formats=formats or default_formats(chosen),
         backend=backend,
         backend_options=option_settings(backend, pairs),
-        workers=workers or os.cpu_count() or 1,
+        workers=count,
         resume=resume,
+        overwrite=overwrite,
         shard=None if shard is None else parse_shard(shard),
         scene_limit_s=scene_limit,
         skip_failed=skip_failed,
@@ -114,13 +118,13 @@ def generate(
         finish(out, "generate", "--merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
 
 
-def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool) -> None:
+def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool, overwrite: bool) -> None:
     """Put shards together into one dataset."""
     from warehouse_sim.dataset.manifest import read_manifest
     from warehouse_sim.dataset.shards.merge import merge as run
 
     with count_progress("shards") as progress:
-        run(tuple(shards), out, resume, progress, skip_failed)
+        run(tuple(shards), out, resume, progress, skip_failed, overwrite)
     _tell(out, read_manifest(out))
     finish(out, "validate", out)
 

@@ -4,6 +4,7 @@ import argparse
 import re
 import shutil
 import textwrap
+from collections.abc import Collection
 
 from warehouse_sim.cli.commands import COMMANDS, GROUPS, Command
 from warehouse_sim.version import __version__
@@ -68,18 +69,19 @@ def page(command: Command, parser: argparse.ArgumentParser, whole: bool) -> str:
     actions = [action for action in parser._actions if action.dest != "help"]
     positional = [action for action in actions if not action.option_strings]
     options = [action for action in actions if action.option_strings]
+    names = {name for action in options for name in action.option_strings}
     required = [f"{action.option_strings[0]} {placeholder(action, command)}" for action in options if action.required]
-    usage = " ".join(["warehouse-sim", command.name, *(placeholder(item, command) for item in positional), *required])
+    usage = " ".join(["warehouse-sim", command.name, *(_in_usage(item, command) for item in positional), *required])
     text = re.sub(r"``", "", parser.description or command.summary)
     lines = [f"usage: {usage} [OPTIONS]", "", *_paragraphs(text, width)]
     if positional:
         lines += ["", "arguments:"]
         for action in positional:
-            lines += _row(placeholder(action, command), _text(action), width)
+            lines += _row(placeholder(action, command), _text(action, names), width)
     shown = [action for action in options if whole or "." not in action.option_strings[0]]
     lines += ["", "options:"]
     for action in shown:
-        lines += _row(_flag(action, command), _text(action), width)
+        lines += _row(_flag(action, command), _text(action, names), width)
     lines += _row("--help, --help-all", "Show this page; with the settings of all parts.", width)
     if folded := {action.option_strings[0].split(".")[0] for action in options if action not in shown}:
         lines += ["", "settings of parts, listed by --help-all:"]
@@ -104,6 +106,13 @@ def placeholder(action: argparse.Action, command: Command) -> str:
     return f"{found} [...]" if action.nargs in ("*", "+") else found
 
 
+def _in_usage(action: argparse.Action, command: Command) -> str:
+    name = placeholder(action, command)
+    if action.nargs == "*" and not action.required:
+        return f"[{name.removesuffix(' [...]')} ...]"
+    return f"[{name}]" if action.nargs == "?" else name
+
+
 def _is_of(action: argparse.Action, part: str) -> bool:
     return action.option_strings[0].startswith(f"{part}.")
 
@@ -114,13 +123,21 @@ def _flag(action: argparse.Action, command: Command) -> str:
     return f"{action.option_strings[0]} {placeholder(action, command)}"
 
 
-def _text(action: argparse.Action) -> str:
-    """Return the help of an argument; the default where the text does not name it."""
+def _text(action: argparse.Action, options: Collection[str]) -> str:
+    """Return the help of an argument, with options as they are typed; the default where the text does not name it."""
     text = re.sub(r"``", "", " ".join(str(action.help or "").split())).replace("%%", "%")
     text, default = re.sub(r" ?\((default: [^()]*|required)\)$", "", text), re.search(r"\(default: ([^()]*)\)$", text)
+    text = re.sub(r"\b[a-z]+(?:_[a-z]+)+\b", lambda found: _as_option(found.group(), options), text)
+    if action.nargs == 0 and action.default is True:
+        return f"Switch off what is on by default: {text[:1].lower()}{text[1:]}"
     if default is None or "default" in text or default.group(1).strip() in ("", "None", "False", "True"):
         return text
     return f"{text.rstrip('.')} (default: {default.group(1)})."
+
+
+def _as_option(name: str, options: Collection[str]) -> str:
+    option = f"--{name.replace('_', '-')}"
+    return option if option in options else name
 
 
 def _row(left: str, right: str, width: int) -> list[str]:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish
-from warehouse_sim.cli.names import folded, kinds, names_of
+from warehouse_sim.cli.console import finish, require_ending
+from warehouse_sim.cli.names import folded, kinds, names_of, require_kind
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
@@ -31,9 +31,14 @@ def list_names(
         json: Print JSON: a list of names by kind.
         out: With kind objects, PNG file with a picture of each and its size.
     """
+    if kind is not None:
+        require_kind(kind)
     if out is not None or objects:
-        if kind != "objects" or out is None:
-            raise InputError("--out draws catalog objects: warehouse-sim list objects [OBJECT ...] --out FILE")
+        if kind != "objects" or out is None or json:
+            raise InputError(
+                "names after KIND and --out draw catalog objects: list objects [OBJECT ...] --out FILE.png"
+            )
+        require_ending("--out", out, ".png")
         _draw(out, objects)
         return
     if json:

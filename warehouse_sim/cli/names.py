@@ -35,15 +35,18 @@ def kinds() -> dict[str, Callable[[], Mapping[str, str]]]:
 
 
 def names_of(kind: str) -> Mapping[str, str]:
-    """Return the names of one kind with a line each.
+    """Return the names of one kind, a key of ``kinds``, with a line each."""
+    return kinds()[kind]()
+
+
+def require_kind(kind: str) -> None:
+    """Reject what is no kind of names.
 
     Raises:
-        UnknownNameError: No such kind.
+        UnknownNameError: Lists the kinds.
     """
-    known = kinds()
-    if kind not in known:
-        raise UnknownNameError("kind of names", kind, list(known))
-    return known[kind]()
+    if kind not in kinds():
+        raise UnknownNameError("kind of names", kind, list(kinds()))
 
 
 def folded(names: Iterable[str]) -> list[str]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import finish
+from warehouse_sim.cli.console import finish, require_ending
 from warehouse_sim.cli.replacing import write_one
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
@@ -31,5 +31,6 @@ def report(
         raise InputError(
             f"{other}: holds no results of suites, as others of the paths do; give those to a page of their own"
         )
+    require_ending("--out", out, *((".html", ".htm", ".md") if any(suites) else (".html", ".htm")))
     write = write_suite_report if any(suites) else write_report
     finish(write_one(out, lambda page: write(folders, page), overwrite))

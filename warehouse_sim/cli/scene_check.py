@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from warehouse_sim.schema import SceneSpec
 
 
-def check_scene(recipe: str, scene: int, seed: int, json: Path | None) -> int:
+def check_scene(recipe: str, scene: int, seed: int, json: Path | None, difficulty: float | None = None) -> int:
     """Sample and settle one scene and print how it stands; exit code 1 when it breaks a limit in every attempt.
 
     Contacts that break the crush rule are named, with the weights that the contacts of the settled scene give; they
@@ -23,15 +23,19 @@ def check_scene(recipe: str, scene: int, seed: int, json: Path | None) -> int:
         scene: Index of the scene, >= 0.
         seed: Seed of the dataset, >= 0.
         json: File for the same numbers, with each contact that breaks the rule.
+        difficulty: Of the scene, 0 = easy to 1 = hard; by default the recipe's.
     """
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
+    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.generation.sampled import ATTEMPTS
     from warehouse_sim.physics import crush_state, settle_scene
     from warehouse_sim.scene import sample_scene
 
     loaded = load_recipe(recipe)
+    if difficulty is not None:
+        loaded = with_difficulty(loaded, difficulty)
     say(f"sampling and settling scene {scene} of {recipe} with seed {seed}")
     for attempt in range(ATTEMPTS):
         try:
@@ -51,7 +55,8 @@ def check_scene(recipe: str, scene: int, seed: int, json: Path | None) -> int:
         if not report.problems:
             verdict = f"breaks the crush rule in {len(broken)} places of" if broken else "stands in"
             print(f"output: scene {scene} of {recipe} with seed {seed} {verdict} attempt {attempt}")
-            print(f"next:   warehouse-sim preview {recipe} --scene {scene} --seed {seed}")
+            harder = "" if difficulty is None else f" --difficulty {difficulty:g}"
+            print(f"next:   warehouse-sim preview {recipe} --scene {scene} --seed {seed}{harder}")
             return 1 if broken else 0
     print(f"output: scene {scene} of {recipe} with seed {seed} breaks a limit in all of {ATTEMPTS} attempts")
     return 1

@@ -47,6 +47,9 @@ def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) ->
         if checks[0].ok and (data / "manifest.json").is_file():
             print(_ADVICE.format(manifest=data / "manifest.json"))
         return 1
+    if around is not None:
+        finish(data, "validate", around)
+        return 0
     finish(data, "train", "densefusion-pointcloud", "--data", data, "--out", f"{data}-run")
     return 0
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import tyro
 
-from warehouse_sim.cli.console import count_progress, finish
+from warehouse_sim.cli.console import count_progress, finish, require_ending
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.optional import require_extra
 
@@ -38,11 +38,15 @@ def view(
         raise InputError(f"--limit must be at least 1, found {limit}")
     if not data.is_dir():
         raise DatasetError(f"{data}: is not a folder; make a dataset with warehouse-sim generate")
+    if summary and save is not None:
+        raise InputError("--save is a recording for the viewer, which --summary does not open; leave one of them out")
     if summary:
         _summarise(data, out, _PICTURES if limit is None else limit, split)
         return
     if out is not None:
         raise InputError("--out belongs to --summary; add --summary, or give --save FILE.rrd")
+    if save is not None:
+        require_ending("--save", save, ".rrd")
     require_extra("view", "to view a dataset")
     from warehouse_sim.dataset.reader import DatasetReader
     from warehouse_sim.dataset.viewing.sink import open_recording
@@ -57,11 +61,14 @@ def view(
 
 
 def _summarise(data: Path, out: Path | None, count: int, split: str | None) -> None:
+    from warehouse_sim.dataset.manifest import dataset_around
     from warehouse_sim.dataset.viewing.report import inspect
 
     if count > 100:
         raise InputError(f"--limit must be 1 to 100 with --summary, found {count}")
     place = Path(os.path.realpath(data))
-    found = inspect(data, out or place.with_name(f"{place.name}-summary"), count, None if split == "all" else split)
+    whole = dataset_around(place) or place  # beside it, as what lies in it is checked by validate
+    name = f"{whole.name}-{place.name}-summary" if whole != place else f"{place.name}-summary"
+    found = inspect(data, out or whole.with_name(name), count, None if split == "all" else split)
     print("\n".join(found.lines))
     finish(found.sheet)

@@ -9,6 +9,7 @@ from pathlib import Path
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation.executor import Work, make_scenes
@@ -43,7 +44,7 @@ def generate(
 
     Args:
         recipe: Where scenes are sampled from.
-        out: Folder to make; it must be empty unless ``config.resume``.
+        out: Folder to make; it must be empty unless ``config.resume`` or ``config.overwrite``.
         config: Seed, number of scenes, formats, workers.
         progress: Called after each scene.
 
@@ -62,6 +63,8 @@ def generate(
     DatasetStore(out, draft)
     manifest = with_stratified_splits(draft, recipe, config)
     with one_writer(out):
+        if config.overwrite:
+            discard_dataset(out)
         return _write(Job(recipe, manifest, out, config), progress)
 
 

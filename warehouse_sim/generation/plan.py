@@ -35,7 +35,7 @@ from warehouse_sim.schema import ObjectModel
 @dataclass(frozen=True)
 @ranged
 class GenerateConfig:
-    """How a dataset is made; ``workers``, ``resume`` and ``scene_limit_s`` decide none of its bytes."""
+    """How a dataset is made; workers, ``resume``, ``overwrite`` and ``scene_limit_s`` decide none of its bytes."""
 
     scenes: Annotated[int, Range(1, 1_000_000)] | None = None
     """Number of scenes, 1-1,000,000; the recipe's own number by default."""
@@ -51,6 +51,8 @@ class GenerateConfig:
     """Processes, 1-256; 1 works in this process."""
     resume: bool = False
     """Keep the finished scenes of an interrupted run."""
+    overwrite: bool = False
+    """Remove the dataset that stands in the folder, once all settings are checked."""
     shard: Shard | None = None
     """Make only the scenes of this shard; the folder is one of several that ``dataset.shards.merge`` puts together."""
     scene_limit_s: Annotated[float, Range(1, 10_000_000, "s")] | None = None

@@ -1,5 +1,6 @@
 """A whole recipe file: the scene's distribution and what is done with each draw of it."""
 
+import logging
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
@@ -11,11 +12,13 @@ from warehouse_sim.generation.extends import overlay, read_chain
 from warehouse_sim.generation.occlusion.config import OcclusionConfig
 from warehouse_sim.generation.paired_variants.config import PairedVariantsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
-from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.ranges import Range, degrees_of_radians, ranged
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.sensors.rig import RigConfig
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,9 @@ def load_recipe(name_or_path: str, changes: Mapping[str, Any] | None = None, ins
         # A name belongs to one file; all else is handed on.
         settings = overlay({key: value for key, value in settings.items() if key != "name"}, own)
         recipe = _checked(settings, str(file))
+        _warn_of_radians(own, str(file))
     if changes:
+        _warn_of_radians(changes, "settings from Python")
         recipe = _overlaid(settings, changes, instead)
     recipe = _at_camera_height(recipe)
     return recipe if recipe.name else replace(recipe, name=path.stem)
@@ -97,6 +102,20 @@ def _checked(settings: dict[str, Any], where: str) -> Recipe:
     except ConfigError as problem:
         raise RecipeError(str(problem)) from problem
     return recipe
+
+
+def _warn_of_radians(settings: Any, where: str, is_angle: bool = False) -> None:
+    """Warn of angles in degrees that read like radians."""
+    if isinstance(settings, Mapping):
+        for key, value in settings.items():
+            _warn_of_radians(value, f"{where}: {key}", is_angle or str(key).endswith("_deg"))
+    elif isinstance(settings, (list, tuple)):
+        for value in settings:
+            _warn_of_radians(value, where, is_angle)
+    elif is_angle and isinstance(settings, (int, float)):
+        degrees = degrees_of_radians(settings)
+        if degrees is not None:
+            log.warning("%s: %g looks like radians and is taken for degrees; %d degrees?", where, settings, degrees)
 
 
 def _at_camera_height(recipe: Recipe) -> Recipe:

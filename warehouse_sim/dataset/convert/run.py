@@ -1,5 +1,6 @@
 """Write a dataset that is there in further formats: scene by scene, resumable, images linked and not copied."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any, Protocol
 
 from warehouse_sim.dataset.card.text import DATA, OWNERS
 from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
+from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -45,6 +47,7 @@ def convert(
     formats: Sequence[str],
     resume: bool = False,
     progress: ProgressCallback = lambda done, total: None,
+    overwrite: bool = False,
 ) -> Manifest:
     """Make the dataset folder ``out`` with the same observations as ``source`` in other formats.
 
@@ -53,22 +56,27 @@ def convert(
 
     Args:
         source: A dataset in any format that can be read.
-        out: Folder to make; it must be empty unless ``resume``.
+        out: Folder to make; it must be empty unless ``resume`` or ``overwrite``.
         formats: Names of the formats to write.
         resume: Keep the finished scenes of an interrupted run.
         progress: Called after each scene.
+        overwrite: Remove the dataset that stands in ``out``, once the source and the formats are checked.
 
     Raises:
         UnknownNameError: A format is not registered.
-        DatasetError: The source cannot be read, or a format cannot hold it.
+        DatasetError: The source cannot be read, a format cannot hold it, or ``out`` holds the source.
         OutputError: Another process writes the folder, or it cannot be written.
     """
     reader = DatasetReader(source)
     _reject(reader, formats)
+    if Path(os.path.realpath(source)).is_relative_to(os.path.realpath(out)):
+        raise DatasetError(f"{out}: holds the dataset that is read; choose a folder beside it")
     origin: _Source = _Theirs(reader, formats) if reader.manifest is None else _Ours(reader, reader.manifest, formats)
     models = {number: stored_model(info) for number, info in reader.objects.items()}
     store = DatasetStore(out, origin.manifest)
     with one_writer(out):
+        if overwrite:
+            discard_dataset(out)
         store.begin(list(models.values()), _first(reader).camera, resume)
         origin.begun(out)
         pending, total = store.pending(), origin.manifest.scenes

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest
 from warehouse_sim.dataset.shards.shard import Shard, read_shard
@@ -24,15 +25,17 @@ def merge(
     resume: bool = False,
     progress: ProgressCallback = lambda done, total: None,
     skip_failed: bool = False,
+    overwrite: bool = False,
 ) -> Manifest:
     """Make the dataset folder ``out`` of all shards of a dataset; files are linked where the disk can, else copied.
 
     Args:
         parts: Folders of the shards, in any order; they stay as they are.
-        out: Folder to make; it must be empty unless ``resume``.
+        out: Folder to make; it must be empty unless ``resume`` or ``overwrite``.
         resume: Go on with a merge that was interrupted.
         progress: Called after each shard.
         skip_failed: Do without scenes that shards lack; the manifest names them.
+        overwrite: Remove the dataset that stands in ``out``, once the shards are checked.
 
     Raises:
         DatasetError: A folder is no shard or lacks scenes, shards are of different datasets, come twice or are
@@ -40,11 +43,16 @@ def merge(
         OutputError: Another process writes the folder, or it cannot be written.
     """
     manifest = _require_whole(parts, skip_failed)
-    inside = [part for part in parts if Path(os.path.realpath(out)).is_relative_to(os.path.realpath(part))]
-    if inside:
-        raise DatasetError(f"{out}: lies in the shard {inside[0]}; choose a folder beside it")
+    place, places = Path(os.path.realpath(out)), {part: Path(os.path.realpath(part)) for part in parts}
+    for part, other in places.items():
+        if place.is_relative_to(other):
+            raise DatasetError(f"{out}: lies in the shard {part}; choose a folder beside it")
+        if overwrite and other.is_relative_to(place):
+            raise DatasetError(f"{out}: holds the shard {part}, which would be overwritten; choose a folder beside it")
     store = DatasetStore(out, manifest)
     with one_writer(out):
+        if overwrite:
+            discard_dataset(out)
         store.claim(resume)
         for done, part in enumerate(parts):
             progress(done, len(parts))
