@@ -91,10 +91,12 @@ def test_add_and_mssd_equal_the_definitions_point_by_point():
 
 
 def test_add_s_measures_from_true_points_to_estimated_points():
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 5, 0]])
+    points = np.array([[0.0, 0, 0], [4, 0, 0], [0, 1, 0]])
+    T = make_transform(translation=np.array([4.0, 0.0, 0.0]))
+    # True points at (0, 0), (4, 0), (0, 1), estimated ones at (4, 0), (8, 0), (4, 1): 4, 0 and 4. The reverse: 0, 4, 1.
+    assert add_s(T, points, KDTree(points)) == pytest.approx(8 / 3)
+    assert chamfer(T, points, KDTree(points)) == pytest.approx((8 / 3 + 5 / 3) / 2)
     T = make_transform(translation=np.array([1.0, 0.0, 0.0]))
-    # True points 0, 1 and 5 up; estimated ones at 1, 2 and (1, 5): distances 1, 0 and 1. The reverse gives 0, 1, 1.
-    assert add_s(T, points, KDTree(points)) == pytest.approx(2 / 3)
     skewed = np.array([[0.0, 0, 0], [0.1, 0, 0]])
     # From true to estimated: 1.0 and 0.9; both differ from the mean of the reverse only by which end is nearest.
     assert add_s(T, skewed, KDTree(skewed)) == pytest.approx(0.95)
