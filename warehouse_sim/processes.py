@@ -1,4 +1,4 @@
-"""Processes that this package starts end with the one that started them, however that one ends."""
+"""Processes that this package starts: they end with the one that started them; one thread each, freed memory kept."""
 
 import ctypes
 import os
@@ -37,3 +37,29 @@ def end_with_parent() -> None:
 def _wait_and_end(sentinel: int) -> None:
     connection.wait([sentinel])
     os._exit(1)  # Whatever is at work, nobody waits for it.
+
+
+# malloc.h of the GNU C library. No larger threshold of the first kind is accepted.
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
+_LARGEST_MMAP_THRESHOLD = 32 << 20
+_KEPT_BYTES = 128 << 20
+
+
+def prepare_worker() -> None:
+    """Let the process end with its parent, and give it one thread in every library: more would fight for processors."""
+    end_with_parent()
+    for variable in ("LP_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    keep_freed_memory()
+
+
+def keep_freed_memory() -> None:
+    """Let the process keep the memory of freed arrays for the next ones, where the C library can do so.
+
+    Images and sweeps are made of arrays of some hundred kilobytes. By default the C library gives each of them back
+    when it is freed, and the system fills the next one's pages with zeros again: a tenth of an observation's time.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
+    if mallopt is not None:
+        mallopt(_MMAP_THRESHOLD, _LARGEST_MMAP_THRESHOLD)
+        mallopt(_TRIM_THRESHOLD, _KEPT_BYTES)

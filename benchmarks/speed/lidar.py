@@ -7,10 +7,10 @@ import numpy as np
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.lidar_workers import side_by_side, sweep_to_bytes
 from benchmarks.speed.subject import Settings, Subject, draw_subject
-from warehouse_sim.generation.workers import keep_freed_memory
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import Transform, transform_points
 from warehouse_sim.optional import require
+from warehouse_sim.processes import keep_freed_memory
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.formats.kitti.writer import beam_bytes, point_bytes
-from warehouse_sim.generation.workers import prepare_worker
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.processes import prepare_worker
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LidarConfig, scan

@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, draw_subject
-from warehouse_sim.generation.workers import keep_freed_memory
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.processes import keep_freed_memory
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raycaster import RayCaster

@@ -20,7 +20,7 @@ import tyro
 from benchmarks.result import RESULTS, write_result
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import ATTEMPTS
+from warehouse_sim.generation.scene import ATTEMPTS
 from warehouse_sim.physics import SettleConfig, settle_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene

@@ -25,8 +25,7 @@ from benchmarks.result import RESULTS, rounded, write_result
 from benchmarks.speed.stages import watch_generation
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.workers import prepare_worker
-from warehouse_sim.processes import end_with_parent
+from warehouse_sim.processes import end_with_parent, prepare_worker
 
 
 def main(

@@ -14,7 +14,7 @@ from jaxtyping import UInt8
 from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer

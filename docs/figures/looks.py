@@ -22,7 +22,7 @@ from benchmarks.result import rounded, write_result
 from docs.figures.color_difference import ciede2000, lab_from_srgb
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.display import to_display

@@ -17,7 +17,7 @@ from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
 from warehouse_sim.generation.occlusion.config import Kind
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.streams import scene_rng

@@ -14,7 +14,7 @@ from jaxtyping import Float, UInt8
 from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.clouds import cloud_to_depth
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render import open_renderer

@@ -17,7 +17,7 @@ from matplotlib.patches import Polygon
 
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render import Renderer, open_renderer

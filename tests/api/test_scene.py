@@ -127,7 +127,7 @@ def test_a_scene_of_a_recipe_is_changed(tmp_path: Path) -> None:
 
 def test_an_unchanged_scene_of_a_recipe_stands_as_the_dataset_has_it() -> None:
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.generation.sampled import sample_settled_scene
+    from warehouse_sim.generation.scene import sample_settled_scene
 
     theirs, mine = sample_settled_scene(load_recipe("smoke"), 4, 0).scene, ws.Scene("smoke", seed=4).settle().spec
     assert [item.model for item in mine.instances] == [item.model for item in theirs.instances]

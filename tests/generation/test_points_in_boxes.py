@@ -12,7 +12,7 @@ from warehouse_sim.dataset.validate import Check, validate
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig

@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.generation.reading_panels import reading_panels
+from warehouse_sim.generation.contact_sheet import reading_panels
 from warehouse_sim.schema import ChannelReading, MountedReading
 
 

@@ -16,7 +16,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster

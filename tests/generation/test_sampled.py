@@ -6,8 +6,7 @@ import pytest
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
-from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.scene.random_settings import RandomSetting
 
 OPEN = {

@@ -19,10 +19,17 @@ from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.manifest import read_manifest, write_manifest
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.near_files import DEPTH_STEP, PIXEL_FRACTION, fraction_off, near_labels, near_numbers
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.verify import chosen_scenes, verify
+from warehouse_sim.generation.verify import (
+    DEPTH_STEP,
+    PIXEL_FRACTION,
+    chosen_scenes,
+    fraction_off,
+    near_labels,
+    near_numbers,
+    verify,
+)
 from warehouse_sim.sensors.rig.camera import CameraConfig
 
 SOFTPIPE = {

@@ -29,14 +29,14 @@ def faults(prepare: str) -> int:
     os.name != "posix" or not hasattr(ctypes.CDLL(None), "mallopt"), reason="no C library that can be told"
 )
 def test_a_worker_keeps_the_memory_of_freed_arrays() -> None:
-    from_start = "from warehouse_sim.generation.workers import prepare_worker; prepare_worker()"
+    from_start = "from warehouse_sim.processes import prepare_worker; prepare_worker()"
     assert faults(from_start) < 100
     assert faults("") > 1000
 
 
 def test_a_worker_has_one_thread_in_every_library_unless_told_otherwise() -> None:
     code = (
-        "import os; from warehouse_sim.generation.workers import prepare_worker; prepare_worker();"
+        "import os; from warehouse_sim.processes import prepare_worker; prepare_worker();"
         "print(os.environ['LP_NUM_THREADS'], os.environ['OMP_NUM_THREADS'])"
     )
     environment = {**os.environ, "LP_NUM_THREADS": "3"}

@@ -4,7 +4,7 @@ import pytest
 from tests.scene.raster import Pile, may_carry
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.physics import crush_state
 from warehouse_sim.physics.weights import weights_of

@@ -7,7 +7,7 @@ import pytest
 
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.physics import contact_state
 from warehouse_sim.scene import SceneRecipe, sample_scene
 

@@ -29,7 +29,7 @@ def check_scene(recipe: str, scene: int, seed: int, json: Path | None, difficult
     from warehouse_sim.errors import PlacementError
     from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.generation.sampled import ATTEMPTS
+    from warehouse_sim.generation.scene import ATTEMPTS
     from warehouse_sim.physics import crush_state, settle_scene
     from warehouse_sim.scene import sample_scene
 

@@ -12,10 +12,8 @@ from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from typing import Any, Self
 
-from warehouse_sim.generation.failures import Failures, Skip
-from warehouse_sim.generation.time_limit import time_limit, too_long
-from warehouse_sim.generation.workers import keep_freed_memory, prepare_worker
-from warehouse_sim.processes import end_at_once_with_parent
+from warehouse_sim.generation.failures import Failures, Skip, time_limit, too_long
+from warehouse_sim.processes import end_at_once_with_parent, keep_freed_memory, prepare_worker
 
 Work = Callable[[int], Any]
 """Makes the scene of that index."""

@@ -1,5 +1,6 @@
-"""What a dataset will be, before any of it is made: its manifest and the geometries that labels can name."""
+"""What a dataset will be before any of it is made: its manifest with splits, and the geometries labels can name."""
 
+import itertools
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import OPEN_CARTONS
 from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
@@ -23,13 +25,82 @@ from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.licences import recipe_licences
+from warehouse_sim.generation.light import LightMeter
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.stratify import scene_features
-from warehouse_sim.generation.view_reach import view_reach_deg
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.level_view import reach
 from warehouse_sim.ranges import Range, Seed, ranged
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
+from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import ObjectModel
+
+Degrees = tuple[float, float]
+
+
+def view_reach_deg(recipe: dict[str, Any], kinds: tuple[str, ...], camera: PinholeCamera) -> float:
+    """Return the largest angle to the horizon (deg) that an image can reach in its level view.
+
+    Args:
+        recipe: The resolved recipe as plain data.
+        kinds: Kinds of viewpoints that tilt the camera.
+        camera: The rig's camera.
+    """
+    views = recipe.get("scene", {}).get("viewpoints", {})
+    rolls = _ends(views.get("roll_deg", 0.0))
+    turns = {turn for kind in kinds for turn in itertools.product(_pitches(kind, views), rolls)}
+    return float(np.rad2deg(max((reach(camera, *np.deg2rad(turn)) for turn in turns), default=0.0)))
+
+
+def _pitches(kind: str, views: dict[str, Any]) -> Degrees:
+    """Return least and largest pitch of a kind (deg): the recipe's, or else its own."""
+    if kind == "free":
+        low, high = _ends(views.get("elevation_deg", ViewpointsConfig().elevation_deg.to_plain()))
+        return -high, -low
+    return _ends(views.get("pitch_deg") or MOUNTINGS[kind].pitch_deg.to_plain())
+
+
+def _ends(plain: Any) -> Degrees:
+    """Return least and largest value of a distribution as a manifest holds it."""
+    if not isinstance(plain, dict):
+        return float(plain), float(plain)
+    values = plain.get("choices") or [plain["min"], plain["max"]]
+    return float(min(values)), float(max(values))
+
+
+_RAYS = 200
+"""Rays through each target; its visible fraction is then known to about 0.05."""
+
+
+def scene_features(recipe: Recipe, seed: int, scene_index: int) -> Float[np.ndarray, " k"]:
+    """Return the means of ``recipe.split.stratify`` over the targets in view of one scene.
+
+    "lux" is the mean illuminance of the aisle's floor (lx), "distance" from camera to target (m).
+
+    Raises:
+        SettleError: The scene does not stand in any attempt.
+    """
+    scene, camera = prepare_scene(recipe, seed, scene_index).scene, recipe.sensors.make_camera()
+    caster = RayCaster(scene)
+    area = Area(*scene.aisle) if scene.aisle is not None else Area(0.0, 0.0, 0.0, 0.0)
+    occluded = OccludedScene(scene, caster, camera, area, recipe.scene.viewpoints.clearance)
+    fractions, distances = [], []
+    for viewpoint in scene.viewpoints:
+        for item in targets_in_view(scene, camera, viewpoint.T_world_camera):
+            sight = occluded.look(item.instance_id, viewpoint.T_world_camera, _RAYS)
+            if sight is not None and sight.fraction > 0.0:
+                fractions.append(sight.fraction)
+                distances.append(np.linalg.norm(item.T_world_object[:3, 3] - viewpoint.T_world_camera[:3, 3]))
+    means = {
+        "visible_fraction": float(np.mean(fractions)) if fractions else 0.0,
+        "distance": float(np.mean(distances)) if distances else 0.0,
+        "lux": LightMeter(scene, caster).floor_lux if "lux" in recipe.split.stratify else 0.0,
+    }
+    return np.array([means[name] for name in recipe.split.stratify])
 
 
 @dataclass(frozen=True)

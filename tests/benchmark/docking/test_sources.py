@@ -13,7 +13,7 @@ from warehouse_sim.benchmark.docking.planted import KINDS
 from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 
 TRUCK = TruckConfig()
 

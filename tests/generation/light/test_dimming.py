@@ -9,7 +9,7 @@ from tests.generation.light.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions, target_illuminance
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution

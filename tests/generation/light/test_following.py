@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.generation.light.metering import following
+from warehouse_sim.generation.light.meter import following
 from warehouse_sim.scene.lighting import ev_of_exposure, exposure_of_ev
 from warehouse_sim.schema import Viewpoint
 

@@ -8,7 +8,7 @@ import pytest
 
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer

@@ -8,7 +8,7 @@ import pytest
 from tests.generation.light.floor_walks import floor_lux_by_walks
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig

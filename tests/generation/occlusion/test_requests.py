@@ -16,7 +16,7 @@ from warehouse_sim.generation.occlusion import (
     request_views,
 )
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.geometry.separation import BoxStack

@@ -8,7 +8,7 @@ import pytest
 from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, VisibleFractions, request_views
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec

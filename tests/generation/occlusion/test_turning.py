@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.generation.occlusion.scenes import CAMERA, EYE, VIEW, hall, occluded_scene_of
-from warehouse_sim.generation.occlusion.turning import turn_to_truncate
+from warehouse_sim.generation.occlusion.standing import turn_to_truncate
 from warehouse_sim.geometry.pose import make_transform
 
 

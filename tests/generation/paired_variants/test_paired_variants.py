@@ -11,8 +11,7 @@ from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import PairedVariantsConfig, make_variants
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
-from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation, SceneSpec
 from warehouse_sim.sensors.rig import SensorChoice

@@ -7,7 +7,7 @@ import pytest
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render import Renderer

@@ -27,7 +27,7 @@ from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, near
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.pairing import pair_up
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.sampled import sample_settled_scene
+from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.scene.solids import Solids

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Int32
 
-from warehouse_sim.generation.light.meter import LightMeter, facing
-from warehouse_sim.generation.light.metering import rays_through
+from warehouse_sim.generation.light.meter import LightMeter, facing, rays_through
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.scene.lighting import ev_of_exposure
 from warehouse_sim.schema import Conditions, Viewpoint

@@ -6,8 +6,7 @@ import numpy as np
 
 from warehouse_sim.color import balanced_rgb
 from warehouse_sim.errors import RecipeError
-from warehouse_sim.generation.light.meter import LightMeter
-from warehouse_sim.generation.light.metering import following, metered_exposure
+from warehouse_sim.generation.light.meter import LightMeter, following, metered_exposure
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster

@@ -1,7 +1,7 @@
-"""Put an occluder on the floor between camera and target, and slide it sideways until just enough can be seen."""
+"""Hide a target as far as wanted: slide an occluder sideways on the floor, or turn the camera till its border cuts."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +11,7 @@ from warehouse_sim.generation.occlusion.occluded_scene import BEYOND, OccludedSc
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
+from warehouse_sim.schema import Viewpoint
 
 CLEARANCE = 0.06
 """Least distance from an occluder to everything else (m)."""
@@ -127,3 +128,38 @@ def _heading(occluder: Occluder, rng: np.random.Generator) -> float:
     if occluder.radius < 0.5:
         return float(rng.uniform(-np.pi, np.pi))
     return float(rng.integers(4) * np.pi / 2 + rng.normal(0.0, _ASKEW))
+
+
+_TURN_REACH = np.deg2rad(75.0)
+"""Most a camera is turned (rad)."""
+
+
+def turn_to_truncate(
+    occluded: OccludedScene, viewpoint: Viewpoint, target: int, wanted: float, tolerance: float, rays: int, side: float
+) -> Viewpoint | None:
+    """Return the viewpoint turned to ``side`` (1 = left) so that the ``wanted`` fraction is in sight, or None.
+
+    The vehicle turns with its camera, about the optical centre.
+    """
+
+    def fraction_at(offset: float) -> float:
+        turned = _turned(viewpoint, side * (_TURN_REACH - offset))
+        sight = occluded.look(target, turned.T_world_camera, rays)
+        return sight.fraction if sight is not None else 0.0
+
+    offset = slide(fraction_at, _TURN_REACH, wanted, tolerance)
+    return None if offset is None else _turned(viewpoint, side * (_TURN_REACH - offset))
+
+
+def _turned(viewpoint: Viewpoint, angle: float) -> Viewpoint:
+    """Return the viewpoint turned by ``angle`` (rad) about the vertical through its optical centre."""
+    eye = viewpoint.T_world_camera[:3, 3]
+    T: Transform = make_transform(rotation_z(angle), eye - rotation_z(angle) @ eye)
+    vehicle = viewpoint.T_world_vehicle
+    x, y, z = (float(value) for value in rotation_z(angle) @ np.array(viewpoint.velocity))
+    return replace(
+        viewpoint,
+        T_world_camera=T @ viewpoint.T_world_camera,
+        T_world_vehicle=None if vehicle is None else T @ vehicle,
+        velocity=(x, y, z),
+    )

@@ -12,7 +12,7 @@ from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, V
 from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.paired_variants.config import overlaid
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.sampled import SampledScene
+from warehouse_sim.generation.scene import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer

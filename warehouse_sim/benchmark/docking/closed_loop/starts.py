@@ -14,7 +14,7 @@ from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.evaluation.docking.fork import DockingFace
-from warehouse_sim.generation.sampled import SampledScene
+from warehouse_sim.generation.scene import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import scene_rng
