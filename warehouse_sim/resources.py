@@ -27,8 +27,8 @@ def texture_folder(name: str) -> Path:
     Raises:
         WarehouseSimError: The package is not installed.
     """
-    package, is_foreign, folder = name.partition(":")
-    if not is_foreign:
+    package, is_package, folder = name.partition(":")
+    if not is_package:
         return data_folder("assets") / "textures" / name
     spec = find_spec(package.split(".")[0]) and find_spec(package)
     if spec is None or not spec.submodule_search_locations:

@@ -115,7 +115,7 @@ def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key:
     assert contents(toy_copy) == before
 
 
-def test_foreign_folders_are_left_alone(tmp_path: Path) -> None:
+def test_other_folders_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "holiday.jpg").touch()
     with pytest.raises(DatasetError, match="the folder is not empty; choose another one, or add --resume"):
         DatasetStore(tmp_path, make_manifest()).begin([PALLET], CAMERA)

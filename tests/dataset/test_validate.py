@@ -312,7 +312,7 @@ DEFECTS: list[tuple[str, Callable[[Path], object], set[str]]] = [
         {"kitti sweeps"},
     ),
     ("unknown format", edit_json("manifest.json", lambda d: d["formats"].append("cacao")), {"manifest"}),
-    ("foreign target", edit_json("manifest.json", lambda d: d["targets"].append("unicorn")), {"manifest"}),
+    ("unknown target", edit_json("manifest.json", lambda d: d["targets"].append("unicorn")), {"manifest"}),
     ("targets of other objects", edit_json("manifest.json", lambda d: d.update(targets=["carton"])), {"manifest"}),
     ("empty recipe", edit_json("manifest.json", lambda d: d.update(recipe={})), {"manifest"}),
     (

@@ -10,7 +10,6 @@ from pathlib import Path
 from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
-from warehouse_sim.benchmark.foreign import counted, on_folder
 from warehouse_sim.benchmark.groups import lidar_points, split_name
 from warehouse_sim.benchmark.recorded.entries import TRIVIAL
 from warehouse_sim.benchmark.recorded.score import face_rows, find_recorded, trivial_group
@@ -25,6 +24,7 @@ from warehouse_sim.benchmark.rows.spread import spread_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
+from warehouse_sim.benchmark.third_party import counted, on_folder
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import (
     DatasetError,

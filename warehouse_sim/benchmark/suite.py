@@ -13,7 +13,7 @@ from warehouse_sim.resources import data_folder, suite_names
 
 Scenes = Annotated[int, Range(1, 1_000_000)]
 Views = Annotated[int, Range(1, 1_000_000)]
-Foreign = Literal["linemod", "kitti", "recorded"]
+ThirdParty = Literal["linemod", "kitti", "recorded"]
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ class Suite:
     """To how many poses of each answer, 1-1,000,000."""
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     """Approaches with an estimator in the loop."""
-    takes: tuple[Foreign, ...] = ()
+    takes: tuple[ThirdParty, ...] = ()
     """Kinds of folders that --data takes in place of the suite's own data."""
     quick: QuickConfig = field(default_factory=QuickConfig)
     """What ``--quick`` changes."""

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from warehouse_sim.dataset.checks import manifest, structure
 from warehouse_sim.dataset.checks.findings import Check, NamedCheck
-from warehouse_sim.dataset.checks.foreign import checks_of
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.checks.third_party import checks_of
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
@@ -39,7 +39,7 @@ def validate(root: str | Path, progress: ProgressCallback = lambda fraction, not
     """
     root = Path(root)
     if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
-        others = ForeignSubject.of(root)
+        others = ThirdPartySubject.of(root)
         return _all(others, [(check, others) for check in checks_of(others)], progress)
     try:
         subject = Subject(root, read_manifest(root))
@@ -51,8 +51,8 @@ def validate(root: str | Path, progress: ProgressCallback = lambda fraction, not
 
 
 def _all(
-    subject: Subject | ForeignSubject,
-    requested: Sequence[tuple[NamedCheck, Subject | ForeignSubject]],
+    subject: Subject | ThirdPartySubject,
+    requested: Sequence[tuple[NamedCheck, Subject | ThirdPartySubject]],
     progress: ProgressCallback,
 ) -> list[Check]:
     """Run checks in order, each on the dataset as it is to see it."""
@@ -84,7 +84,7 @@ def _report_progress(progress: ProgressCallback, name: str, number: int, count: 
     progress((number + fraction) / count, name)
 
 
-def _run(check: NamedCheck, subject: Subject | ForeignSubject) -> Check:
+def _run(check: NamedCheck, subject: Subject | ThirdPartySubject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
     try:
         return check.run(subject).outcome(check.name)

@@ -31,7 +31,7 @@ ANNOTATIONS = [
 ]
 
 
-def others_coco(root: Path, **changes) -> Path:
+def third_party_coco(root: Path, **changes) -> Path:
     """Write a COCO folder as one downloads it: JPEG, numbers that begin anywhere, polygons, crowds, bare boxes."""
     (root / "annotations").mkdir(parents=True)
     for split in ("train2017", "val2017"):
@@ -58,7 +58,7 @@ def others_coco(root: Path, **changes) -> Path:
 
 
 def test_a_downloaded_coco_folder_is_read(tmp_path: Path) -> None:
-    root = others_coco(tmp_path / "coco")
+    root = third_party_coco(tmp_path / "coco")
     assert is_dataset(root)
     reader = DatasetReader(root)
     assert reader.splits == {"train": (0,), "val": (1,)}
@@ -115,19 +115,19 @@ def read_all(root: Path) -> None:
     ],
 )  # fmt: skip
 def test_wrong_coco_is_one_line(tmp_path: Path, changes: dict, says: str) -> None:
-    root = others_coco(tmp_path / "coco", **changes)
+    root = third_party_coco(tmp_path / "coco", **changes)
     with pytest.raises(DatasetError, match=says):
         read_all(root)
 
 
 def test_polygons_far_outside_the_image_are_cut_and_cost_nothing(tmp_path: Path) -> None:
     far = [[-1e300, -1e300, 1e300, -1e300, 1e300, 1e300, -1e300, 1e300]]
-    reader = DatasetReader(others_coco(tmp_path / "coco", annotations__0__segmentation=far))
+    reader = DatasetReader(third_party_coco(tmp_path / "coco", annotations__0__segmentation=far))
     assert reader.mask_visible(reader.images("train")[0], 0).all()
 
 
 def test_a_table_beside_its_images_is_read(tmp_path: Path) -> None:
-    made = others_coco(tmp_path / "made")
+    made = third_party_coco(tmp_path / "made")
     for split, folder in (("train2017", "train"), ("val2017", "valid")):
         shutil.copytree(made / split, tmp_path / "export" / folder)
         shutil.copy(made / f"annotations/instances_{split}.json", tmp_path / f"export/{folder}/_annotations.coco.json")
@@ -185,7 +185,7 @@ def test_each_task_of_our_yolo_is_a_folder_of_others(ours: Path, task: str) -> N
             assert target.box_visible_xyxy == pytest.approx(gt.box_visible_xyxy, abs=1e-3)
 
 
-def others_yolo(root: Path, data: str, labels: str) -> Path:
+def third_party_yolo(root: Path, data: str, labels: str) -> Path:
     """Write a YOLO folder as annotation services export it."""
     for split in ("train", "valid"):
         (root / split / "images").mkdir(parents=True)
@@ -201,7 +201,7 @@ EXPORTED = "train: ../train/images\nval: ../valid/images\ntest: ../test/images\n
 
 
 def test_an_exported_yolo_folder_is_read(tmp_path: Path) -> None:
-    root = others_yolo(tmp_path / "yolo", EXPORTED, "1 0.5 0.5 0.2 0.5\n\n0 0.1 0.1 0.5 0.1 0.5 0.5 0.1 0.5\n")
+    root = third_party_yolo(tmp_path / "yolo", EXPORTED, "1 0.5 0.5 0.2 0.5\n\n0 0.1 0.1 0.5 0.1 0.5 0.5 0.1 0.5\n")
     reader = DatasetReader(root)
     assert {number: info.class_name for number, info in reader.objects.items()} == {1: "person", 2: "dog"}
     image, empty = reader.images("val")
@@ -230,4 +230,4 @@ def test_an_exported_yolo_folder_is_read(tmp_path: Path) -> None:
 )
 def test_wrong_yolo_is_one_line(tmp_path: Path, data: str, labels: str, says: str) -> None:
     with pytest.raises(DatasetError, match=says):
-        DatasetReader(others_yolo(tmp_path / "yolo", data, labels)).images("train")
+        DatasetReader(third_party_yolo(tmp_path / "yolo", data, labels)).images("train")

@@ -73,7 +73,7 @@ def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_ro
     assert hashes(tmp_path) == hashes(toy_root)
 
 
-def test_missing_repeated_and_foreign_shards_are_named(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
+def test_missing_repeated_and_other_shards_are_named(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
     out, other = tmp_path / "out", make_shard(tmp_path / "seed", 1, 2, replace(make_manifest(), seed=4))
     third = make_shard(tmp_path / "third", 1, 3)
     paired_variant = Path(shutil.copytree(shards[0], tmp_path / "paired_variant"))

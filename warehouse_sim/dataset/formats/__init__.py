@@ -159,12 +159,12 @@ def has_depth(reader: FormatReader) -> bool:
     return bool(getattr(reader, "has_depth", True))
 
 
-def foreign_checks(item: Format) -> Sequence[NamedCheck]:
-    """Return what ``validate`` asks of a third-party folder in a format, beyond what it asks of every one.
+def third_party_checks(item: Format) -> Sequence[NamedCheck]:
+    """Return the checks of third-party folders in a format, beyond those of every format.
 
-    Such checks take the ``ForeignSubject``; a format states them as the attribute ``foreign_checks``, or has none.
+    They take a ``ThirdPartySubject``. A format states them as the attribute ``third_party_checks``, or has none.
     """
-    return tuple(getattr(item, "foreign_checks", ()))
+    return tuple(getattr(item, "third_party_checks", ()))
 
 
 def dataset_format(name: str) -> Format:

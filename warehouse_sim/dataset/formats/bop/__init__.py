@@ -27,11 +27,11 @@ class BopFormat:
         return CHECKS
 
     @property
-    def foreign_checks(self) -> Sequence[NamedCheck]:
+    def third_party_checks(self) -> Sequence[NamedCheck]:
         """Checks of third-party folders only."""
-        from warehouse_sim.dataset.formats.bop.checks.foreign import FOREIGN_CHECKS
+        from warehouse_sim.dataset.formats.bop.checks.third_party import THIRD_PARTY_CHECKS
 
-        return FOREIGN_CHECKS
+        return THIRD_PARTY_CHECKS
 
     def reject(self, manifest: Manifest) -> None:
         """Reject depth beyond 16 bits."""

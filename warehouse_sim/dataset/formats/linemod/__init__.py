@@ -40,17 +40,17 @@ class LinemodFormat:
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/linemod``, or of a third-party folder."""
         from warehouse_sim.dataset.formats.linemod.layout import linemod_layout
-        from warehouse_sim.dataset.formats.linemod.reader import LinemodReader, dataset_of, folder_of_others
+        from warehouse_sim.dataset.formats.linemod.reader import LinemodReader, dataset_of, third_party_folder
 
         dataset = dataset_of(root)
-        folder = linemod_layout(root).root if dataset is not None else folder_of_others(root) or root
+        folder = linemod_layout(root).root if dataset is not None else third_party_folder(root) or root
         return LinemodReader(folder, dataset)
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder, or one in it, has ``data/01/gt.yml`` or the like."""
-        from warehouse_sim.dataset.formats.linemod.reader import folder_of_others
+        from warehouse_sim.dataset.formats.linemod.reader import third_party_folder
 
-        return folder_of_others(root) is not None
+        return third_party_folder(root) is not None
 
 
 FORMAT = LinemodFormat()

@@ -180,7 +180,7 @@ def object_folders(root: Path) -> list[Path]:
     return [path for path in found if _FOLDER.fullmatch(path.name) and (path / "gt.yml").is_file()]
 
 
-def folder_of_others(root: Path) -> Path | None:
+def third_party_folder(root: Path) -> Path | None:
     """Return ``root`` or the folder in it that holds objects as LINEMOD_preprocessed does; None if neither does."""
     for folder in (root, root / "linemod", root / "Linemod_preprocessed"):
         if object_folders(folder):

@@ -11,10 +11,10 @@ from tests.dataset.kitti_folder import Thing, write_frame
 from tests.dataset.toy import make_dataset as make_toy
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from warehouse_sim.benchmark.entrants.entrant import Group, Oracle, Shuffled
-from warehouse_sim.benchmark.foreign import KITTI_CLASSES, LINEMOD_OBJECTS
 from warehouse_sim.benchmark.rows.scores import metric_columns
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
+from warehouse_sim.benchmark.third_party import KITTI_CLASSES, LINEMOD_OBJECTS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import EvaluationError, InputError
 from warehouse_sim.evaluation import evaluate

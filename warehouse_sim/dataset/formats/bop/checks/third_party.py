@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.external import external_folder
@@ -15,7 +15,7 @@ _VISIBLE_ENOUGH = 0.1 - 1e-6
 _MASK = re.compile(r"(\d{6})_(\d{6})\.\w+")
 
 
-def targets(subject: ForeignSubject) -> Findings:
+def targets(subject: ThirdPartySubject) -> Findings:
     """Look whether the images and objects that are requested exist, each once, and as many as are labelled."""
     files = sorted(_root(subject).glob(_TARGETS))
     if not files:
@@ -51,7 +51,7 @@ def targets(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def files(subject: ForeignSubject) -> Findings:
+def files(subject: ThirdPartySubject) -> Findings:
     """Look whether every mask belongs to a label: others are left from another run, or shifted against them."""
     findings, root = Findings(), _root(subject)
     counts = {(image.scene_id, image.image_id): len(image.targets) for image in subject.images}
@@ -76,7 +76,7 @@ def files(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def objects(subject: ForeignSubject) -> Findings:
+def objects(subject: ThirdPartySubject) -> Findings:
     """Look whether labels are of objects that have a mesh: others are left out when the folder is read."""
     findings, known = Findings(), set(subject.reader.objects)
     for path in sorted(_root(subject).glob("*/*/scene_gt.json")):
@@ -92,11 +92,11 @@ def objects(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def _root(subject: ForeignSubject) -> Path:
+def _root(subject: ThirdPartySubject) -> Path:
     return external_folder(subject.root) or subject.root
 
 
-FOREIGN_CHECKS = (
+THIRD_PARTY_CHECKS = (
     NamedCheck("bop objects", objects),
     NamedCheck("bop targets", targets),
     NamedCheck("bop mask files", files),

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.checks.depth import point_depth, range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.mesh import sample_surface
 
@@ -33,7 +33,7 @@ class _Compared:
     read: Float[np.ndarray, " n"]
 
 
-def poses(subject: ForeignSubject) -> Findings:
+def poses(subject: ThirdPartySubject) -> Findings:
     """Draw a spread sample of targets from points on their models, and compare with masks and depth."""
     infos = subject.reader.objects
     if not infos or "meshes" in subject.lacks:
@@ -67,7 +67,7 @@ def poses(subject: ForeignSubject) -> Findings:
 
 
 def _compare(
-    subject: ForeignSubject, image: ImageRecord, target: TargetRecord, surface: Float[np.ndarray, "n 3"]
+    subject: ThirdPartySubject, image: ImageRecord, target: TargetRecord, surface: Float[np.ndarray, "n 3"]
 ) -> _Compared:
     findings, empty = Findings(), np.zeros(0)
     where = f"{subject.where(image)}, target {target.gt_index}"

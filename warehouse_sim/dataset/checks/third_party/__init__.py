@@ -1,9 +1,9 @@
 """The checks of every dataset made by third parties."""
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.checks.foreign import images, labels, poses
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
-from warehouse_sim.dataset.formats import dataset_format, foreign_checks
+from warehouse_sim.dataset.checks.third_party import images, labels, poses
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
+from warehouse_sim.dataset.formats import dataset_format, third_party_checks
 
 _CHECKS = (
     NamedCheck("objects", labels.objects),
@@ -15,6 +15,6 @@ _CHECKS = (
 )
 
 
-def checks_of(subject: ForeignSubject) -> tuple[NamedCheck, ...]:
+def checks_of(subject: ThirdPartySubject) -> tuple[NamedCheck, ...]:
     """Return what is requested of a dataset, in order: of every one, then of one in its format."""
-    return (*_CHECKS, *foreign_checks(dataset_format(subject.format_name)))
+    return (*_CHECKS, *third_party_checks(dataset_format(subject.format_name)))

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.object_gt import geometry_problems, inside_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
@@ -23,7 +23,7 @@ _SAME_SURFACE = 0.02
 """Mean distance, over the diameter, between a measured surface and itself after a symmetry."""
 
 
-def objects(subject: ForeignSubject) -> Findings:
+def objects(subject: ThirdPartySubject) -> Findings:
     """Hold sizes, diameters and symmetries against the meshes."""
     findings, infos = Findings(), subject.reader.objects
     if not infos or "meshes" in subject.lacks:
@@ -69,7 +69,7 @@ _SIZES = (0.4, 2.5)
 _SMALL_PX = 8.0
 
 
-def cameras(subject: ForeignSubject) -> Findings:
+def cameras(subject: ThirdPartySubject) -> Findings:
     """Look whether each camera could be one, and whether images have one number each."""
     findings, images = Findings(f"{len(subject.images)} cameras"), subject.images
     for image in images:
@@ -95,7 +95,7 @@ def cameras(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def labels(subject: ForeignSubject) -> Findings:
+def labels(subject: ThirdPartySubject) -> Findings:
     """Look whether targets are in front of the camera, as large as their boxes, and what their counts say."""
     infos, findings = subject.reader.objects, Findings()
     for image in subject.images:

@@ -5,7 +5,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.checks.colour import LEAST_RANK, OF_ANOTHER_PLACE, edge_rank
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.foreign.subject import ForeignSubject
+from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
@@ -19,7 +19,7 @@ _OFF = 0.75
 """So many boxes that end one pixel too far are a convention and no chance."""
 
 
-def masks(subject: ForeignSubject) -> Findings:
+def masks(subject: ThirdPartySubject) -> Findings:
     """Look whether visible masks lie in amodal masks, do not overlap, and have the boxes and counts of their labels."""
     if "masks" in subject.lacks:
         return Findings(lacking="it holds no masks")
@@ -48,7 +48,7 @@ def masks(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def _masks_of(subject: ForeignSubject, image: ImageRecord) -> tuple[Findings, list[bool], bool]:
+def _masks_of(subject: ThirdPartySubject, image: ImageRecord) -> tuple[Findings, list[bool], bool]:
     """Return problems, whether each box ends one pixel too far, and whether any mask is more than a full box."""
     findings, ends, real = Findings(), [], False
     taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
@@ -112,7 +112,7 @@ _REGISTERED = 0.72
 """Rank that a quarter of the images must reach: else depth and colour are badly registered, and no image tells."""
 
 
-def images(subject: ForeignSubject) -> Findings:
+def images(subject: ThirdPartySubject) -> Findings:
     """Decode every colour and depth image; a depth image has a plausible unit and its edges where colour has some."""
     findings = Findings()
     seen = {(image.split, image.scene_id, image.image_id): image for image in subject.images}
@@ -130,7 +130,7 @@ def images(subject: ForeignSubject) -> Findings:
     return findings
 
 
-def _channels(subject: ForeignSubject, image: ImageRecord) -> tuple[Findings, str, float | None]:
+def _channels(subject: ThirdPartySubject, image: ImageRecord) -> tuple[Findings, str, float | None]:
     findings, where = Findings(), subject.where(image)
     rgb = depth = None
     try:

@@ -16,7 +16,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-class ForeignSubject:
+class ThirdPartySubject:
     """A folder that a known format recognises.
 
     Args:

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.validate import validate
 
 HEALTHY = ["objects", "cameras", "labels", "images", "masks", "poses on images"]
 HEALTHY += ["bop objects", "bop targets", "bop mask files"]
-FOREIGN_FAULTS = (
+THIRD_PARTY_FAULTS = (
     Fault("models in metres", geometry.models_in_metres, "labels", "may be in metres where millimetres are meant"),
     Fault("a translation in metres", geometry.translation_in_metres, "labels", "may be in metres where millimetres"),
     Fault("depth scale of 0.1 mm", geometry.wrong_depth_scale, "poses on images", "depth_scale or its unit is wrong"),
@@ -61,7 +61,7 @@ def test_a_healthy_folder_of_others_passes(healthy: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("fault", FOREIGN_FAULTS, ids=[fault.name for fault in FOREIGN_FAULTS])
+@pytest.mark.parametrize("fault", THIRD_PARTY_FAULTS, ids=[fault.name for fault in THIRD_PARTY_FAULTS])
 def test_a_fault_in_a_folder_of_others_is_found(healthy: Path, tmp_path: Path, fault: Fault) -> None:
     copy = linked_copy(healthy, tmp_path / "copy")
     fault.plant(Folder(copy, np.random.default_rng(zlib.crc32(fault.name.encode()))))
@@ -101,7 +101,7 @@ def test_an_unknown_object_is_named(tmp_path: Path) -> None:
     assert "obj_id 9 is no known object" in found["bop objects"]
 
 
-@pytest.mark.parametrize("fault", [*FAULTS, *FOREIGN_FAULTS], ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", [*FAULTS, *THIRD_PARTY_FAULTS], ids=lambda fault: fault.name)
 def test_the_docs_list_each_fault(fault: Fault) -> None:
     rows = (Path(__file__).parents[3] / "docs" / "validate.md").read_text(encoding="utf-8").splitlines()
     assert f"| {fault.name} | {fault.check} | ... {fault.words} ... |" in rows
